@@ -1,0 +1,49 @@
+# Every target sets up what it needs in .venv, from the locked requirements, and touches nothing outside the clone.
+PYTHON ?= python3
+BIN := .venv/bin
+LOCKED := --require-hashes --no-deps --quiet --disable-pip-version-check
+HEFTING_DATA ?= $(wildcard $(abspath ../shared/data))
+export HEFTING_DATA
+
+.PHONY: help demo test lint bench lock clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+
+demo: .venv/run.stamp  ## simulate a robot wielding a hammer, identify it, write pictures to demo/
+	$(BIN)/hefting demo --output demo
+
+test: .venv/dev.stamp  ## run every test
+	$(BIN)/python -m pytest
+
+lint: .venv/dev.stamp  ## formatting, lint and types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+
+bench: .venv/dev.stamp  ## speed, against what one would use instead
+	$(BIN)/python -m benchmarks
+
+lock: .venv/dev.stamp  ## renew the locked requirements from pyproject.toml
+	$(BIN)/pip install --quiet uv
+	$(BIN)/python requirements/lock.py
+
+clean:  ## remove the environment and everything made
+	rm -rf .venv demo .pytest_cache .ruff_cache dist
+
+.DELETE_ON_ERROR:
+
+.venv/base.stamp:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Hefting needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
+	@echo "Setting up .venv (once; a few minutes at most) ..."
+	$(PYTHON) -m venv .venv
+	@touch $@
+
+.venv/run.stamp: .venv/base.stamp requirements/run.txt pyproject.toml
+	$(BIN)/python -m pip install $(LOCKED) -r requirements/run.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+.venv/dev.stamp: .venv/run.stamp requirements/dev.txt
+	$(BIN)/python -m pip install $(LOCKED) -r requirements/dev.txt
+	@touch $@

@@ -1,0 +1,44 @@
+"""Hefting tells what a robot is holding: mass, centre of mass and inertia tensor of a manipulated object."""
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "InertialParameters": "inertia",
+    "Consistency": "inertia",
+    "Recording": "recording",
+    "Stream": "recording",
+    "read_log": "logs",
+    "Measurements": "measurements",
+    "Noise": "measurements",
+    "NOISE_LEVELS": "measurements",
+    "measure": "motion",
+    "smooth": "motion",
+    "PoseFilter": "motion",
+    "Moments": "moments",
+    "PointMasses": "shapes",
+    "PMD": "estimators",
+    "OLS": "estimators",
+    "Estimate": "estimate",
+    "Certificate": "estimate",
+    "errors_between": "metrics",
+    "identify": "identification",
+    "export": "export",
+    "HeftingError": "errors",
+    "InputError": "errors",
+}
+
+__all__ = [*_HOME, "__version__"]
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module 'hefting' has no attribute '{name}'")
+    value = getattr(import_module(f"hefting.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

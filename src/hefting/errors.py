@@ -1,0 +1,43 @@
+"""Errors: one root class, one line each: what is wrong, where, and what to do about it."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class HeftingError(Exception):
+    """Root of every error this library raises on purpose."""
+
+
+class InputError(HeftingError):
+    """Something the user gave cannot be used.
+
+    Parameters
+    ----------
+    what : what is wrong, in plain words.
+    where : file, column or row it was found at.
+    fix : what to do about it.
+
+    ``str(error)`` is one line: ``where: what; fix``.
+    """
+
+    def __init__(self, what: str, where: object = None, fix: str | None = None):
+        self.what, self.where, self.fix = what, where, fix
+        message = f"{where}: {what}" if where is not None else what
+        super().__init__(" ".join((f"{message}; {fix}" if fix else message).split()))
+
+
+class MissingDependencyError(HeftingError):
+    """An optional library is not installed; the message holds the command that installs it."""
+
+    def __init__(self, module: str, extra: str):
+        super().__init__(f"{module} is not installed; run: pip install 'hefting[{extra}]'")
+
+
+class NotIdentifiableError(InputError):
+    """The recording cannot determine what was asked for."""
+
+
+def nearest(name: str, choices: Iterable[str]) -> str:
+    """``" (did you mean 'x'?)"`` when a choice resembles `name`, else an empty string."""
+    match = difflib.get_close_matches(name.lower(), list(choices), n=1, cutoff=0.5)
+    return f" (did you mean '{match[0]}'?)" if match else ""

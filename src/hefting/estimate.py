@@ -1,0 +1,213 @@
+"""Estimate: what an estimator found, how sure it is, and how it can be checked."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.files import write_atomically
+from hefting.inertia import InertialParameters
+from hefting.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+
+SCHEMA = "hefting.estimate/1"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Evidence, independent of the solver, of how close an estimate is to the optimum of its own problem.
+
+    For every admissible answer the objective is at least ``bound``; so ``gap`` = objective - bound limits
+    what a perfect solver could still gain.
+    """
+
+    objective: float
+    """Objective at the estimate, computed anew from the data."""
+    bound: float
+    """Lower bound on the optimum: a dual-feasible value."""
+    iterations: int = 0
+    """Linear systems solved."""
+    converged: bool = True
+    """Whether the gap met the solver's own tolerance."""
+
+    @property
+    def gap(self) -> float:
+        """Objective minus bound, in the objective's units."""
+        return self.objective - self.bound
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Inertial parameters found from measurements, in sensor axes about the sensor origin."""
+
+    method: str
+    """Name of the estimator."""
+    parameters: InertialParameters
+    """The ten parameters."""
+    samples: int
+    """Samples used."""
+    duration: float | None = None
+    """Time spanned by the samples [s]; None for static poses without time."""
+    covariance: Array | None = None
+    """(10, 10) covariance of ``parameters.vector``; None where the method has none."""
+    certificate: Certificate | None = None
+    """How close to the method's optimum."""
+    bias: Array | None = None
+    """(6,) wrench bias [N, N m] found with it; None when it was not estimated."""
+    point_masses: Array | None = None
+    """(n,) masses [kg] of the shape's points, for methods that find them."""
+    residual: Array | None = None
+    """(2,) root-mean-square force [N] and torque [N m] residual of the full model."""
+    warnings: tuple[str, ...] = ()
+    """What the user should know before trusting it."""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """What was assumed and read: file, gravity, wrench sign, shape, hyperparameters."""
+
+    def __post_init__(self):
+        for name in ("covariance", "bias", "point_masses", "residual"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def physically_consistent(self) -> bool:
+        """Whether a body with these parameters can exist."""
+        return self.parameters.consistency().is_consistent
+
+    @property
+    def std(self) -> dict[str, Array] | None:
+        """Standard deviations of mass [kg] (), COM [m] (3,) and inertia at the COM [kg m²] (3, 3), to first order."""
+        if self.covariance is None:
+            return None
+        J = com_jacobian(self.parameters)
+        variance = np.einsum("ij,jk,ik->i", J, self.covariance, J)
+        std = np.sqrt(np.where(variance >= 0, variance, np.nan))
+        return {"mass": std[0], "center_of_mass": std[1:4], "inertia_at_com": vector_to_tensor(std[4:])}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The estimate as JSON-ready values; keys as documented for ``hefting identify --json``."""
+        p = self.parameters
+        std = self.std
+        certificate = None
+        if self.certificate is not None:
+            c = self.certificate
+            certificate = {
+                "objective": c.objective,
+                "bound": c.bound,
+                "gap": c.gap,
+                "iterations": c.iterations,
+                "converged": c.converged,
+            }
+        return json_ready(
+            {
+                "schema": SCHEMA,
+                "version": _version(),
+                "method": self.method,
+                "frame": "sensor",
+                "mass": p.mass,
+                "center_of_mass": p.center_of_mass,
+                "inertia_at_com": p.inertia_at_com,
+                "inertia_at_origin": p.inertia_at_origin,
+                "vector": p.vector,
+                "covariance": self.covariance,
+                "std": std if std else {"mass": None, "center_of_mass": None, "inertia_at_com": None},
+                "physically_consistent": self.physically_consistent,
+                "certificate": certificate,
+                "bias": self.bias,
+                "residual": self.residual,
+                "point_masses": self.point_masses,
+                "samples": self.samples,
+                "duration": self.duration,
+                "warnings": list(self.warnings),
+                "provenance": self.provenance,
+            }
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write as JSON that `load` reads back; the file appears whole or not at all."""
+        write_atomically(path, json.dumps(self.to_dict(), indent=1) + "\n")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read an estimate written by `save` or ``hefting identify --json``.
+
+        Raises `InputError` when the file cannot be read, is no estimate, or holds numbers that do not fit.
+        """
+        try:
+            data = json.loads(Path(path).read_text())
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror})", where=path) from error
+        except ValueError as error:
+            raise InputError(f"is not JSON ({error})", where=path) from error
+        if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+            raise InputError(f"is not an estimate of schema {SCHEMA}", where=path, fix="write one with hefting identify --output FILE.json")
+        try:
+            return cls._from_dict(data)
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"is not a whole estimate ({type(error).__name__}: {error})", where=path) from error
+
+    @classmethod
+    def _from_dict(cls, data: dict[str, Any]) -> Self:
+        def array(name: str, *shape: int | None) -> Array | None:
+            if data.get(name) is None:
+                return None
+            values = np.array(data[name], dtype=float)
+            if len(values.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, values.shape, strict=True)):
+                raise ValueError(f"{name} has shape {values.shape}")
+            return values
+
+        vector = array("vector", 10)
+        if vector is None or not np.isfinite(vector).all():
+            raise ValueError("vector is not ten finite numbers")
+        certificate = data.get("certificate")
+        if certificate is not None:
+            certificate = Certificate(**{k: v for k, v in certificate.items() if k != "gap"})
+        return cls(
+            method=str(data["method"]),
+            parameters=InertialParameters(vector),
+            samples=int(data["samples"]),
+            duration=None if data.get("duration") is None else float(data["duration"]),
+            covariance=array("covariance", 10, 10),
+            certificate=certificate,
+            bias=array("bias", 6),
+            point_masses=array("point_masses", None),
+            residual=array("residual", 2),
+            warnings=tuple(str(w) for w in data.get("warnings", ())),
+            provenance=dict(data.get("provenance", {})),
+        )
+
+
+def com_jacobian(parameters: InertialParameters) -> Array:
+    """Derivative (10, 10) of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz) by the parameter vector."""
+    m, c = parameters.mass, parameters.center_of_mass
+    J = np.zeros((10, 10))
+    J[0, 0] = 1.0
+    J[1:4, 0], J[1:4, 1:4] = -c / m, np.eye(3) / m
+    J[4:, 4:] = np.eye(6)
+    # inertia at COM = inertia at origin + m [c]x[c]x = J_o + [mc]x[mc]x / m
+    J[4:, 0] = -tensor_to_vector(skew(c) @ skew(c))
+    for i, unit in enumerate(np.eye(3)):
+        J[4:, 1 + i] = tensor_to_vector(skew(unit) @ skew(c) + skew(c) @ skew(unit))
+    return J
+
+
+def json_ready(value: Any) -> Any:
+    """Arrays to lists and non-finite numbers to None, through dicts and lists."""
+    if isinstance(value, dict):
+        return {str(k): json_ready(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_ready(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return json_ready(value.tolist())
+    if isinstance(value, np.generic):
+        return json_ready(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def _version() -> str:
+    from hefting import __version__
+
+    return __version__

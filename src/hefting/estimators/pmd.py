@@ -1,0 +1,192 @@
+"""PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.estimate import Certificate, Estimate
+from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.cone import TOLERANCE, ConeProblem, solve
+from hefting.inertia import InertialParameters
+from hefting.measurements import Measurements
+from hefting.moments import Moments, triangular
+from hefting.regressor import features, full_model_weight
+from hefting.shapes import PointMasses
+from hefting.spatial import Array
+
+
+@dataclass(frozen=True)
+class PMDState:
+    """Samples with their equations scaled by 1 - w for the reduced model and by w for the full one."""
+
+    reduced: Moments
+    full: Moments
+
+
+@dataclass(frozen=True)
+class PMD(Estimator[PMDState]):
+    """Non-negative masses at the shape's points that best explain the wrench:
+
+        minimise  |D(1-w) (Ã M m - b)| + |D(w) (A M m - b)| + lambda |m|   over m >= 0
+
+    with the reduced (gravity-only) regressor Ã, the full one A, and each sample's weight w = tanh(3 nu / c1) of its
+    dynamism nu. With ``bias="estimate"`` one constant wrench is added to both models and is free.
+    """
+
+    shape: PointMasses
+    """The points, in the sensor frame."""
+    c1: float = 300.0
+    """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3 and 25e3 on its robot."""
+    regularization: float = 0.1
+    """lambda [N/kg]: pull towards equal masses."""
+    bias: BiasModel = "none"
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
+
+    def __post_init__(self):
+        require_bias_model(self.bias)
+        if not self.c1 > 0.0:
+            raise InputError(f"c1 must be positive, not {self.c1}")
+        if not self.regularization >= 0.0:
+            raise InputError(f"the regularization must not be negative, but is {self.regularization}")
+
+    @cached_property
+    def _basis(self) -> tuple[Array, Array]:
+        """T (10, p) and V (p, n) with M = T V and orthonormal rows of V; p is the rank of M."""
+        M = self.shape.matrix
+        U, S, V = np.linalg.svd(M, full_matrices=False)
+        rank = int(np.sum(S > 1e-12 * S[0]))
+        return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
+
+    def start(self) -> PMDState:
+        """The state before any sample."""
+        return PMDState(Moments.empty(), Moments.empty())
+
+    def update(self, state: PMDState, measurements: Measurements) -> PMDState:
+        """The state with the samples of `measurements` added."""
+        x, time = features(measurements), measurements.time
+        w = full_model_weight(measurements, self.c1)
+        return PMDState(state.reduced.fold_features(x, time, 1.0 - w), state.full.fold_features(x, time, w))
+
+    def merge(self, first: PMDState, second: PMDState) -> PMDState:
+        """The state of an estimator that has seen the samples of both."""
+        return PMDState(first.reduced.merge(second.reduced), first.full.merge(second.full))
+
+    def estimate(self, state: PMDState, start: Estimate | None = None) -> Estimate:
+        """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
+
+        Raises `NotIdentifiableError` when there are no samples.
+        """
+        require_samples(state.full.samples)
+        rows = _Rows.of(state, self.bias == "estimate")
+        T, V = self._basis
+        problem = ConeProblem(rows.A @ T, rows.b, rows.k0, rows.k1, V, self.regularization, rows.size)
+        masses = start.point_masses if start is not None else None
+        if masses is None or not masses.any():
+            masses = _homogeneous(problem)
+        solution = solve(problem, masses)
+        vector = T @ (V @ solution.masses)
+        bias = rows.bias(vector, solution.scales) if self.bias == "estimate" else None
+        objective = rows.objective(vector, bias) + self.regularization * float(np.linalg.norm(solution.masses))
+        scale = max(objective, 1e-6 * rows.size)
+        return Estimate(
+            method=self.name,
+            parameters=InertialParameters(vector),
+            samples=state.full.samples,
+            duration=state.full.duration,
+            certificate=Certificate(
+                objective=objective,
+                bound=solution.bound,
+                iterations=solution.iterations,
+                converged=objective - solution.bound <= 10 * TOLERANCE * scale,
+            ),
+            bias=bias,
+            point_masses=solution.masses,
+        )
+
+
+def _homogeneous(problem: ConeProblem) -> Array:
+    """Equal masses (n,) that fit the wrench best in scale: where the solver starts."""
+    n = problem.M.shape[1]
+    predicted = problem.A @ problem.M.sum(axis=1)
+    square = float(predicted @ predicted)
+    mass = float(predicted @ problem.b) / square if square else 0.0
+    return np.full(n, max(mass, 1e-3 * float(np.linalg.norm(problem.b)) / (square**0.5 or 1.0)) or 1.0)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Both models' equations in triangular form, and the same with the bias taken out.
+
+    The rows [bias columns | A | b] of each model are reduced to a triangular factor; as the bias columns are one
+    multiple of the identity for each sample, they stay so: c I6 in the first six rows, c² the sum of squared weights.
+    A dual point must be orthogonal to them, (c0 u0 + c1 u1) = 0 in those rows, which one unknown in place of two
+    satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
+    """
+
+    reduced: Array
+    """(5 or 11, 5 or 11) factor of [bias columns | m, mc | b]"""
+    full: Array
+    """(11 or 17, 11 or 17) factor of [bias columns | ten parameters | b]"""
+    A: Array
+    b: Array
+    k0: Array
+    k1: Array
+    c0: float
+    c1: float
+
+    @classmethod
+    def of(cls, state: PMDState, free_bias: bool) -> "_Rows":
+        reduced = _factor(state.reduced, state.reduced.reduced[:, :, :4], free_bias)
+        full = _factor(state.full, state.full.full, free_bias)
+        n = 6 if free_bias else 0
+        A, b = np.zeros((len(reduced) + len(full) - n, 10)), np.zeros(len(reduced) + len(full) - n)
+        middle = len(reduced)
+        A[n:middle, :4], b[n:middle] = reduced[n:, n:-1], reduced[n:, -1]
+        A[middle:], b[middle:] = full[n:, n:-1], full[n:, -1]
+        k0 = np.zeros(len(b))
+        k0[n:middle] = 1.0
+        c0 = c1 = 0.0
+        if free_bias:
+            c0, c1 = float(reduced[0, 0]), float(full[0, 0])
+            c = np.hypot(c0, c1)
+            A[:6] = -c0 / c * full[:6, 6:-1]
+            A[:6, :4] += c1 / c * reduced[:6, 6:-1]
+            b[:6] = c1 / c * reduced[:6, -1] - c0 / c * full[:6, -1]
+            k0[:6] = (c1 / c) ** 2
+        return cls(reduced, full, A, b, k0, 1.0 - k0, c0, c1)
+
+    @property
+    def size(self) -> float:
+        """|b| of both models together."""
+        return float(np.hypot(np.linalg.norm(self.reduced[:, -1]), np.linalg.norm(self.full[:, -1])))
+
+    def bias(self, vector: Array, scales: Array) -> Array:
+        """(6,) bias that minimises the sum of both norms, given parameters (10,) and the norms' optimal values (2,)."""
+        g0 = self.reduced[:6, 6:-1] @ vector[:4] - self.reduced[:6, -1]
+        g1 = self.full[:6, 6:-1] @ vector - self.full[:6, -1]
+        weight0, weight1 = self.c0 / scales[0], self.c1 / scales[1]
+        return -(weight0 * g0 + weight1 * g1) / (weight0 * self.c0 + weight1 * self.c1)
+
+    def objective(self, vector: Array, bias: Array | None) -> float:
+        """Sum of both residual norms, from the factors themselves."""
+        free = np.zeros(0) if bias is None else bias
+        reduced = self.reduced @ np.concatenate((free, vector[:4], (-1.0,)))
+        full = self.full @ np.concatenate((free, vector, (-1.0,)))
+        return float(np.sqrt(reduced @ reduced) + np.sqrt(full @ full))
+
+
+def _factor(moments: Moments, regressors: Array, free_bias: bool) -> Array:
+    """Triangular factor of the virtual samples' rows [bias columns | regressors | wrench]."""
+    n = 6 if free_bias else 0
+    p = regressors.shape[2]
+    rows = np.empty((len(regressors), 6, n + p + 1))
+    if free_bias:
+        np.multiply(moments.ones[:, None, None], np.eye(6), out=rows[:, :, :6])
+    rows[:, :, n:-1] = regressors
+    rows[:, :, -1] = moments.wrench
+    factor = triangular(rows.reshape(-1, n + p + 1))
+    if free_bias:
+        factor[:6] *= np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)[:, None]
+    return factor

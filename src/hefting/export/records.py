@@ -1,0 +1,48 @@
+"""JSON and CSV: the estimate itself, in sensor axes and SI units, whether or not a body can have it."""
+
+import csv
+import io
+import json
+
+from hefting.estimate import Estimate
+from hefting.spatial import tensor_to_vector
+
+ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
+AT_COM = ("mass", "cx", "cy", "cz", *(f"I{e}" for e in ENTRIES))
+"""Mass [kg], COM [m], inertia about the COM [kg m²]."""
+COLUMNS = (
+    *("name", "method", "frame", *AT_COM),
+    *(f"J{e}" for e in ENTRIES),
+    *(f"std_{column}" for column in AT_COM),
+    *("samples", "duration", "physically_consistent"),
+)
+"""Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one standard deviation, is
+empty where the method has none; duration in s."""
+
+
+def write_json(estimate: Estimate) -> str:
+    """What `Estimate.load` reads back."""
+    return json.dumps(estimate.to_dict(), indent=1) + "\n"
+
+
+def write_csv(estimate: Estimate, name: str) -> str:
+    """A header and one row, so that rows of many estimates stack."""
+    p, std = estimate.parameters, estimate.std
+    at_com = (p.mass, *p.center_of_mass, *tensor_to_vector(p.inertia_at_com))
+    spread = (
+        (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"]))
+        if std
+        else (None,) * 10
+    )
+    values = (*at_com, *p.vector[4:], *spread)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerow(
+        (
+            *(name, estimate.method, "sensor"),
+            *("" if value is None else repr(float(value)) for value in values),
+            *(estimate.samples, estimate.duration, estimate.physically_consistent),
+        )
+    )
+    return stream.getvalue()

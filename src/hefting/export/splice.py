@@ -1,0 +1,154 @@
+"""Putting an inertial element into an existing XML file, leaving every other byte as it is.
+
+A parser finds where the element goes; the text is cut there. XML from elsewhere is hostile: a document type
+declaration is refused, so no entity is ever expanded or fetched, and the size is bounded.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from xml.parsers import expat
+
+from hefting.errors import InputError, nearest
+
+LARGEST = 16 * 2**20
+"""Largest file read [bytes]; robot descriptions are thousands of times smaller."""
+
+TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a format keeps its inertial elements."""
+
+    format: str
+    """Name of the format."""
+    roots: tuple[str, ...]
+    """Possible root elements."""
+    element: str
+    """Element that holds the inertial."""
+    parents: tuple[str, ...] | None
+    """Elements which that one is a child of; None for any."""
+
+
+@dataclass
+class _Holder:
+    """Offsets [bytes] of an element found: its start tag, and the inertial directly inside it."""
+
+    name: str
+    start: int
+    depth: int
+    inertial: tuple[int, int] | None = None
+
+
+def put_inertial(path: str | Path, name: str | None, inertial: str, place: Place) -> tuple[str, bool]:
+    """Text of the file with `inertial` in the element called `name`, and whether it replaced another.
+
+    Raises `InputError` when the file cannot be read, is not well-formed XML of that format in UTF-8, has a
+    document type, is larger than `LARGEST`, or does not hold the element exactly once.
+    """
+    data = _read(path)
+    holder = _only(_find(data, path, place), path, name, place)
+    margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
+    margin = margin if not margin.strip() else b""
+    deeper = margin + (b"\t" if b"\t" in margin else b"  ")
+    newline = b"\r\n" if b"\r\n" in data else b"\n"
+    block = inertial.encode().replace(b"\n", newline + deeper)
+    if holder.inertial is not None:
+        start, end = holder.inertial
+        return (data[:start] + block + data[end:]).decode(), True
+    end = _tag_end(data, holder.start)
+    if data[end - 2 : end] == b"/>":
+        closing = newline + margin + b"</" + place.element.encode() + b">"
+        opening = data[: end - 2].rstrip() + b">"
+        return (opening + newline + deeper + block + closing + data[end:]).decode(), False
+    return (data[:end] + newline + deeper + block + data[end:]).decode(), False
+
+
+def _only(holders: list[_Holder], path: str | Path, name: str | None, place: Place) -> _Holder:
+    names = [holder.name for holder in holders]
+    matches = [holder for holder in holders if holder.name == name]
+    if len(matches) == 1:
+        return matches[0]
+    if name is None:
+        what = f"which <{place.element}> is it to go into?"
+    elif matches:
+        what = f"{len(matches)} <{place.element}> are named '{name}'"
+    else:
+        what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
+    listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    fix = f"choose one of: {listed}" if names else f"the file has no <{place.element}> with a name"
+    raise InputError(what, where=path, fix=fix)
+
+
+def _read(path: str | Path) -> bytes:
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(LARGEST + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
+    if len(data) > LARGEST:
+        raise InputError(f"is larger than {LARGEST // 2**20} MiB", where=path)
+    try:
+        data.decode()
+    except UnicodeDecodeError as error:
+        raise InputError("is not UTF-8", where=path, fix="convert it first") from error
+    return data
+
+
+def _tag_end(data: bytes, start: int) -> int:
+    tag = TAG.match(data, start)
+    assert tag is not None  # expat found a tag here
+    return tag.end()
+
+
+def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
+    """Every named element of the place's kind, in document order."""
+    parser = expat.ParserCreate("utf-8")
+    stack: list[str] = []
+    open_holders: list[_Holder] = []
+    holders: list[_Holder] = []
+
+    def start_element(tag: str, attributes: dict[str, str]):
+        if not stack and tag not in place.roots:
+            raise InputError(
+                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>", where=path
+            )
+        if (
+            tag == place.element
+            and "name" in attributes
+            and (place.parents is None or stack[-1] in place.parents)
+        ):
+            open_holders.append(_Holder(attributes["name"], parser.CurrentByteIndex, len(stack)))
+            holders.append(open_holders[-1])
+        elif tag == "inertial" and open_holders and len(stack) == open_holders[-1].depth + 1:
+            if open_holders[-1].inertial is not None:
+                raise InputError(f"<{place.element}> '{open_holders[-1].name}' has two inertials", where=path)
+            open_holders[-1].inertial = (parser.CurrentByteIndex, -1)
+        stack.append(tag)
+
+    def end_element(tag: str):
+        stack.pop()
+        if not open_holders:
+            return
+        holder = open_holders[-1]
+        if len(stack) == holder.depth:
+            open_holders.pop()
+        elif tag == "inertial" and len(stack) == holder.depth + 1 and holder.inertial is not None:
+            start = holder.inertial[0]
+            first = _tag_end(data, start)
+            empty = data[first - 2 : first] == b"/>"
+            holder.inertial = (start, first if empty else data.index(b">", parser.CurrentByteIndex) + 1)
+
+    def refuse_doctype(*_):
+        raise InputError(
+            "has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE"
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
+    parser.StartDoctypeDeclHandler = refuse_doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InputError(f"is not well-formed XML ({error})", where=path) from error
+    return holders

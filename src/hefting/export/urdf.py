@@ -1,0 +1,42 @@
+"""URDF: the inertial element of a link. http://wiki.ros.org/urdf/XML/link
+
+The inertial's origin is the COM and the tensor is about the COM, in the axes of that origin, here the link's.
+"""
+
+from xml.sax.saxutils import quoteattr
+
+from hefting.export.body import Body, number, numbers
+from hefting.export.splice import Place
+
+PLACE = Place("URDF", roots=("robot",), element="link", parents=("robot",))
+
+
+def inertial(body: Body) -> str:
+    """The inertial element [kg, m, kg m²]."""
+    tensor = " ".join(f'{name}="{number(value)}"' for name, value in body.tensor.items())
+    return (
+        f'<inertial>\n  <origin xyz="{numbers(body.center_of_mass)}" rpy="0 0 0"/>\n'
+        f'  <mass value="{number(body.mass)}"/>\n  <inertia {tensor}/>\n</inertial>'
+    )
+
+
+def write(body: Body) -> str:
+    """A whole robot: the body as a link that floats in the world.
+
+    Not as the root link, whose inertia simulators attach to the world or drop (MuJoCo, KDL).
+    """
+    name = quoteattr(body.name)
+    content = inertial(body).replace("\n", "\n    ")
+    return f"""<?xml version="1.0"?>
+<!-- link frame: {body.frame}; SI units; inertia about the centre of mass -->
+<robot name={name}>
+  <link name="world"/>
+  <link name={name}>
+    {content}
+  </link>
+  <joint name={quoteattr(body.name + "_in_world")} type="floating">
+    <parent link="world"/>
+    <child link={name}/>
+  </joint>
+</robot>
+"""

@@ -1,0 +1,221 @@
+"""Recording -> Estimate: the whole way, with what has to be found out on it (sign, bias, weights) and told."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.calibration import FreeFit, WrenchSign, bias_is_significant, fit_freely, residuals, wrench_sign
+from hefting.errors import InputError, NotIdentifiableError, nearest
+from hefting.estimate import Estimate
+from hefting.estimators import METHODS, OLS, PMD, Estimator
+from hefting.logs import read_log
+from hefting.measurements import Measurements
+from hefting.motion import Measured, measure, sample_weights
+from hefting.motion.measure import DESCRIPTIONS, Source
+from hefting.recording import Recording
+from hefting.shapes import PointMasses
+from hefting.spatial import STANDARD_GRAVITY, frozen
+
+DEFAULT_BOX = (-0.25, 0.25, -0.25, 0.25, -0.25, 0.25)
+"""Where mass may be when no shape is given [m, sensor frame]."""
+DEFAULT_BOX_POINTS = 512
+HEAVIEST = 1000.0
+"""No robot holds this much [kg]: the wrench's unit must be wrong."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """An estimate and the measurements it was made from."""
+
+    estimate: Estimate
+    measurements: Measurements
+    """With the sign convention of `hefting.spatial`, a given bias removed, and the weights that were used."""
+    sign: WrenchSign | None
+    """What the data say of the wrench's sign; None when it was given."""
+    source: str
+    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+
+
+def identify(
+    recording: Recording | str | Path,
+    shape: PointMasses | None = None,
+    *,
+    method: str = "PMD",
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
+    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+    motion: Source = "auto",
+    start: float = 0.0,
+    duration: float | None = None,
+    **hyperparameters: Any,
+) -> Identification:
+    """Identify the object a recording shows.
+
+    Parameters
+    ----------
+    recording : a recording or the path of a log.
+    shape : where the object may have mass, in the sensor frame; a stated default box if None.
+    method : name of an estimator (`hefting.estimators.METHODS`).
+    gravity : (3,) in world axes [m/s²].
+    wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
+    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there is none, ``"auto"`` keeps
+        one that exceeds three standard deviations; or six numbers [N, N m], as recorded, to subtract.
+    motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
+    start, duration : part of the recording to use [s].
+    hyperparameters : fields of the estimator, such as ``c1``.
+
+    Raises `InputError` for input that cannot be right (names what, where and what to do) and
+    `NotIdentifiableError` when the recording determines nothing.
+    """
+    if not isinstance(recording, Recording):
+        recording = read_log(recording)
+    if method not in METHODS:
+        raise InputError(f"unknown method '{method}'{nearest(method, METHODS)}", fix=f"use {', '.join(METHODS)}")
+    if start or duration is not None:
+        recording = recording.slice(start, duration)
+    measured = measure(recording, gravity, motion)
+    z, source = measured.measurements, measured.source
+    warnings = [*recording.warnings, *measured.warnings]
+    given = None
+    if not isinstance(bias, str):
+        given = frozen(bias)
+        if given.shape != (6,) or not np.isfinite(given).all():
+            raise InputError(f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}")
+        z = replace(z, force=z.force - given[:3], torque=z.torque - given[3:])
+    elif bias not in ("auto", "none", "estimate"):
+        raise InputError(f"unknown bias model '{bias}'", fix="use auto, none, estimate or six numbers")
+    may_be_biased = given is None and bias != "none"
+    if not np.any(z.wrench):
+        raise InputError("the wrench is zero throughout", where=recording.source, fix="check its columns")
+
+    z, sign = _with_sign(z, wrench, may_be_biased, warnings)
+    fit = fit_freely(z, may_be_biased)
+    if may_be_biased and bias == "auto" and not bias_is_significant(fit):
+        if not np.isfinite(fit.covariance[0, 0]):
+            warnings.append("one orientation cannot tell a bias from the object's weight: assumed no bias")
+        fit, may_be_biased = fit_freely(z, False), False
+    _check_fit(fit, shape, recording.source, warnings)
+    if measured.motion is not None and len(z) > 1:
+        z = replace(z, weights=_weights(fit, measured))
+
+    settings: dict[str, Any] = {"bias": "estimate" if may_be_biased else "none"}
+    if method == "PMD":
+        if shape is None:
+            shape = PointMasses.from_box(*DEFAULT_BOX, points=DEFAULT_BOX_POINTS)
+            warnings.append(
+                "no shape given: mass may be anywhere in a box of ±0.25 m about the sensor; give --shape for a better answer"
+            )
+        settings["shape"] = shape
+    if method == "OLS":
+        settings["noise"] = fit.noise
+    if shape is not None:
+        warnings.extend(shape.warnings)
+    estimator = METHODS[method](**{**settings, **hyperparameters})
+    estimate = estimator.fit(z)
+    if estimate.covariance is not None:
+        estimate = replace(estimate, covariance=estimate.covariance * fit.autocorrelation)
+    if not estimate.parameters.mass > 0.0:
+        raise NotIdentifiableError(
+            "no positive mass explains the wrench",
+            where=recording.source,
+            fix="check --wrench (sign) and --gravity",
+        )
+    return Identification(
+        _finished(estimate, estimator, z, fit, warnings, {
+            "log": recording.source,
+            "gravity": np.asarray(gravity, dtype=float),
+            "wrench": "on-object" if (sign.on_object if sign else wrench == "on-object") else "on-sensor",
+            "wrench_found": sign is not None,
+            "bias": "given" if given is not None else settings["bias"],
+            "bias_subtracted": given,
+            "motion": DESCRIPTIONS[source],
+            "points": shape.n if shape is not None and method != "OLS" else None,
+        }),
+        z, sign, source,
+    )
+
+
+def _with_sign(
+    z: Measurements, wrench: str, may_be_biased: bool, warnings: list[str]
+) -> tuple[Measurements, WrenchSign | None]:
+    """The measurements with the wrench exerted on the object, and what decided."""
+    if wrench not in ("auto", "on-object", "on-sensor"):
+        raise InputError(f"unknown wrench convention '{wrench}'", fix="use auto, on-object or on-sensor")
+    sign = wrench_sign(z, may_be_biased) if wrench == "auto" else None
+    if sign is not None and not sign.certain:
+        warnings.append(
+            f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed "
+            f"{'on-object' if sign.on_object else 'on-sensor'}: give --wrench on-object or on-sensor"
+        )
+    on_object = sign.on_object if sign is not None else wrench == "on-object"
+    return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
+
+
+def _check_fit(fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]) -> None:
+    """Refuse what no object could cause; warn of what the shape makes unlikely."""
+    if not np.isfinite(fit.covariance[0, 0]):
+        raise NotIdentifiableError(
+            "the motion is too poor to determine even the mass beside a bias",
+            where=source,
+            fix="turn the sensor to other orientations, or give --bias none",
+        )
+    mass = float(fit.vector[0])
+    if abs(mass) > HEAVIEST:
+        raise InputError(
+            f"the force would need {abs(mass):.3g} kg", where=source, fix="give it in newtons; check --gravity"
+        )
+    if mass == 0.0 or not np.isfinite(fit.covariance.diagonal()[1:4]).all():
+        return
+    com = fit.vector[1:4] / mass
+    reach = 10.0 if shape is None else float(np.abs(shape.positions).max()) + 5.0 * float(np.linalg.norm(shape.extents))
+    spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / abs(mass)
+    if fit.mass_t > 10.0 and np.linalg.norm(com) - 3.0 * spread > max(reach, 0.5):
+        what = f"the torque puts the centre of mass {np.linalg.norm(com):.3g} m from the sensor"
+        raise InputError(what, where=source, fix="give torque in newton-metres; check the shape's unit and pose")
+    if shape is None:
+        return
+    local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
+    outside = float(np.max(np.abs(local) - 0.75 * shape.extents))
+    if fit.mass_t > 10.0 and outside > 3.0 * spread:
+        place = ", ".join(f"{1e3 * x:.0f}" for x in com)
+        warnings.append(
+            f"without the shape the COM would be at ({place}) mm, well outside it: check the shape's pose and unit, "
+            "the wrench's sign and its bias"
+        )
+
+
+def _weights(fit: FreeFit, measured: Measured) -> np.ndarray:
+    """Weights of the samples from the spread of the smoothed motion."""
+    assert measured.motion is not None
+    return sample_weights(fit.vector, measured.motion, fit.noise.force, fit.noise.torque)
+
+
+def _finished(
+    estimate: Estimate,
+    estimator: Estimator,
+    z: Measurements,
+    fit: FreeFit,
+    warnings: list[str],
+    provenance: dict[str, Any],
+) -> Estimate:
+    """The estimate with residual, warnings and provenance."""
+    r = residuals(z, estimate.parameters.vector, estimate.bias)
+    rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+    free = np.flatnonzero(~np.isfinite(fit.covariance.diagonal()[:10]))
+    if isinstance(estimator, PMD):
+        provenance |= {"c1": estimator.c1, "regularization": estimator.regularization}
+        if len(free):
+            warnings.append("the motion leaves the inertia open: it follows from the shape and equal masses alone")
+        if estimate.certificate is not None and not estimate.certificate.converged:
+            warnings.append(f"the solver stopped {estimate.certificate.gap:.2g} above its lower bound")
+    consistency = estimate.parameters.consistency()
+    if not consistency.is_consistent:
+        warnings.append(f"not physically consistent: {consistency}")
+    return replace(
+        estimate, residual=rms, warnings=(*warnings, *estimate.warnings), provenance=provenance
+    )
+
+

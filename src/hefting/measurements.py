@@ -1,0 +1,110 @@
+"""Measurements: motion, gravity and wrench at K instants, all in sensor axes: what every estimator works from."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.spatial import Array, frozen, move_motion, move_wrench
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of zero-mean noise, per axis. Zero means exact."""
+
+    force: float = 0.0
+    """Force [N]."""
+    torque: float = 0.0
+    """Torque [N m]."""
+    linear_acceleration: float = 0.0
+    """Linear acceleration [m/s²]."""
+    angular_acceleration: float = 0.0
+    """Angular acceleration [rad/s²]."""
+
+
+NOISE_LEVELS = {
+    "none": Noise(),
+    "low": Noise(0.05, 0.0025, 0.025, 0.25),
+    "moderate": Noise(0.1, 0.005, 0.05, 0.5),
+    "high": Noise(0.33, 0.0067, 0.1, 1.0),
+}
+"""Noise levels of the paper (Nadeau et al. 2022, table II)."""
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """K samples of motion and wrench in sensor axes; see `hefting.spatial` for signs and frames."""
+
+    time: Array
+    """(K,) [s]"""
+    gravity: Array
+    """(K, 3) gravity [m/s²]"""
+    linear_acceleration: Array
+    """(K, 3) classical acceleration of the sensor origin [m/s²]"""
+    angular_velocity: Array
+    """(K, 3) [rad/s]"""
+    angular_acceleration: Array
+    """(K, 3) [rad/s²]"""
+    force: Array
+    """(K, 3) exerted by the sensor on the object [N]"""
+    torque: Array
+    """(K, 3) about the sensor origin [N m]"""
+    noise: Noise | None = None
+    """noise levels, where known"""
+    weights: Array | None = None
+    """(K,) weight of each sample's squared residuals, or None for ones"""
+
+    def __post_init__(self):
+        for field in fields(self):
+            values = getattr(self, field.name)
+            if field.name == "noise" or values is None:
+                continue
+            array = frozen(np.atleast_1d(values) if field.name in ("time", "weights") else np.atleast_2d(values))
+            object.__setattr__(self, field.name, array)
+            shape = (len(self.time),) if array.ndim == 1 else (len(self.time), 3)
+            if array.shape != shape:
+                raise InputError(f"has shape {array.shape}, expected {shape}", where=f"Measurements.{field.name}")
+            if not np.isfinite(array).all():
+                row = int(np.argwhere(~np.isfinite(array))[0][0])
+                raise InputError(f"sample {row} is not finite", where=f"Measurements.{field.name}")
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, index: slice | Array) -> Self:
+        """The samples chosen by a slice, a mask (K,) or an index array."""
+        chosen = {
+            f.name: getattr(self, f.name)[index]
+            for f in fields(self)
+            if f.name != "noise" and getattr(self, f.name) is not None
+        }
+        return replace(self, **chosen)
+
+    @property
+    def wrench(self) -> Array:
+        """(K, 6) force and torque."""
+        return np.hstack((self.force, self.torque))
+
+    def moved(self, pose_old_in_new: Array) -> Self:
+        """The same motion and wrench seen from another frame fixed to the sensor; `pose_old_in_new` is (4, 4)."""
+        force, torque = move_wrench(pose_old_in_new, self.force, self.torque)
+        a, w, alpha = move_motion(
+            pose_old_in_new, self.linear_acceleration, self.angular_velocity, self.angular_acceleration
+        )
+        return replace(
+            self,
+            gravity=self.gravity @ np.asarray(pose_old_in_new)[:3, :3].T,
+            linear_acceleration=a,
+            angular_velocity=w,
+            angular_acceleration=alpha,
+            force=force,
+            torque=torque,
+        )
+
+    def with_noise(self, noise: Noise, seed: int) -> Self:
+        """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau et al. 2022, sec. V-C)."""
+        rng = np.random.default_rng(seed)
+        levels = {name: getattr(noise, name) for name in ("force", "torque", "linear_acceleration", "angular_acceleration")}
+        noisy = {name: getattr(self, name) + std * rng.normal(size=(len(self), 3)) for name, std in levels.items()}
+        return replace(self, noise=noise, **noisy)

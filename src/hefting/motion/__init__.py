@@ -1,0 +1,9 @@
+"""Motion of the sensor from what a log holds of it: see `hefting.motion.measure`."""
+
+from hefting.motion.kalman import PoseFilter
+from hefting.motion.measure import Measured, measure
+from hefting.motion.spline import smooth
+from hefting.motion.state import Motion
+from hefting.motion.weighting import sample_weights
+
+__all__ = ["Measured", "Motion", "PoseFilter", "measure", "sample_weights", "smooth"]

@@ -1,0 +1,287 @@
+"""Penalised quintic B-splines on uniform knots: band matrices, restricted likelihood, pointwise variance.
+
+A signal y (t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i with knots h apart,
+
+    minimise  sum_k w_k |y_k - f(t_k)|² + lambda |D^m c|²,          D^m = m-th difference,
+
+the spline equivalent of white noise of intensity q = h^(1-2m) r²/lambda on the m-th derivative of f. With
+samples dt apart it smooths above the bandwidth wc = (q/(r² dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m).
+Eilers & Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996); restricted
+likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Statistical Society B 45 (1983).
+
+Long gaps cut the recording into segments that share lambda and r² and nothing else.
+"""
+
+from dataclasses import dataclass, field
+from math import comb, factorial, perm
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.optimize import minimize_scalar
+
+from hefting.spatial import Array
+
+Integers = NDArray[np.int_]
+Mask = NDArray[np.bool_]
+
+DEGREE = 5
+SUPPORT = DEGREE + 1
+FEWEST = 8
+"""Samples a segment must have to be smoothed at all."""
+CHUNK = 8192
+"""Samples evaluated at a time."""
+
+
+def _piece_coefficients() -> Array:
+    """(6, 6): coefficient of u^p (rows) in the function B_(i+j) (columns) on knot interval i, u in [0, 1]."""
+    coefficients = np.zeros((SUPPORT, SUPPORT))
+    for j in range(SUPPORT):
+        for k in range(SUPPORT - j):
+            sign = (-1) ** k * comb(SUPPORT, k) / factorial(DEGREE)
+            for p in range(SUPPORT):
+                coefficients[p, j] += sign * comb(DEGREE, p) * float(DEGREE - j - k) ** (DEGREE - p)
+    return coefficients
+
+
+PIECES = _piece_coefficients()
+
+
+def basis(u: Array, derivative: int = 0) -> Array:
+    """The six functions (K, 6) that live on a knot interval, or a derivative by u, at u (K,) in [0, 1]."""
+    powers = np.vander(u, SUPPORT - derivative, increasing=True)
+    factors = np.array([perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float)
+    return powers @ (factors[:, None] * PIECES[derivative:])
+
+
+@dataclass(frozen=True)
+class Knots:
+    """Uniform knots h apart over each segment of a recording."""
+
+    h: float
+    """s"""
+    first: Array
+    """(S,) s, where each segment begins"""
+    last: Array
+    """(S,) s, where it ends"""
+
+    intervals: Integers = field(init=False)
+    """(S,)"""
+    offset: Integers = field(init=False)
+    """(S + 1,) first coefficient of each segment"""
+
+    def __post_init__(self):
+        intervals = np.maximum(np.ceil((self.last - self.first) / self.h - 1e-9), 1).astype(int)
+        object.__setattr__(self, "intervals", intervals)
+        object.__setattr__(self, "offset", np.concatenate(([0], np.cumsum(intervals + DEGREE))))
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return int(self.offset[-1])
+
+    def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
+        """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a segment covers it."""
+        segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
+        x = (time - self.first[segment]) / self.h
+        interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
+        covered = (x >= 0) & (time <= self.last[segment])
+        return self.offset[segment] + interval, x - interval, covered
+
+    def differences(self, coefficients: Array, m: int) -> Array:
+        """D^m c, segment by segment."""
+        return np.concatenate(
+            [np.diff(c, m, axis=0) for c in np.split(coefficients, self.offset[1:-1].tolist())]
+        )
+
+    def penalty(self, m: int) -> Array:
+        """Lower bands (6, n) of D^m' D^m."""
+        bands = np.zeros((SUPPORT, self.size))
+        stencil = np.array([(-1.0) ** (m - a) * comb(m, a) for a in range(m + 1)])
+        for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
+            rows = stop - start - m
+            for a in range(m + 1):
+                for b in range(a, m + 1):
+                    bands[b - a, start + a : start + a + rows] += stencil[a] * stencil[b]
+        return bands
+
+    def log_penalty_determinant(self, m: int) -> float:
+        """Log of the product of the positive eigenvalues of D^m' D^m.
+
+        That is det(D D') = prod (n + i + j + 1)/(i + j + 1) over i, j = 0..m-1, D having n rows.
+        """
+        i, j = np.divmod(np.arange(m * m), m)
+        rows = np.diff(self.offset)[:, None] - m
+        return float(np.sum(np.log1p(rows / (i + j + 1.0))))
+
+
+def multiply(bands: Array, x: Array) -> Array:
+    """Product of a symmetric matrix, given by its lower bands (6, n), and x (n, d)."""
+    product = bands[0][:, None] * x
+    for b in range(1, min(SUPPORT, len(x))):
+        product[b:] += bands[b, :-b, None] * x[:-b]
+        product[:-b] += bands[b, :-b, None] * x[b:]
+    return product
+
+
+class Normal:
+    """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a pilot fit.
+
+    Samples are averaged in blocks against coloured noise, and the basis with them, so that averaging bends
+    nothing. `block` is in seconds.
+    """
+
+    def __init__(self, knots: Knots, time: Array, values: Array, block: float):
+        self.knots = knots
+        self._penalties: dict[int, Array] = {}
+        index, u, covered = knots.locate(time)
+        index, u, values = index[covered], u[covered], values[covered]
+        per_interval = max(round(knots.h / block), 1)
+        cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
+        starts = np.flatnonzero(np.diff(cell, prepend=-1))
+        self.count = np.diff(np.append(starts, len(cell))).astype(float)
+        self.index = index[starts]
+        rows = np.concatenate([basis(u[k : k + CHUNK]) for k in range(0, len(u), CHUNK)])
+        self.rows = np.add.reduceat(rows, starts, axis=0) / self.count[:, None]
+        self.values = np.add.reduceat(values, starts, axis=0) / self.count[:, None]
+        self.samples = len(u)
+        n = knots.size
+        self.bands = np.zeros((SUPPORT, n))
+        for a in range(SUPPORT):
+            for b in range(a, SUPPORT):
+                weight = self.count * self.rows[:, a] * self.rows[:, b]
+                self.bands[b - a] += np.bincount(self.index + a, weight, minlength=n)
+        self.pilot = np.zeros((n, values.shape[1]))
+        self._set_pilot(self.pilot)
+
+    def _set_pilot(self, coefficients: Array) -> None:
+        fitted = np.zeros_like(self.values)
+        for a in range(SUPPORT):
+            fitted += self.rows[:, a, None] * coefficients[self.index + a]
+        residual = self.values - fitted
+        self.pilot = coefficients
+        self.pilot_rss = float(np.sum(self.count[:, None] * residual**2))
+        n = self.knots.size
+        self.gradient = np.zeros_like(coefficients)
+        for a in range(SUPPORT):
+            weight = (self.count * self.rows[:, a])[:, None] * residual
+            for d in range(residual.shape[1]):
+                self.gradient[:, d] += np.bincount(self.index + a, weight[:, d], minlength=n)
+
+    def refine_pilot(self, m: int, penalty: float) -> None:
+        """Take the fit with this penalty as the pilot, so that sums of squares near it do not cancel."""
+        self._set_pilot(self.solve(m, penalty)[0])
+
+    def solve(self, m: int, penalty: float) -> tuple[Array, Array]:
+        """Coefficients (n, d) and the lower Cholesky bands (6, n) of B' W B + penalty D' D."""
+        if m not in self._penalties:
+            self._penalties[m] = self.knots.penalty(m)
+        roughness = self._penalties[m]
+        factor = cholesky_banded(self.bands + penalty * roughness, lower=True, check_finite=False)
+        step = self.gradient - penalty * multiply(roughness, self.pilot)
+        return self.pilot + cho_solve_banded((factor, True), step, check_finite=False), factor
+
+    def residual_square(self, coefficients: Array) -> float:
+        """Weighted sum of squared residuals of a fit."""
+        step = coefficients - self.pilot
+        return self.pilot_rss + float(np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient)))
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """Hyperparameters of a smoothing spline, and how likely they are."""
+
+    order: int
+    """m: white noise drives the m-th derivative"""
+    bandwidth: float
+    """wc, rad/s"""
+    variance: float
+    """r², of one sample of one component"""
+    log_likelihood: float
+    """restricted, comparable between orders"""
+
+    def penalty(self, h: float, dt: float) -> float:
+        """lambda for knots h apart and samples dt apart."""
+        return h / dt * (h * self.bandwidth) ** (-2 * self.order)
+
+    def intensity(self, dt: float) -> float:
+        """q: two-sided spectral density of the white noise on the m-th derivative."""
+        return self.variance * dt * self.bandwidth ** (2 * self.order)
+
+
+class Likelihood:
+    """Restricted likelihood of the bandwidth for one order m, with r² at its maximum.
+
+    d independent components share lambda and r² (a unit quaternion's four have three degrees of freedom). The
+    polynomials of degree below m, which the model leaves free, are counted as drawn with the variance they turn
+    out to have; without that price a higher order always wins on short recordings.
+    """
+
+    def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):
+        self.normal, self.order, self.dt, self.d, self.floor = normal, m, dt, d, floor
+        self.degrees = len(normal.count) - m * len(normal.knots.first)
+        self.rank = normal.knots.size - m * len(normal.knots.first)
+        self.log_det = normal.knots.log_penalty_determinant(m)
+        self.free_score = 0.0
+        target = normal.gradient + multiply(normal.bands, normal.pilot)
+        for start, stop in zip(normal.knots.offset[:-1], normal.knots.offset[1:], strict=True):
+            free = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, stop - start), m - 1))[0]
+            root = np.linalg.cholesky(free.T @ multiply(normal.bands[:, start:stop], free))
+            self.log_det += 2.0 * float(np.sum(np.log(np.diag(root))))
+            effects = np.linalg.solve(root, free.T @ target[start:stop])  # along orthonormal polynomials
+            scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
+            self.free_score -= 0.5 * d * float(np.sum(np.log(scale) + 1.0))
+
+    def at(self, log_h_bandwidth: float) -> Smoothness:
+        """Likelihood at ln(h wc)."""
+        h = self.normal.knots.h
+        trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
+        penalty = trial.penalty(h, self.dt)
+        c, factor = self.normal.solve(self.order, penalty)
+        roughness = float(np.sum(self.normal.knots.differences(c, self.order) ** 2))
+        square = max(self.normal.residual_square(c), 0.0) + penalty * roughness
+        variance = max(square / (self.d * self.degrees), self.floor)
+        log_det = 2.0 * float(np.sum(np.log(factor[0]))) - self.rank * np.log(penalty) - self.log_det
+        score = -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det) + self.free_score
+        return Smoothness(self.order, trial.bandwidth, variance, score)
+
+    def maximum(self, lowest: float, highest: float) -> Smoothness:
+        """The most likely bandwidth with h wc between two bounds: a coarse scan, then Brent's method."""
+        grid = np.linspace(np.log(lowest), np.log(highest), 9)
+        scores = [self.at(x).log_likelihood for x in grid]
+        best = int(np.argmax(scores))
+        bracket = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+        found = minimize_scalar(
+            lambda x: -self.at(x).log_likelihood, bounds=bracket, method="bounded", options={"xatol": 0.02}
+        )
+        return self.at(float(found.x))
+
+
+def inverse_bands(factor: Array, overlap: int) -> Array:
+    """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
+
+    The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog 1985), side by side in
+    stretches that each begin `overlap` coefficients late, from nothing known: what they then get wrong
+    fades with exp(-2 sin(pi/2m) wc h overlap).
+    """
+    n = factor.shape[1]
+    stretch = 256
+    count = -(-n // stretch)
+    length = min(stretch + overlap, n)
+    stop = np.minimum((np.arange(count) + 1) * stretch + overlap, n)
+    bands = np.zeros((SUPPORT, n))
+    window = np.zeros((count, SUPPORT, SUPPORT))
+    for k in range(length):
+        j = stop - 1 - k
+        column = factor[:, np.maximum(j, 0)]  # of a stretch already past its beginning, not used
+        slope = (column[1:] / column[0]).T  # (count, 5)
+        corner = window[:, :DEGREE, :DEGREE]
+        row = -np.einsum("sab,sb->sa", corner, slope)
+        grown = np.empty_like(window)
+        grown[:, 1:, 1:] = corner
+        grown[:, 0, 1:] = grown[:, 1:, 0] = row
+        grown[:, 0, 0] = 1.0 / column[0] ** 2 - np.einsum("sa,sa->s", row, slope)
+        window = grown
+        own = (j >= 0) & (j < (np.arange(count) + 1) * stretch) & (j >= np.arange(count) * stretch)
+        bands[:, j[own]] = window[own, 0].T
+    return bands

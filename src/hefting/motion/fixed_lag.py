@@ -1,0 +1,165 @@
+"""Fixed-lag Kalman filter of integrated white noise.
+
+A component is n integrators of white noise, observed in white noise. The estimate of a past state x_j given
+all data up to now follows from its covariance C_j with the present state: with innovation nu of variance S,
+
+    C_j <- C_j F',   x_j <- x_j + C_j H' nu / S,   C_j <- C_j (I - K H)'
+
+(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of 1/bandwidth: derivative
+i is x_i / (r wc^i), the driving noise has intensity period * wc ("nominal"), and the filter depends on n and on
+the spacing of the samples alone.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+from scipy.signal import lfilter
+
+from hefting.spatial import Array
+
+DIFFUSE = 1e4
+"""Standard deviation of the unknown derivatives at the start, in filter units."""
+READ = 3
+"""Derivatives read out: value, velocity, acceleration."""
+
+
+def _integrators(step: float, n: int) -> tuple[Array, Array]:
+    """Transition (n, n) over `step`, and covariance (n, n) that unit white noise builds up over it."""
+    transition, noise = np.zeros((n, n)), np.zeros((n, n))
+    for i in range(n):
+        for j in range(n):
+            if j >= i:
+                transition[i, j] = step ** (j - i) / factorial(j - i)
+            power = 2 * n - 1 - i - j
+            noise[i, j] = step**power / (power * factorial(n - 1 - i) * factorial(n - 1 - j))
+    return transition, noise
+
+
+class Steady(NamedTuple):
+    """The filter after a long run of samples a constant step apart, read out `lag` samples late."""
+
+    covariance: Array
+    """(n, n) of the present state"""
+    surplus: float
+    """S/R: innovation over residual"""
+    modes: Array
+    """(n,) eigenvalues of the closed loop"""
+    drive: Array
+    """(n,) gain in modal coordinates"""
+    shapes: Array
+    """(n, n) modal to state coordinates"""
+    gains: Array
+    """(lag + 1, 3): what the innovation i samples later adds to a state; row 0 is the present and zero"""
+    cross: Array
+    """(lag + 1, 3, n): C of a state i samples old"""
+    variances: Array
+    """(lag + 1, 3) of a state i samples old"""
+
+
+@lru_cache(maxsize=32)
+def steady_filter(n: int, step: float, lag: int) -> Steady:
+    transition, noise = _integrators(step, n)
+    observe = np.eye(n)[:, :1]
+    predicted = solve_discrete_are(transition.T, observe, step * noise, np.eye(1))
+    for _ in range(50):  # polishes the last digits
+        surplus = predicted[0, 0] + 1.0
+        gain = predicted[:, 0] / surplus
+        covariance = predicted - surplus * np.outer(gain, gain)
+        predicted = transition @ covariance @ transition.T + step * noise
+        predicted = 0.5 * (predicted + predicted.T)
+    modes, shapes = np.linalg.eig(transition - np.outer(gain, transition[0]))
+    gains, cross, variances = [np.zeros(READ)], [covariance[:READ]], [np.diag(covariance)[:READ]]
+    for _ in range(lag):
+        c = cross[-1] @ transition.T
+        gains.append(c[:, 0] / surplus)
+        cross.append(c - np.outer(c[:, 0], gain))
+        variances.append(variances[-1] - surplus * gains[-1] ** 2)
+    drive = np.linalg.solve(shapes, gain.astype(complex))
+    return Steady(
+        covariance, surplus, modes, drive, shapes, np.array(gains), np.array(cross), np.array(variances)
+    )
+
+
+@dataclass(frozen=True)
+class Track:
+    """Filter state of d components that share their covariance, and the past states not yet given out."""
+
+    mean: Array
+    """(n, d) present state"""
+    covariance: Array
+    """(n, n)"""
+    past: Array
+    """(P, 3, d) past states, the present one last"""
+    cross: Array
+    """(P, 3, n) their covariance with the present state"""
+    variances: Array
+    """(P, 3) their variances"""
+
+    @classmethod
+    def begin(cls, value: Array, n: int, cold: Steady | None) -> "Track":
+        mean = np.zeros((n, len(value)))
+        mean[0] = value
+        covariance = np.diag([1.0] + [DIFFUSE**2] * (n - 1)) if cold is None else cold.covariance
+        return cls(
+            mean, covariance, mean[None, :READ], covariance[None, :READ], np.diag(covariance)[None, :READ]
+        )
+
+    def step(self, value: Array, step: float, nominal: float) -> "Track":
+        """Take in one sample (d,), `step` after the last."""
+        transition, noise = _integrators(step, len(self.mean))
+        mean = transition @ self.mean
+        predicted = transition @ self.covariance @ transition.T + nominal * noise
+        predicted = 0.5 * (predicted + predicted.T)  # or rounding makes it drift
+        surplus = predicted[0, 0] + 1.0
+        gain = predicted[:, 0] / surplus
+        innovation = value - mean[0]
+        mean = mean + np.outer(gain, innovation)
+        covariance = predicted - surplus * np.outer(gain, gain)
+        cross = self.cross @ transition.T
+        gains = cross[:, :, 0] / surplus
+        return Track(
+            mean,
+            covariance,
+            np.concatenate((self.past + gains[:, :, None] * innovation, mean[None, :READ])),
+            np.concatenate((cross - cross[:, :, :1] * gain, covariance[None, :READ])),
+            np.concatenate((self.variances - surplus * gains**2, np.diag(covariance)[None, :READ])),
+        )
+
+    def block(self, values: Array, steady: Steady) -> "Track":
+        """Take in regular samples (K, d) at once, the filter being steady."""
+        lag = len(steady.gains) - 1
+        modal = np.linalg.solve(steady.shapes, self.mean.astype(complex))
+        states = np.zeros((len(values), *self.mean.shape))
+        for mode, drive, shape, begin in zip(steady.modes, steady.drive, steady.shapes.T, modal, strict=True):
+            if mode.imag >= 0:  # a conjugate pair is twice the real part of one
+                start = (mode * begin)[None]
+                z = lfilter([drive], [1.0, -mode], values.astype(complex), axis=0, zi=start)[0]
+                states += (1.0 if mode.imag == 0 else 2.0) * np.real(shape[:, None] * z[:, None, :])
+        innovations = np.zeros((len(self.past) + len(values) + lag, values.shape[1]))
+        innovations[len(self.past) : len(self.past) + len(values)] = (values - states[:, 0]) * steady.surplus
+        past = np.concatenate((self.past, states[:, :READ]))
+        if lag:
+            for i in range(READ):
+                for d in range(values.shape[1]):
+                    past[:, i, d] += np.correlate(innovations[1:, d], steady.gains[1:, i], "valid")[
+                        : len(past)
+                    ]
+        age = np.minimum(np.arange(len(past))[::-1], lag)
+        return Track(states[-1], self.covariance, past, steady.cross[age], steady.variances[age])
+
+    def is_steady(self, steady: Steady) -> bool:
+        """Whether the covariances have settled, to six digits: then `block` does the same as `step`."""
+        if len(self.past) != len(steady.gains) - 1:
+            return False
+        if not np.allclose(self.covariance, steady.covariance, rtol=1e-6, atol=1e-9):
+            return False
+        return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-6, atol=1e-9)
+
+    def drop(self, count: int) -> "Track":
+        return replace(
+            self, past=self.past[count:], cross=self.cross[count:], variances=self.variances[count:]
+        )

@@ -1,0 +1,187 @@
+"""Recording -> Measurements: motion and wrench brought to common instants, in sensor axes."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.errors import InputError
+from hefting.measurements import Measurements
+from hefting.motion.kalman import PoseFilter
+from hefting.motion.spline import smooth
+from hefting.motion.state import Motion
+from hefting.recording import Recording, Stream
+from hefting.spatial import STANDARD_GRAVITY, Array, rotation_matrices
+
+Source = Literal["auto", "columns", "smooth", "filter"]
+
+DESCRIPTIONS = {
+    "static": "static poses: gravity only",
+    "columns": "twist and acceleration columns of the log",
+    "smooth": "poses, smoothed",
+    "filter": "poses, filtered live with a lag of 0.1 s",
+    "accelerometer": "orientation, smoothed, and the accelerometer",
+    "orientation": "orientation alone: gravity only",
+}
+"""What each way to get the motion uses."""
+
+TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measurements and how their motion was found."""
+
+    measurements: Measurements
+    """At the wrench's own instants, wrench as recorded."""
+    source: str
+    """A key of `DESCRIPTIONS`."""
+    motion: Motion | None
+    """Smoothed motion at the same instants, with standard deviations; None where the log gave it."""
+    warnings: tuple[str, ...] = ()
+    """Samples left out, and why."""
+
+
+def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source: Source = "auto") -> Measured:
+    """Motion and wrench of a recording at the instants of its wrench; nothing is extrapolated.
+
+    Parameters
+    ----------
+    gravity : (3,) in world axes [m/s²].
+    source : ``"auto"`` takes twist and acceleration columns where the log has them, else smooths the poses;
+        ``"columns"``, ``"smooth"`` and ``"filter"`` (a fixed-lag Kalman filter, as live) ask for one of them.
+
+    A recording of static poses, or of orientation alone, gives zero motion: the reduced model. With orientation
+    and an accelerometer (specific force a - g), the latter gives the acceleration.
+    Raises `InputError` when wrench or orientation is missing, or what `source` asks for is.
+    """
+    g_world = np.asarray(gravity, dtype=float)
+    if g_world.shape != (3,) or not np.isfinite(g_world).all() or not g_world.any():
+        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g_world.tolist()}")
+    wrench, orientation = recording["wrench"], recording["orientation"]
+    if recording.static:
+        if not np.array_equal(wrench.rows, orientation.rows):
+            raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
+        return Measured(_still(wrench, orientation.values, g_world), "static", None)
+
+    inside, warnings = _inside(recording, wrench)
+    if source == "columns" or (source == "auto" and recording.has(*TWIST)):
+        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings)
+    position = _position(recording)
+    at = inside.time
+    if source == "filter":
+        motion, inside = _filtered(recording, position, inside)
+    elif len(orientation) < 8:
+        raise InputError(
+            f"{len(orientation)} poses are too few to find velocities from",
+            where=recording.source,
+            fix="give a longer recording, or static poses without the time column",
+        )
+    else:
+        motion = smooth(orientation.time, position, orientation.values, at=at)
+    known = np.isfinite(motion.angular_acceleration).all(axis=1)
+    if not known.all():
+        warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
+        inside, motion = inside[known], motion[known]
+    g = np.einsum("kji,j->ki", rotation_matrices(motion.orientation), g_world)
+    kind = "filter" if source == "filter" else "smooth"
+    if motion.linear_acceleration is not None:
+        a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
+    elif recording.has("accelerometer"):
+        inside, g, motion, a = _accelerometer(recording["accelerometer"], inside, g, motion)
+        w, alpha, kind = motion.angular_velocity, motion.angular_acceleration, "accelerometer"
+    else:
+        a = w = alpha = np.zeros_like(g)
+        kind, motion = "orientation", None
+        warnings += ("no position and no accelerometer: only gravity is modelled, so mass and COM at most",)
+    force, torque = inside.values[:, :3], inside.values[:, 3:]
+    return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings)
+
+
+def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
+    """Static poses: gravity turned into sensor axes, no motion."""
+    g = np.einsum("kji,j->ki", rotation_matrices(orientation), g_world)
+    zero = np.zeros_like(g)
+    return Measurements(wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:])
+
+
+def _inside(recording: Recording, wrench: Stream) -> tuple[Stream, tuple[str, ...]]:
+    """The wrench samples between the first and the last pose."""
+    poses = recording["orientation"]
+    kept = (wrench.time >= poses.time[0]) & (wrench.time <= poses.time[-1])
+    if not kept.any():
+        raise InputError("no wrench was measured while the pose was", where=recording.source)
+    left_out = int(np.sum(~kept))
+    if left_out:
+        return wrench[kept], (f"{left_out} wrench samples before the first or after the last pose were left out",)
+    return wrench, ()
+
+
+def _position(recording: Recording) -> Array | None:
+    """Positions at the orientation's instants, or None."""
+    if not recording.has("position"):
+        return None
+    position, orientation = recording["position"], recording["orientation"]
+    if np.array_equal(position.time, orientation.time):
+        return position.values
+    if position.time[0] > orientation.time[0] or position.time[-1] < orientation.time[-1]:
+        raise InputError(
+            "position and orientation cover different times", where=recording.source, fix="give both in each row"
+        )
+    return _interpolated(position, orientation.time)
+
+
+def _interpolated(stream: Stream, at: Array) -> Array:
+    """A stream's values (K, d) at times inside it, linearly between its samples."""
+    if np.array_equal(stream.time, at):
+        return stream.values
+    return np.column_stack([np.interp(at, stream.time, column) for column in stream.values.T])
+
+
+def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measurements:
+    """Motion from the log's own twist and acceleration columns, given in world axes."""
+    for name in TWIST:  # names what is missing
+        stream = recording[name]
+        if stream.time[0] > wrench.time[0] or stream.time[-1] < wrench.time[-1]:
+            raise InputError(
+                f"the {name} does not cover all wrench samples", where=recording.source, fix="use --start, --duration"
+            )
+    quaternions = recording["orientation"]
+    if np.array_equal(quaternions.time, wrench.time):
+        R = rotation_matrices(quaternions.values)
+    else:
+        from scipy.spatial.transform import Rotation, Slerp
+
+        R = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(wrench.time).as_matrix()
+    a, w, alpha = (
+        np.einsum("kji,kj->ki", R, _interpolated(recording[name], wrench.time)) for name in TWIST
+    )
+    g = np.einsum("kji,j->ki", R, g_world)
+    return Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
+
+
+def _filtered(recording: Recording, position: Array | None, wrench: Stream) -> tuple[Motion, Stream]:
+    """Motion as a live filter gives it, and the wrench at its instants."""
+    orientation = recording["orientation"]
+    time, values = orientation.time, orientation.values
+    live = PoseFilter.tuned(time, position, values)
+    _, motion = live.update(live.start(), time, position, values)
+    kept = (motion.time >= wrench.time[0]) & (motion.time <= wrench.time[-1])
+    if not kept.any():
+        raise InputError("the recording ends before the filter has settled", where=recording.source)
+    motion = motion[kept]
+    return motion, Stream(motion.time, _interpolated(wrench, motion.time))
+
+
+def _accelerometer(
+    accelerometer: Stream, wrench: Stream, g: Array, motion: Motion
+) -> tuple[Stream, Array, Motion, Array]:
+    """Linear acceleration (K, 3) from the specific force a - g, at the wrench samples the accelerometer covers."""
+    kept = (wrench.time >= accelerometer.time[0]) & (wrench.time <= accelerometer.time[-1])
+    if not kept.any():
+        raise InputError("accelerometer and wrench were never measured at the same time")
+    wrench, g, motion = wrench[kept], g[kept], motion[kept]
+    a = _interpolated(accelerometer, wrench.time) + g
+    spread = np.full(len(g), float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0)))
+    return wrench, g, replace(motion, linear_acceleration=a, linear_acceleration_std=spread), a

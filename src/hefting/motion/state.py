@@ -1,0 +1,99 @@
+"""Motion: the kinematic state of the sensor at a set of times, with the spread of its error."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.spatial import Array, frozen, rotation_matrices
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Pose, velocity and acceleration of the sensor frame; vectors in sensor axes, SI units.
+
+    Samples at which the motion is not known (inside a long gap) hold NaN, and an infinite
+    standard deviation. Where the position was not measured, everything linear is None.
+    """
+
+    time: Array
+    """(K,) s, increasing."""
+    orientation: Array
+    """(K, 4) unit quaternions xyzw, sensor in world: v_world = R(q) v_sensor."""
+    angular_velocity: Array
+    """(K, 3) rad/s."""
+    angular_acceleration: Array
+    """(K, 3) rad/s²."""
+    angular_velocity_std: Array
+    """(K,) rad/s, standard deviation of the error along each axis."""
+    angular_acceleration_std: Array
+    """(K,) rad/s²."""
+    bandwidth: float
+    """rad/s. Errors are correlated in time: about bandwidth * T of them are independent in T seconds."""
+    position: Array | None = None
+    """(K, 3) m, sensor origin in world axes."""
+    linear_velocity: Array | None = None
+    """(K, 3) m/s, of the sensor origin."""
+    linear_acceleration: Array | None = None
+    """(K, 3) m/s², classical (d²p/dt²), of the sensor origin, gravity not included."""
+    linear_acceleration_std: Array | None = None
+    """(K,) m/s²."""
+
+    def __post_init__(self):
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name != "bandwidth" and value is not None:
+                object.__setattr__(self, field.name, frozen(value))
+
+    def __getitem__(self, index: slice | NDArray) -> Self:
+        """The samples chosen by a slice, a mask (K,) or an index array."""
+        names = [f.name for f in fields(self) if f.name != "bandwidth" and getattr(self, f.name) is not None]
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+
+def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
+    """Turn smoothed channels and their derivatives into a Motion.
+
+    position:   None, or (p, dp, ddp, std of ddp): (K, 3) arrays in world axes and (K,)
+    quaternion: (q, dq, ddq, std of dq, std of ddq): (K, 4) arrays xyzw, not necessarily of unit
+                length, and (K,) standard deviations of one component
+
+    With q of any length, w = 2 Im(q* dq)/|q|² and, by differentiation,
+    alpha = 2 Im(q* ddq)/|q|² - 2 (q.dq) w/|q|².
+    A component's error counts twice because a rotation by theta moves q by theta/2.
+    """
+    q, dq, ddq, dq_std, ddq_std = quaternion
+    square = np.sum(q * q, axis=1, keepdims=True)
+    product = _conjugate_product(q)
+    w = 2.0 * np.einsum("kij,kj->ki", product, dq) / square
+    alpha = 2.0 * np.einsum("kij,kj->ki", product, ddq) / square
+    alpha -= 2.0 * np.sum(q * dq, axis=1, keepdims=True) / square * w
+    q = q / np.sqrt(square)
+    linear = {}
+    if position is not None:
+        p, dp, ddp, ddp_std = position
+        into_sensor = np.swapaxes(rotation_matrices(q), 1, 2)
+        linear = {
+            "position": p,
+            "linear_velocity": np.einsum("kij,kj->ki", into_sensor, dp),
+            "linear_acceleration": np.einsum("kij,kj->ki", into_sensor, ddp),
+            "linear_acceleration_std": ddp_std,
+        }
+    return Motion(
+        time=time,
+        orientation=q,
+        angular_velocity=w,
+        angular_acceleration=alpha,
+        angular_velocity_std=2.0 * dq_std,
+        angular_acceleration_std=2.0 * ddq_std,
+        bandwidth=float(bandwidth),
+        **linear,
+    )
+
+
+def _conjugate_product(q):
+    """(K, 3, 4): vector part of q* r as a matrix times r, for (K, 4) quaternions xyzw."""
+    x, y, z, s = q.T
+    rows = ((s, z, -y, -x), (-z, s, x, -y), (y, -x, s, -z))
+    return np.moveaxis(np.array(rows), 2, 0)

@@ -1,0 +1,306 @@
+"""Pictures of a result: the wrench it explains, and the object it found. Needs matplotlib."""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.errors import MissingDependencyError
+from hefting.estimate import Estimate
+from hefting.files import write_atomically
+from hefting.inertia import InertialParameters
+from hefting.measurements import Measurements
+from hefting.regressor import predict_wrench
+from hefting.shapes import PointMasses
+from hefting.spatial import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+"""From the colour-blind safe palette of Okabe & Ito (2008)."""
+COMPONENTS = {"x": BLUE, "y": VERMILION, "z": GREEN}
+SHADOW, INK = "#E4E4E4", "#303030"
+WIDTH = 3.5
+"""Width of a printed column [in]."""
+DRAWN = 1500
+"""Most samples drawn of a long recording, evenly chosen."""
+
+STYLE = {
+    "font.size": 7.0,
+    "axes.labelsize": 7.0,
+    "axes.titlesize": 7.0,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.5,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "svg.hashsalt": "hefting",
+}
+
+
+def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
+    """Measured wrench, the wrench the estimate predicts (with its bias), and what remains, over time.
+
+    Raises `MissingDependencyError` without matplotlib.
+    """
+    predicted = predict_wrench(measurements, estimate.parameters.vector)
+    if estimate.bias is not None:
+        predicted = predicted + estimate.bias
+    residual = measurements.wrench - predicted
+    shown = np.unique(np.linspace(0, len(measurements) - 1, min(len(measurements), DRAWN)).astype(int))
+    time = measurements.time[shown] - measurements.time[0]
+    with _style():
+        figure = _figure(4.3)
+        rows = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)})
+        for top, part, name, unit in ((0, 0, "Force", "N"), (2, 3, "Torque", "N m")):
+            whole, rest = rows[top], rows[top + 1]
+            for i, (component, colour) in enumerate(COMPONENTS.items()):
+                column = part + i
+                whole.plot(time, measurements.wrench[shown, column], color=colour, linewidth=1.8, alpha=0.35)
+                whole.plot(time, predicted[shown, column], color=colour, linewidth=0.7, label=component)
+                rest.plot(time, residual[shown, column], color=colour, linewidth=0.4)
+            whole.set_ylabel(f"{name} [{unit}]")
+            rest.set_ylabel(f"[{unit}]")
+            rest.axhline(0.0, color=INK, linewidth=0.4)
+            rms = float(np.sqrt(np.mean(residual[:, part : part + 3] ** 2)))
+            rest.set_title(f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK)
+            limit = 1.25 * float(np.abs(residual[:, part : part + 3]).max()) or 1.0
+            rest.set_ylim(-limit, limit)
+            _pad(whole, top=0.05)
+        _wrench_legend(rows[0])
+        rows[-1].set_xlabel("Time [s]")
+        rows[-1].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
+        figure.align_ylabels()
+        return _settled(figure)
+
+
+def _wrench_legend(axes: "Axes") -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=colour, linewidth=1.2, label=name) for name, colour in COMPONENTS.items()]
+    handles.append(Line2D([], [], color=INK, linewidth=1.8, alpha=0.35, label="measured"))
+    handles.append(Line2D([], [], color=INK, linewidth=0.7, label="predicted"))
+    axes.legend(
+        handles=handles,
+        ncols=5,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        handlelength=1.4,
+        columnspacing=1.0,
+        borderaxespad=0.2,
+    )
+
+
+def plot_object(
+    estimate: Estimate,
+    shape: PointMasses | None = None,
+    mesh: Any = None,
+    truth: InertialParameters | None = None,
+) -> "Figure":
+    """The object in three views, in sensor axes: masses found, centre of mass and inertia ellipsoid.
+
+    Parameters
+    ----------
+    shape : its points are coloured by the masses [g] of ``estimate.point_masses``, heavier ones in front.
+    mesh : silhouette; an object with ``vertices`` (V, 3) [m] in the sensor frame and ``faces`` (F, 3).
+    truth : drawn beside the estimate.
+
+    The ellipsoid is the homogeneous one with the same mass and inertia (`equivalent_ellipsoid`); there is none
+    for an unphysical estimate. Raises `MissingDependencyError` without matplotlib.
+    """
+    bodies = [(estimate.parameters, "estimate", VERMILION, "-", "x")]
+    if truth is not None:
+        bodies.insert(0, (truth, "truth", INK, (0, (3, 2)), "o"))
+    corners = [np.zeros((1, 3))]
+    corners += [_ellipsoid_box(body) for body, *_ in bodies]
+    corners += [] if shape is None else [shape.positions]
+    corners += [] if mesh is None else [np.asarray(mesh.vertices)]
+    inside = np.vstack(corners)
+    low, high = 1e3 * inside.min(axis=0), 1e3 * inside.max(axis=0)
+    margin = 0.05 * float((high - low).max()) or 10.0
+    low, high = low - margin, high + margin
+    with _style():
+        x, y, z = high - low
+        figure = _figure(float(np.clip(0.55 + (WIDTH - 0.75) * (y + z) / (x + z), 2.4, 6.5)))
+        grid = figure.subplots(
+            2, 2, sharex="col", sharey="row", gridspec_kw={"width_ratios": (x, z), "height_ratios": (y, z)}
+        )
+        views = ((grid[0, 0], 0, 1), (grid[0, 1], 2, 1), (grid[1, 0], 0, 2))
+        dots = None
+        for axes, i, j in views:
+            if mesh is not None:
+                _silhouette(axes, 1e3 * np.asarray(mesh.vertices)[:, [i, j]], np.asarray(mesh.faces))
+            if shape is not None:
+                dots = _masses(axes, 1e3 * shape.positions[:, [i, j]], estimate.point_masses)
+            _triad(axes, i, j, 0.12 * float((high - low).max()))
+            for body, name, colour, line, marker in bodies:
+                _body(axes, body, i, j, name, colour, line, marker)
+            axes.set_aspect("equal")
+            axes.set_xlim(low[i], high[i])
+            axes.set_ylim(low[j], high[j])
+        grid[0, 0].set_ylabel("y [mm]")
+        grid[1, 0].set(xlabel="x [mm]", ylabel="z [mm]")
+        grid[0, 1].set_xlabel("z [mm]")
+        grid[0, 1].tick_params(labelbottom=True)
+        corner = grid[1, 1]
+        corner.set_axis_off()
+        corner.legend(*grid[0, 0].get_legend_handles_labels(), loc="upper left", borderaxespad=0.0)
+        if dots is not None:
+            bar = figure.colorbar(dots, ax=grid[0, :], location="top", aspect=40, fraction=0.03, pad=0.01)
+            bar.set_label("Mass of a point [g]")
+            bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+        return _settled(figure)
+
+
+def equivalent_ellipsoid(body: InertialParameters) -> tuple[Array, Array] | None:
+    """Semi-axes (3,) [m] and their directions as columns (3, 3) of the homogeneous ellipsoid with the same inertia.
+
+    From J1 = m/5 (s2² + s3²) and so on: s1² = 5/(2m) (J2 + J3 - J1). None when the body is unphysical.
+    """
+    if not body.consistency().is_consistent:
+        return None
+    moments, axes = body.principal()
+    square = 2.5 / body.mass * (moments.sum() - 2.0 * moments)
+    return np.sqrt(np.maximum(square, 0.0)), axes
+
+
+def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
+    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; returns both paths."""
+    paths = []
+    for suffix, options in ((".png", {"dpi": 300}), (".svg", {"metadata": {"Date": None}})):
+        content = io.BytesIO()
+        with _style():
+            figure.savefig(content, format=suffix[1:], facecolor="white", **options)
+        path = Path(f"{stem}{suffix}")
+        write_atomically(path, content.getvalue())
+        paths.append(path)
+    return paths[0], paths[1]
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise MissingDependencyError("matplotlib", "plot") from error
+    with matplotlib.rc_context(STYLE):
+        yield
+
+
+def _figure(height: float) -> "Figure":
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def _settled(figure: "Figure") -> "Figure":
+    """The figure with its layout worked out once, not again for every file format."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    return figure
+
+
+def _pad(axes: "Axes", top: float) -> None:
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + top * (high - low))
+
+
+def _silhouette(axes: "Axes", corners: Array, faces: ArrayLike) -> None:
+    """The triangles' shadow: one path of all of them, turned the same way round."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    triangles = corners[np.asarray(faces)]
+    (ax, ay), (bx, by) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
+    area = ax * by - ay * bx
+    triangles[area < 0.0] = triangles[area < 0.0][:, ::-1]
+    seen = triangles[np.abs(area) > 1e-9 * np.abs(area).max()]
+    path = Outline.make_compound_path_from_polys(seen)
+    many = len(triangles) > 5000
+    axes.add_patch(PathPatch(path, facecolor=SHADOW, edgecolor=SHADOW, linewidth=0.4, zorder=0, rasterized=many))
+
+
+def _masses(axes: "Axes", places: Array, masses: Array | None):
+    """Points, the heavier the larger and the nearer; all alike when their masses are unknown."""
+    if masses is None:
+        axes.scatter(*places.T, s=2.0, color=BLUE, linewidths=0.0, zorder=1)
+        return None
+    grams = 1e3 * masses
+    order = np.argsort(grams)
+    size = 1.5 + 14.0 * np.sqrt(grams / (grams.max() or 1.0))
+    return axes.scatter(
+        *places[order].T,
+        c=grams[order],
+        s=size[order],
+        cmap="viridis_r",
+        vmin=0.0,
+        linewidths=0.0,
+        zorder=1,
+        rasterized=len(grams) > 5000,
+    )
+
+
+def _body(axes: "Axes", body: InertialParameters, i: int, j: int, name: str, colour, line, marker) -> None:
+    """Centre of mass and the outline of the ellipsoid, projected on axes i and j."""
+    center = 1e3 * body.center_of_mass[[i, j]]
+    face = {"facecolors": "none"} if marker == "o" else {}
+    axes.scatter(
+        *center,
+        marker=marker,
+        s=22.0,
+        linewidths=1.0,
+        zorder=4,
+        label=f"COM, {name}",
+        **(face | ({"edgecolors": colour} if face else {"color": colour})),
+    )
+    ellipsoid = equivalent_ellipsoid(body)
+    if ellipsoid is None:
+        return
+    semi_axes, directions = ellipsoid
+    # the shadow of {A u: |u| <= 1} on a plane is {B u}, B the rows of A in the plane; B B' = L L' gives the outline
+    shadow = 1e3 * (directions * semi_axes)[[i, j]]
+    values, vectors = np.linalg.eigh(shadow @ shadow.T)
+    angle = np.linspace(0.0, 2.0 * np.pi, 120)
+    outline = (vectors * np.sqrt(np.maximum(values, 0.0))) @ np.vstack((np.cos(angle), np.sin(angle)))
+    axes.plot(
+        *(center[:, None] + outline),
+        color=colour,
+        linestyle=line,
+        linewidth=0.9,
+        zorder=3,
+        label=f"inertia, {name}",
+    )
+
+
+def _ellipsoid_box(body: InertialParameters) -> Array:
+    """Two corners (2, 3) [m] of the box around centre of mass and ellipsoid."""
+    ellipsoid = equivalent_ellipsoid(body)
+    reach = np.zeros(3) if ellipsoid is None else np.linalg.norm(ellipsoid[1] * ellipsoid[0], axis=1)
+    return body.center_of_mass + np.array(((-1.0,), (1.0,))) * reach
+
+
+def _triad(axes: "Axes", i: int, j: int, length: float) -> None:
+    """Sensor origin and its two axes that lie in the view."""
+    from matplotlib.patheffects import withStroke
+
+    halo = [withStroke(linewidth=2.0, foreground="white")]
+    for axis, tip, beyond in ((i, (length, 0.0), (4.0, 0.0)), (j, (0.0, length), (0.0, 4.0))):
+        name, colour = list(COMPONENTS.items())[axis]
+        style = {"arrowstyle": "-|>,head_length=0.25,head_width=0.12", "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.annotate("", tip, (0.0, 0.0), arrowprops=style | {"color": colour, "linewidth": 0.9}, zorder=2)
+        axes.annotate(
+            name, tip, beyond, textcoords="offset points", ha="center", va="center", color=colour, path_effects=halo
+        )
+    axes.plot(0.0, 0.0, "s", color=INK, markersize=2.5, zorder=5, label="sensor", linestyle="none")

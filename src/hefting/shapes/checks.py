@@ -1,0 +1,66 @@
+"""Checks of what a user says of a shape: unit, number of points, coordinates, plausible size and place."""
+
+from typing import Any
+
+import numpy as np
+
+from hefting.errors import InputError, nearest
+from hefting.shapes.sampling import MAX_POINTS
+from hefting.spatial import Array, inverse_pose
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+"""Length units [m] of a shape's file."""
+
+
+def unit_scale(unit: str | None) -> float:
+    """Metres per `unit`."""
+    if unit is None:
+        return 1.0
+    if unit not in UNITS:
+        raise InputError(
+            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}", fix=f"use one of {', '.join(UNITS)}"
+        )
+    return UNITS[unit]
+
+
+def positive(value: float, name: str) -> float:
+    """`value` if it is a positive number, else `InputError`."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be positive, not {value}")
+    return float(value)
+
+
+def point_count(points: int) -> int:
+    """`points` if it is a sensible number of points, else `InputError`."""
+    if int(points) != points or not 1 <= points <= MAX_POINTS:
+        raise InputError(f"the number of points must be 1 to {MAX_POINTS}, not {points}")
+    return int(points)
+
+
+def point_array(points: Any, where: Any = None) -> Array:
+    """`points` as a finite array (n, 3), else `InputError`."""
+    try:
+        p = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError("a point cloud is an array (n, 3) of numbers", where) from error
+    if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
+        raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
+    if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
+        raise InputError("the point cloud has values that are not finite", where, "remove those points")
+    return p
+
+
+def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tuple[str, ...]:
+    """Warnings about a bounding box (lower corner and sides in object axes) unlikely for a held object."""
+    longest, found = float(extents.max()), []
+    if longest > 3:
+        found.append(f"the shape is {longest:.3g} m long: is its file in millimetres? pass unit='mm'")
+    if longest < 1e-3:
+        found.append(f"the shape is only {longest * 1e3:.3g} mm long: is unit='{unit or 'm'}' too small?")
+    origin = inverse_pose(pose)[:3, 3]
+    distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
+    if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
+        found.append(
+            f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
+        )
+    return tuple(found)

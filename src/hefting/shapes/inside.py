@@ -1,0 +1,122 @@
+"""Which points lie inside a closed surface: winding numbers counted along rays, all rays at once."""
+
+import numpy as np
+
+from hefting.spatial import Array
+
+PAIRS_AT_ONCE = 500_000
+"""Ray-triangle pairs tested at once; bounds the memory."""
+
+
+def winding_numbers(
+    triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
+) -> np.ndarray:
+    """Winding numbers of equally spaced points on rays along z.
+
+    Parameters
+    ----------
+    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another one).
+    rays : (R, 2) x and y of every ray.
+    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count - 1), step > 0.
+
+    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface oriented outward, 0
+    outside. Each is the signed number of triangles above the point. Edges follow a half-open rule evaluated
+    from the same two numbers for both triangles that share them, so a ray through an edge or a corner is
+    counted exactly once and no tolerance is needed.
+    """
+    slot = np.concatenate(([0], np.cumsum(count + 1)))
+    tally = np.zeros(slot[-1], dtype=np.int64)
+    a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    order, first, last, rows = _candidates(low, high, rays)
+    pairs = np.concatenate(([0], np.cumsum(last - first)))
+    (x_low, y_low), (x_high, y_high), (x, y) = low.T.copy(), high.T.copy(), rays.T.copy()
+    position = 0
+    while position < len(rows):
+        stop = max(int(np.searchsorted(pairs, pairs[position] + PAIRS_AT_ONCE, "right")) - 1, position + 1)
+        length = last[position:stop] - first[position:stop]
+        ray = order[_ranges(first[position:stop], length)]
+        triangle = np.repeat(rows[position:stop], length)
+        near = (x_low[triangle] <= x[ray]) & (x[ray] <= x_high[triangle])
+        near &= (y_low[triangle] <= y[ray]) & (y[ray] <= y_high[triangle])
+        ray, height, sign = _crossings(triangles, rays, ray[near], triangle[near])
+        below = np.clip(np.ceil((height - start[ray]) / step[ray]), 0, count[ray]).astype(np.int64)
+        np.add.at(tally, slot[ray] + below, sign)
+        position = stop
+    above = np.cumsum(tally[::-1])[::-1] - tally  # sums to zero over each ray, so rays do not mix
+    keep = np.ones(len(tally), dtype=bool)
+    keep[slot[1:] - 1] = False
+    return above[keep]
+
+
+def points_inside(triangles: Array, points: Array) -> np.ndarray:
+    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of triangles (F, 3, 3)."""
+    one = np.ones(len(points))
+    return winding_numbers(triangles, points[:, :2], points[:, 2], one, one.astype(np.int64)) != 0
+
+
+def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one array."""
+    before = np.concatenate(([0], np.cumsum(length)[:-1]))
+    return np.arange(length.sum()) + np.repeat(first - before, length)
+
+
+def _candidates(box_low: Array, box_high: Array, rays: Array):
+    """Rays that can meet a triangle, given the triangles' bounding boxes, through bins over the rays.
+
+    Returns the rays in order of their bins, and for every (triangle, row of bins) the range of that order
+    which the triangle's bounding box covers, with the triangle's index.
+    """
+    low, high = rays.min(axis=0), rays.max(axis=0)
+    size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
+    nx, ny = np.ceil(np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))).astype(
+        np.int64
+    )
+
+    def column(x):
+        return np.clip((x - low[0]) * (nx / size[0]), 0, nx - 1).astype(np.int64)
+
+    def row(y):
+        return np.clip((y - low[1]) * (ny / size[1]), 0, ny - 1).astype(np.int64)
+
+    flat = row(rays[:, 1]) * nx + column(rays[:, 0])
+    order = np.argsort(flat, kind="stable")
+    begin = np.concatenate(([0], np.cumsum(np.bincount(flat, minlength=nx * ny))))
+    over = (box_low[:, 0] <= high[0]) & (box_high[:, 0] >= low[0])
+    index = np.flatnonzero(over & (box_low[:, 1] <= high[1]) & (box_high[:, 1] >= low[1]))
+    (x_low, y_low), (x_high, y_high) = box_low[index].T, box_high[index].T
+    bottom = row(y_low)
+    tall = row(y_high) - bottom + 1
+    line = _ranges(bottom, tall) * nx
+    first, last = (
+        begin[line + np.repeat(column(x_low), tall)],
+        begin[line + np.repeat(column(x_high), tall) + 1],
+    )
+    some = np.flatnonzero(last > first)
+    return order, first[some], last[some], np.repeat(index, tall)[some]
+
+
+def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
+    """Of the given pairs: rays that do cross their triangle, the height z there, the sign (+1 upward)."""
+    corner, point = triangles[triangle], rays[ray]
+    x, y = point.T
+    left = np.full(
+        (2, len(ray)), -np.inf
+    )  # x and z where the line y = const meets the triangle left of the ray
+    right = np.full((2, len(ray)), np.inf)
+    sign = np.zeros(len(ray), dtype=np.int64)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        upward = corner[:, a, 1] < corner[:, b, 1]
+        meets = np.flatnonzero((corner[:, a, 1] <= y) == (y < corner[:, b, 1]))
+        upward = upward[meets]
+        low, high = corner[meets, np.where(upward, a, b)].T, corner[meets, np.where(upward, b, a)].T
+        share = (y[meets] - low[1]) / (high[1] - low[1])
+        edge = low[::2] + share * (high - low)[::2]
+        ahead = x[meets] < edge[0]
+        sign[meets[ahead]] += np.where(upward[ahead], 1, -1)
+        right[:, meets[ahead]] = edge[:, ahead]
+        left[:, meets[~ahead]] = edge[:, ~ahead]
+    hit = np.flatnonzero(sign)
+    (left_x, left_z), (right_x, right_z) = left[:, hit], right[:, hit]
+    height = left_z + (x[hit] - left_x) / (right_x - left_x) * (right_z - left_z)
+    return ray[hit], height, sign[hit]

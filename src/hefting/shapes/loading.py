@@ -1,0 +1,90 @@
+"""What the command line says of a shape: `--shape`, `--object-pose`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.errors import InputError
+from hefting.shapes.point_masses import LABELS, PointMasses
+from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES, read_ply_vertices
+from hefting.spatial import Array, check_pose, pose_matrix
+
+
+def load_shape(
+    spec: str | Path,
+    unit: str | None = None,
+    pose: ArrayLike | None = None,
+    points: int | None = None,
+    points_per_cm3: float | None = None,
+) -> PointMasses:
+    """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file, told apart by its suffix.
+
+    .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and .ply without faces are
+    filled point clouds; .ply without faces but with labels are labelled parts, of which all points are kept.
+    Parameters and errors as for `PointMasses.from_mesh`.
+    """
+    text = str(spec)
+    if text.lower().startswith("box:"):
+        if pose is not None or unit not in (None, "m"):
+            fix = "leave out the object's pose and unit"
+            raise InputError("a box is given in metres in the sensor frame", text, fix)
+        try:
+            sides = [float(number) for number in text[4:].split(",")]
+        except ValueError:
+            sides = []
+        if len(sides) != 6:
+            raise InputError("a box is six numbers", text, "give box:X0,X1,Y0,Y1,Z0,Z1 in metres")
+        return PointMasses.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
+    suffix = Path(text).suffix.lower()
+    cloud = suffix in CLOUD_SUFFIXES
+    if suffix == ".ply":
+        vertices = read_ply_vertices(text)
+        cloud = not vertices.has_faces
+        if cloud and any(name in vertices.columns for name in LABELS):
+            return PointMasses.from_parts(text, unit, pose)
+    if cloud:
+        return PointMasses.from_cloud(text, unit, pose, points, points_per_cm3)
+    if suffix not in MESH_SUFFIXES:
+        known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
+        raise InputError("not a shape", text, f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}")
+    return PointMasses.from_mesh(text, unit, pose, points, points_per_cm3)
+
+
+def parse_pose(source: str | Path) -> Array:
+    """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw`` or a JSON file.
+
+    The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the quaternion has unit norm
+    within 1e-3 or the matrix is a proper rigid motion.
+    """
+    text = str(source)
+    try:
+        numbers = [float(number) for number in text.split(",")]
+    except ValueError:
+        numbers = _json_numbers(Path(text))
+    try:
+        array = np.asarray(numbers, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    try:
+        if array.shape == (7,):
+            return pose_matrix(array)
+        if array.shape == (4, 4):
+            return check_pose(array)
+    except InputError as error:
+        raise InputError(error.what, text, error.fix) from None
+    raise InputError("not a pose", text, "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix")
+
+
+def _json_numbers(path: Path):
+    try:
+        if not path.is_file():
+            raise InputError(
+                "neither seven numbers nor a file", path, "give x,y,z,qx,qy,qz,qw or a JSON file"
+            )
+        if path.stat().st_size > 100_000:
+            raise InputError("too large for a pose", path, "give a JSON file with a 4 x 4 matrix")
+        return json.loads(path.read_text())
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError("not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers") from error

@@ -1,0 +1,290 @@
+"""PointMasses: where an object may have mass, as points in the sensor frame."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.errors import InputError
+from hefting.inertia import InertialParameters
+from hefting.shapes.checks import point_array, point_count, positive, suspicions, unit_scale
+from hefting.shapes.clouds import convex_hull, voxel_representatives
+from hefting.shapes.reading import CLOUD_SUFFIXES, arrays_of, read_cloud, read_mesh, read_ply_vertices
+from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
+from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.spatial import Array, check_pose, frozen, tensor_to_vector
+
+DEFAULT_POINTS = 56
+"""Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
+LABELS = ("segmentation", "label", "labels")
+"""Names under which a PLY file may keep the part each point belongs to."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointMasses:
+    """Points at which a rigid object may have mass; n of them, each with an unknown mass m_i >= 0.
+
+    ``PointMasses(positions)`` takes (n, 3) in the sensor frame [m]; the factories read shapes. The inertial
+    parameters about the sensor origin are linear in the masses: phi = ``matrix`` @ m (Nadeau et al. 2022).
+    Raises `InputError` for arrays of the wrong shape or values that are not finite.
+    """
+
+    positions: Array
+    """Points (n, 3) [m] in the sensor frame."""
+    volumes: Array | None = None
+    """Share of the object's volume each point stands for (n,), summing to one; None: equal shares."""
+    labels: np.ndarray | None = None
+    """Part each point belongs to (n,) integers; None: not known."""
+    cell_inertia: Array | None = None
+    """Inertia of each point's own cell about the point per unit mass (n, 6) [m²]: xx, xy, xz, yy, yz, zz in
+    sensor axes; None: mere points."""
+    extents: Array = None  # type: ignore[assignment]
+    """Sides (3,) [m] of the object's bounding box along the axes of `pose`; by default that of the points."""
+    pose: Array = None  # type: ignore[assignment]
+    """Pose of the object in the sensor frame (4, 4); by default the identity."""
+    homogeneous: InertialParameters = None  # type: ignore[assignment]
+    """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else made of the points."""
+    warnings: tuple[str, ...] = ()
+    """What looks wrong with the shape, one line each."""
+
+    def __post_init__(self):
+        def keep(name, value):
+            object.__setattr__(self, name, value)
+
+        keep("positions", frozen(self.positions))
+        if self.positions.ndim != 2 or self.positions.shape[1] != 3 or len(self.positions) == 0:
+            raise InputError(f"point masses are an array (n, 3), not {self.positions.shape}")
+        for name, shape in (("volumes", (self.n,)), ("cell_inertia", (self.n, 6)), ("extents", (3,))):
+            if getattr(self, name) is not None:
+                keep(name, frozen(getattr(self, name)))
+                if getattr(self, name).shape != shape:
+                    raise InputError(
+                        f"{name} of {self.n} point masses has shape {getattr(self, name).shape}, not {shape}"
+                    )
+                if not np.isfinite(getattr(self, name)).all():
+                    raise InputError(f"{name} of point masses is not finite")
+        if not np.isfinite(self.positions).all():
+            raise InputError("positions of point masses are not finite")
+        if self.volumes is not None:
+            if self.volumes.min() < 0 or self.volumes.sum() <= 0:
+                raise InputError("volumes of point masses are negative or all zero")
+            keep("volumes", frozen(self.volumes / self.volumes.sum()))
+        if self.labels is not None:
+            labels = np.array(self.labels, dtype=np.int64)
+            labels.setflags(write=False)
+            if labels.shape != (self.n,):
+                raise InputError(f"labels of {self.n} point masses have shape {labels.shape}")
+            keep("labels", labels)
+        keep("pose", frozen(np.eye(4) if self.pose is None else check_pose(self.pose)))
+        if self.extents is None:
+            keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
+        if self.homogeneous is None:
+            shares = np.full(self.n, 1 / self.n) if self.volumes is None else self.volumes
+            keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
+        keep("warnings", tuple(self.warnings))
+
+    # accessors
+
+    @property
+    def n(self) -> int:
+        """Number of points."""
+        return len(self.positions)
+
+    @cached_property
+    def matrix(self) -> Array:
+        """M (10, n) with phi = M m; column i is [1, p, y²+z², -xy, -xz, x²+z², -yz, x²+y²] at p_i."""
+        x, y, z = self.positions.T
+        rows = (np.ones(self.n), x, y, z, y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y)
+        return frozen(rows)
+
+    @cached_property
+    def cell_matrix(self) -> Array:
+        """`matrix` with the inertia of every point's own cell added: never singular for want of thickness."""
+        if self.cell_inertia is None:
+            return self.matrix
+        matrix = self.matrix.copy()
+        matrix[4:] += self.cell_inertia.T
+        return frozen(matrix)
+
+    # factories
+
+    @classmethod
+    def from_mesh(
+        cls,
+        mesh: Any,
+        unit: str | None = "m",
+        pose: ArrayLike | None = None,
+        points: int | None = None,
+        points_per_cm3: float | None = None,
+        sampling: str = "grid",
+        seed: int = 0,
+    ) -> Self:
+        """Points inside a surface mesh.
+
+        Parameters
+        ----------
+        mesh : path to .stl, .obj, .ply, .off, .glb, or an object with ``vertices`` (V, 3), ``faces`` (F, 3).
+        unit : length unit of the mesh: m, cm, mm or in; None means m.
+        pose : (4, 4) pose of the mesh's frame in the sensor frame [m]; by default the same frame.
+        points : how many points, about (default 56).
+        points_per_cm3 : their density instead.
+        sampling : ``grid``, see `sampling.grid_points`, or ``random``: uniform, exactly `points` of them.
+        seed : of the random points.
+
+        Meshes with holes are closed first (`solid.solid_from_mesh`). Raises `InputError` for a mesh that
+        cannot be read or encloses no volume; `warnings` tells of suspicious sizes, positions and holes.
+        """
+        where, arrays = None, arrays_of(mesh)
+        if arrays is None:
+            where, arrays = mesh, read_mesh(mesh)
+        solid = solid_from_mesh(arrays[0] * unit_scale(unit), arrays[1], where)
+        return cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+
+    @classmethod
+    def from_hull(
+        cls,
+        source: Any,
+        unit: str | None = "m",
+        pose: ArrayLike | None = None,
+        points: int | None = None,
+        points_per_cm3: float | None = None,
+        sampling: str = "grid",
+        seed: int = 0,
+    ) -> Self:
+        """Points inside the convex hull of a mesh or a point cloud (a path, a mesh object, or (n, 3)).
+
+        For clouds of the surface alone. Other parameters and errors as for `from_mesh`.
+        """
+        where, arrays = (source, None) if isinstance(source, str | Path) else (None, arrays_of(source))
+        if arrays is not None:
+            cloud = arrays[0]
+        elif where is None:
+            cloud = point_array(source)
+        elif Path(where).suffix.lower() in CLOUD_SUFFIXES:
+            cloud = read_cloud(where)  # of a .ply the vertices are enough
+        else:
+            cloud = read_mesh(where)[0]
+        solid = solid_from_mesh(*convex_hull(cloud * unit_scale(unit), where), where)
+        return cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+
+    @classmethod
+    def from_cloud(
+        cls,
+        cloud: Any,
+        unit: str | None = "m",
+        pose: ArrayLike | None = None,
+        points: int | None = None,
+        points_per_cm3: float | None = None,
+    ) -> Self:
+        """Points of a *filled* cloud: one of its own points from each occupied voxel, about `points` in all.
+
+        `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the surface alone puts all
+        mass on the surface: use `from_hull` for it. Other parameters and errors as for `from_mesh`.
+        """
+        where = cloud if isinstance(cloud, str | Path) else None
+        p = point_array(cloud if where is None else read_cloud(where), where) * unit_scale(unit)
+        pose = np.eye(4) if pose is None else check_pose(pose)
+        if points is not None and points_per_cm3 is not None:
+            raise InputError("points and points_per_cm3 are both given", fix="give one of them")
+        pitch = (
+            None if points_per_cm3 is None else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
+        )
+        chosen, pitch = voxel_representatives(p, point_count(points or DEFAULT_POINTS), pitch)
+        warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
+        cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
+        positions = p[chosen] @ pose[:3, :3].T + pose[:3, 3]
+        return cls(positions, cell_inertia=cell, extents=np.ptp(p, axis=0), pose=pose, warnings=warnings)
+
+    @classmethod
+    def from_parts(cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None) -> Self:
+        """Labelled points: a PLY file whose vertices have ``segmentation`` (or ``label``), maybe ``volume``.
+
+        All points are kept. Other parameters and errors as for `from_mesh`.
+        """
+        vertices = read_ply_vertices(path)
+        label = next((name for name in LABELS if name in vertices.columns), None)
+        if label is None:
+            raise InputError(
+                "no labels in the PLY file", path, f"name a vertex property {LABELS[0]}, or use from_cloud"
+            )
+        p = point_array(vertices.positions, path) * unit_scale(unit)
+        pose = np.eye(4) if pose is None else check_pose(pose)
+        labels, volumes = vertices.columns[label], vertices.columns.get("volume")
+        if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
+            raise InputError("labels of parts are whole numbers", path)
+        if volumes is not None and (
+            not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
+        ):
+            raise InputError("volumes of parts must be positive numbers", path)
+        warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
+        positions = p @ pose[:3, :3].T + pose[:3, 3]
+        return cls(positions, volumes, labels, extents=np.ptp(p, axis=0), pose=pose, warnings=warnings)
+
+    @classmethod
+    def from_box(
+        cls,
+        x0: float,
+        x1: float,
+        y0: float,
+        y1: float,
+        z0: float,
+        z1: float,
+        points: int | None = None,
+        points_per_cm3: float | None = None,
+        sampling: str = "grid",
+        seed: int = 0,
+    ) -> Self:
+        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1) [m], along its axes."""
+        low, high = np.array([x0, y0, z0], dtype=float), np.array([x1, y1, z1], dtype=float)
+        if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
+            raise InputError(
+                "a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres"
+            )
+        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+        solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
+        return cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
+
+    @classmethod
+    def _from_solid(
+        cls,
+        solid: Solid,
+        unit: str | None,
+        pose: ArrayLike | None,
+        points: int | None,
+        points_per_cm3: float | None,
+        sampling: str,
+        seed: int,
+        where: Any,
+    ) -> Self:
+        matrix = np.eye(4) if pose is None else check_pose(pose)
+        if points is not None and points_per_cm3 is not None:
+            raise InputError("points and points_per_cm3 are both given", fix="give one of them")
+        if points_per_cm3 is not None:
+            exact = positive(points_per_cm3, "points_per_cm3") * solid.volume * 1e6
+            if exact > MAX_POINTS:
+                volume = f"{solid.volume * 1e6:.4g} cm³"
+                what = f"{points_per_cm3:g} points/cm³ in {volume} are over {MAX_POINTS} points"
+                raise InputError(what, where, "check the unit, or ask for fewer")
+            points = max(1, round(exact))
+        count = point_count(DEFAULT_POINTS if points is None else points)
+        if sampling not in ("grid", "random"):
+            raise InputError(f"unknown sampling '{sampling}'", fix="use 'grid' or 'random'")
+        samples = grid_points(solid, count) if sampling == "grid" else random_points(solid, count, seed)
+        warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
+        if solid.cap_fraction > 0.02:
+            warnings.append(f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface")
+        rotation, second = matrix[:3, :3], samples.cell_second_moment
+        cell = rotation @ (np.trace(second) * np.eye(3) - second) @ rotation.T
+        inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment
+        return cls(
+            samples.positions @ rotation.T + matrix[:3, 3],
+            samples.volumes,
+            cell_inertia=np.tile(tensor_to_vector(cell), (len(samples.positions), 1)),
+            extents=solid.extents,
+            pose=matrix,
+            homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(matrix),
+            warnings=tuple(warnings),
+        )

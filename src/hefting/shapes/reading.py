@@ -1,0 +1,170 @@
+"""Reading shapes from files: meshes, point clouds, labelled parts. Files are not trusted."""
+
+import io
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.spatial import Array
+
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
+CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
+MAX_BYTES = 200_000_000
+"""Largest file read."""
+MAX_FACES = 3_000_000
+"""Most triangles of a mesh, after the instances of a scene are laid out."""
+
+PLY_TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+
+
+def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
+    """Vertices (V, 3) in the unit of the file and faces (F, 3) of a mesh file; scenes become one mesh.
+
+    Nothing but the file itself is opened: no textures, materials, or addresses it may name. Raises
+    `InputError` for a file that is missing, too big, of another kind, or damaged.
+    """
+    suffix, data = _contents(path, MESH_SUFFIXES, "a mesh")
+    import trimesh
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(
+                io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True
+            )
+            faces = 0
+            for node in scene.graph.nodes_geometry:
+                faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
+                if faces > MAX_FACES:
+                    raise InputError(f"the mesh has more than {MAX_FACES} triangles", path, "simplify it")
+            mesh = scene.to_mesh()
+        return np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
+    except InputError:
+        raise
+    except Exception as error:  # a damaged file makes a parser fail in any way
+        what = f"not a readable {suffix} mesh ({type(error).__name__})"
+        raise InputError(what, path, "export it again, for example as binary .stl") from error
+
+
+def read_cloud(path: str | Path) -> Array:
+    """Points (n, 3) in the unit of the file: .xyz, .txt or .csv (x, y, z first or named), .npy, .ply."""
+    suffix, data = _contents(path, CLOUD_SUFFIXES, "a point cloud")
+    if suffix == ".ply":
+        return read_ply_vertices(path).positions
+    try:
+        if suffix == ".npy":
+            points = np.array(np.load(path, mmap_mode="r", allow_pickle=False), dtype=float)
+        else:
+            points = _text_table(data.decode("utf-8-sig"))
+    except (ValueError, OSError, EOFError, MemoryError) as error:
+        what = f"not a readable {suffix} point cloud"
+        raise InputError(what, path, "give one point a row: x, y, z, numbers only") from error
+    if points.ndim != 2 or points.shape[1] < 3 or len(points) == 0:
+        raise InputError(f"a point cloud has three columns, not shape {points.shape}", path, "give x, y, z")
+    return np.ascontiguousarray(points[:, :3])
+
+
+def _text_table(text: str) -> Array:
+    """Numbers of a text table; a header naming x, y and z picks the columns."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    separator = next((c for c in ",;\t" if c in lines[0]), None) if lines else None
+    columns = None
+    names = [name.strip().strip('"').lower() for name in lines[0].split(separator)] if lines else []
+    if {"x", "y", "z"} <= set(names):
+        columns, lines = [names.index(axis) for axis in "xyz"], lines[1:]
+    if not lines:
+        return np.empty((0, 3))
+    return np.loadtxt(lines, delimiter=separator, usecols=columns, ndmin=2, comments=None)
+
+
+@dataclass(frozen=True)
+class PlyVertices:
+    """Vertices of a PLY file."""
+
+    columns: dict[str, Array]
+    """Every vertex property by its name, (n,)."""
+    has_faces: bool
+    """Whether the file also lists faces."""
+
+    @property
+    def positions(self) -> Array:
+        """(n, 3) in the unit of the file."""
+        return np.column_stack([self.columns[axis] for axis in "xyz"]).astype(float)
+
+
+def read_ply_vertices(path: str | Path) -> PlyVertices:
+    """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a damaged one."""
+    _, data = _contents(path, (".ply",), "a PLY file")
+    fix = "export it again as ASCII or binary PLY"
+    end = data.find(b"end_header", 0, 100_000)
+    start = data.find(b"\n", end) + 1
+    if not data.startswith(b"ply") or end < 0 or start == 0:
+        raise InputError("not a PLY file", path, fix)
+    form, elements = "", []
+    try:
+        for words in (line.split() for line in data[:end].decode("ascii", "replace").splitlines()):
+            match words:
+                case ["format", form, _]:
+                    pass
+                case ["element", name, count]:
+                    elements.append((name, int(count), []))
+                case ["property", "list", *_]:
+                    elements[-1][2].append(("", ""))
+                case ["property", kind, name]:
+                    elements[-1][2].append((name, PLY_TYPES[kind]))
+        name, count, properties = elements[0]
+        names = [n for n, _ in properties]
+        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names) or "" in names:
+            raise ValueError("no vertices")
+        if form == "ascii":
+            if count * (2 * len(names) - 1) > len(data) - start:
+                raise ValueError("truncated")
+            lines = [line for line in data[start:].decode("ascii").splitlines() if line.strip()][:count]
+            table = np.loadtxt(lines, ndmin=2, comments=None)
+            if table.shape != (count, len(names)):
+                raise ValueError("truncated")
+            columns = dict(zip(names, table.T, strict=True))
+        else:
+            order = {"binary_little_endian": "<", "binary_big_endian": ">"}[form]
+            record = np.dtype([(n, order + kind) for n, kind in properties])
+            table = np.frombuffer(data, record, count=count, offset=start)
+            columns = {n: table[n].astype(float) for n in names}
+    except (ValueError, KeyError, IndexError) as error:
+        raise InputError("damaged PLY file, or one without x, y, z of vertices first", path, fix) from error
+    return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
+
+
+def _contents(path: str | Path, suffixes: tuple[str, ...], kind: str) -> tuple[str, bytes]:
+    """Suffix and bytes of a file of an expected kind and bearable size."""
+    file, suffix = Path(path), Path(path).suffix.lower()
+    if suffix not in suffixes:
+        raise InputError(f"'{suffix}' is not {kind} this can read", path, f"use one of {', '.join(suffixes)}")
+    try:
+        if not file.is_file():
+            raise InputError("no such file", path, "check the path")
+        if file.stat().st_size > MAX_BYTES:
+            raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", path, "simplify or downsample it")
+        data = file.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError("the file cannot be read", path, "check its permissions") from error
+    if not data.strip():
+        raise InputError("the file is empty", path, "export it again")
+    if data[:512].lstrip().lower().startswith((b"<!doctype", b"<html", b"version https://git-lfs")):
+        raise InputError(f"a web page or a placeholder, not {kind}", path, "download the file itself")
+    return suffix, data
+
+
+def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
+    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh), else None."""
+    vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
+    if vertices is None or faces is None:
+        return None
+    return np.asarray(vertices, dtype=float), np.asarray(faces, dtype=np.int64)

@@ -1,0 +1,216 @@
+"""A surface mesh as a closed solid: holes capped, faces oriented, volume and second moments exact."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.errors import InputError
+from hefting.spatial import Array, frozen
+
+MERGE_TOLERANCE = 1e-7
+"""Vertices closer than this fraction of the diagonal are one vertex."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Closed, oriented surface: every edge is used as often in one direction as in the other.
+
+    That makes the winding number of a point an integer, whichever direction it is counted in.
+    """
+
+    vertices: Array
+    """Vertices (V, 3) [m] in the axes of the shape's file."""
+    faces: np.ndarray
+    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the caps."""
+    volume: float
+    """Volume [m³], by the divergence theorem."""
+    centroid: Array
+    """Centre of volume (3,) [m]."""
+    second_moment: Array
+    """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
+    cap_fraction: float
+    """Share of the surface's area that was added to close holes; 0 for a watertight mesh."""
+
+    @property
+    def lower(self) -> Array:
+        """Lower corner (3,) [m] of the bounding box along the axes of the file."""
+        return self.vertices.min(axis=0)
+
+    @property
+    def extents(self) -> Array:
+        """Sides (3,) [m] of the bounding box along the axes of the file."""
+        return np.ptp(self.vertices, axis=0)
+
+
+def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None) -> Solid:
+    """Solid bounded by a triangle mesh, closed where it has holes.
+
+    Parameters
+    ----------
+    vertices : (V, 3) in metres.
+    faces : (F, 3) vertex indices, in either orientation.
+    where : name of the shape for error messages.
+
+    Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its shape; faces of mixed
+    orientation are turned alike first. Raises `InputError` for an empty mesh, coordinates that are not
+    finite, and a surface that encloses no volume.
+    """
+    v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
+    if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
+        raise InputError(
+            "the mesh has no triangles", where, "give a mesh with faces, or a point cloud as .xyz"
+        )
+    f = f.astype(np.int64)
+    if f.min() < 0 or f.max() >= len(v):
+        raise InputError(
+            "a face of the mesh names a vertex that is not there", where, "export the mesh again"
+        )
+    v, f = _merge(v, f, where)
+    if len(f) == 0:
+        raise InputError("every triangle of the mesh is degenerate", where, "export the mesh again")
+    f = _orient(f, v)
+    closed_v, caps = _caps(v, f)
+    f_all = np.vstack((f, caps))
+    volume, centroid, second = _moments(closed_v[f_all])
+    if volume < 0:
+        f_all, volume = f_all[:, ::-1], -volume
+    if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
+        fix = "give a closed mesh, or its convex hull (PointMasses.from_hull)"
+        raise InputError(
+            "the mesh encloses no volume (it is flat, or a surface without thickness)", where, fix
+        )
+    if not np.linalg.eigvalsh(second)[0] > 0:
+        raise InputError(
+            "the mesh's surface is too tangled to tell inside from outside", where, "repair the mesh"
+        )
+    area, cap_area = _area(closed_v[f]), _area(closed_v[caps])
+    return Solid(
+        frozen(closed_v), f_all, volume, frozen(centroid), frozen(second), cap_area / (area + cap_area)
+    )
+
+
+def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
+    """The used vertices with near-duplicates merged, and the faces that keep three distinct corners."""
+    used, f = np.unique(f, return_inverse=True)
+    v, f = v[used], f.reshape(-1, 3)
+    if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
+        raise InputError("the mesh has coordinates that are not finite", where, "export the mesh again")
+    origin, diagonal = v.mean(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
+    if diagonal == 0:
+        raise InputError("all vertices of the mesh coincide", where, "export the mesh again")
+    keys = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)
+    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    v, f = v[first], index.reshape(-1)[f]
+    distinct = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
+    return v, f[distinct]
+
+
+def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the higher vertex)."""
+    start, end = f.ravel(), np.roll(f, -1, axis=1).ravel()
+    return np.minimum(start, end) * count + np.maximum(start, end), np.where(start < end, 1, -1)
+
+
+def _orient(f: np.ndarray, v: Array) -> np.ndarray:
+    """Faces turned so that neighbours agree; most of the area keeps its orientation.
+
+    Two copies of every face, one in each orientation, fall into two separate components wherever the surface
+    is orientable; each component of the surface takes the copy nearer to the mesh as it came.
+    """
+    keys, direction = _edges(f, len(v))
+    order = np.argsort(keys, kind="stable")
+    keys, direction, face = keys[order], direction[order], order // 3
+    first = np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]])
+    pair = first[np.diff(np.r_[first, len(keys)]) == 2]
+    flip = direction[pair] == direction[pair + 1]
+    if not flip.any():
+        return f
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n, a, b = len(f), face[pair], face[pair + 1]
+    rows, columns = np.r_[a, a + n], np.r_[b + n * flip, b + n * ~flip]
+    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * n, 2 * n))
+    _, label = connected_components(graph, directed=False)
+    area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
+    kept = np.bincount(label[:n], weights=area, minlength=label.max() + 1)
+    turn = kept[label[:n]] < kept[label[n:]]
+    return np.where(turn[:, None], f[:, ::-1], f)
+
+
+def _caps(v: Array, f: np.ndarray) -> tuple[Array, np.ndarray]:
+    """Vertices and one apex more per hole; triangles that close it, from its edges to the apex."""
+    keys, direction = _edges(f, len(v))
+    unique, index = np.unique(keys, return_inverse=True)
+    net = np.bincount(index.ravel(), weights=direction).astype(int)
+    count = np.abs(net)
+    if not count.any():
+        return v, np.empty((0, 3), dtype=np.int64)
+    low, high = np.divmod(np.repeat(unique, count), len(v))
+    forward = np.repeat(net > 0, count)
+    loops = _loops(v, np.where(forward, high, low), np.where(forward, low, high))
+    apexes, triangles = [], []
+    for loop in loops:
+        start, end = loop, np.roll(loop, -1)
+        length = np.linalg.norm(v[end] - v[start], axis=1)
+        apexes.append((length[:, None] * (v[start] + v[end])).sum(axis=0) / (2 * length.sum()))
+        triangles.append(np.column_stack((start, end, np.full(len(loop), len(v) + len(apexes) - 1))))
+    return np.vstack((v, apexes)), np.vstack(triangles)
+
+
+def _loops(v: Array, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+    """Simple closed loops (vertex indices) that use each directed edge once.
+
+    Where loops touch, the walk takes the edge that turns back most sharply: that follows the two sides of a
+    crack between patches that do not share their vertices, and splits holes that meet in a corner.
+    """
+    outgoing: dict[int, list[int]] = {}
+    for a, b in zip(start.tolist(), end.tolist(), strict=True):
+        outgoing.setdefault(a, []).append(b)
+    loops = []
+    for origin in list(outgoing):
+        path, place = [origin], {origin: 0}
+        while outgoing[path[-1]] or len(path) > 1:
+            here = path[-1]
+            choices = outgoing[here]
+            chosen = 0
+            if len(choices) > 1 and len(path) > 1:
+                back = v[path[-2]] - v[here]
+                ahead = v[choices] - v[here]
+                chosen = int(np.argmax(ahead @ back / np.linalg.norm(ahead, axis=1)))
+            step = choices.pop(chosen)
+            if step in place:  # the walk closed a loop: cut it off and go on from where it closed
+                loop = path[place[step] :]
+                loops.append(np.array(loop))
+                for vertex in loop[1:]:
+                    del place[vertex]
+                del path[place[step] + 1 :]
+            else:
+                place[step] = len(path)
+                path.append(step)
+    return loops
+
+
+def _area(triangles: Array) -> float:
+    """Total area of triangles (F, 3, 3)."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return 0.5 * float(np.linalg.norm(normal, axis=1).sum())
+
+
+def _moments(triangles: Array) -> tuple[float, Array, Array]:
+    """Volume, centroid and second moment per volume about it, of a closed surface: a sum of tetrahedra.
+
+    Each triangle spans a tetrahedron with the mean vertex; the second moment of a tetrahedron with corners
+    p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon 2004).
+    """
+    origin = triangles.mean(axis=(0, 1))
+    t = triangles - origin
+    share = np.einsum("fi,fi->f", t[:, 0], np.cross(t[:, 1], t[:, 2])) / 6
+    volume = float(share.sum())
+    if volume == 0:
+        return 0.0, origin, np.zeros((3, 3))
+    s = t.sum(axis=1)
+    centroid = share @ s / (4 * volume)
+    second = np.einsum("f,fki,fkj->ij", share, t, t) + np.einsum("f,fi,fj->ij", share, s, s)
+    return volume, origin + centroid, second / (20 * volume) - np.outer(centroid, centroid)

@@ -1,0 +1,132 @@
+"""Whole simulated motions against MuJoCo, which has its own kinematics and dynamics."""
+
+import numpy as np
+import pytest
+
+from hefting.inertia import InertialParameters
+from hefting.regressor import predict_wrench
+from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
+
+BODIES = {
+    "compact": InertialParameters.from_com(0.6, (0.001, -0.002, 0.03), np.diag((2e-4, 3e-4, 4e-4))),
+    "offset": InertialParameters.from_com(1.7, (0.12, -0.21, 0.08), np.diag((2e-2, 3e-2, 1.5e-2))),
+    "full tensor": InertialParameters.from_com(
+        4.2, (-0.05, 0.07, 0.15), ((0.050, 0.008, -0.011), (0.008, 0.061, 0.006), (-0.011, 0.006, 0.043))
+    ),
+    "rod": InertialParameters.from_points(
+        ((0.0, 0.1, 0.3), (0.01, 0.1, -0.4), (0.0, 0.11, 0.1)), (0.2, 0.3, 0.1)
+    ),
+}
+MOTIONS = {
+    "sinusoids 1 rad/s": lambda: sinusoids(5.0, 40.0, 1.0),
+    "sinusoids 4 rad/s": lambda: sinusoids(5.0, 40.0, 4.0),
+    "all joints 2 rad/s": lambda: random_smooth(5.0, 40.0, 2.0, seed=3),
+    "stop and go": lambda: stop_and_go(6.0, 40.0, seed=4),
+}
+GRAVITIES = ((0.0, 0.0, -9.80665), (3.0, -1.0, 8.0))
+
+
+def numbers(*values) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def place(link: int) -> str:
+    """Pose of the frame after a link at joint angle zero: Tz(d) Tx(a) Rx(alpha)."""
+    half = 0.5 * UR5.alpha[link]
+    return f'pos="{numbers(UR5.a[link], 0, UR5.d[link])}" quat="{numbers(np.cos(half), np.sin(half), 0, 0)}"'
+
+
+def chain(body: InertialParameters, gravity) -> str:
+    """MJCF of the UR5 as nested bodies, with `body` at its end.
+
+    In MuJoCo a hinge turns its own body: body i stands where link i - 1 ends at q = 0 and turns about its z.
+    MuJoCo diagonalises the tensor itself; the links have an arbitrary mass, which must not matter.
+    """
+    J = body.inertia_at_com
+    tensor = numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+    inertial = f'mass="{body.mass!r}" pos="{numbers(*body.center_of_mass)}" fullinertia="{tensor}"'
+    bodies = f'<body {place(5)}><site name="sensor"/><inertial {inertial}/></body>'
+    for i in reversed(range(6)):
+        link = (
+            '<joint type="hinge" axis="0 0 1"/><inertial mass="3" pos="0.1 0 0" diaginertia="0.1 0.1 0.1"/>'
+        )
+        bodies = f"<body {place(i - 1) if i else ''}>{link}{bodies}</body>"
+    frame = ("framepos", "framequat", "framelinvel", "frameangvel", "framelinacc", "frameangacc")
+    shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in frame)
+    return (
+        f'<mujoco><option gravity="{numbers(*gravity)}"/><worldbody>{bodies}</worldbody>'
+        f'<sensor><force site="sensor"/><torque site="sensor"/>{shown}</sensor></mujoco>'
+    )
+
+
+def sensors(body, joints, gravity) -> np.ndarray:
+    """(K, 25) MuJoCo's sensors in inverse dynamics with prescribed joint motion."""
+    model = mujoco.MjModel.from_xml_string(chain(body, gravity))
+    data = mujoco.MjData(model)
+    out = np.empty((len(joints.time), model.nsensordata))
+    for k in range(len(out)):
+        data.qpos[:], data.qvel[:], data.qacc[:] = (
+            joints.position[k],
+            joints.velocity[k],
+            joints.acceleration[k],
+        )
+        mujoco.mj_inverse(model, data)
+        out[k] = data.sensordata
+    return out
+
+
+def test_sign_of_mujocos_force_sensor():
+    """At rest MuJoCo shows m g, upward: what the parent exerts on the child, the project's own sign."""
+    body, joints = BODIES["offset"], stop_and_go(0.1, 10.0)
+    assert not joints.velocity.any()
+    force = sensors(body, joints, GRAVITIES[0])[0, :3]
+    upward = UR5.motion(joints).rotation[0] @ force
+    np.testing.assert_allclose(upward, (0.0, 0.0, body.mass * 9.80665), atol=1e-12)  # rounding of 17 N
+
+
+@pytest.mark.parametrize("gravity", GRAVITIES, ids=("upright", "tilted"))
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", BODIES)
+def test_wrench_of_whole_motions(name, motion, gravity):
+    body, joints = BODIES[name], MOTIONS[motion]()
+    expected = sensors(body, joints, gravity)
+    measurements = wield(UR5.motion(joints), body, gravity)
+    for wrench in (measurements.wrench, predict_wrench(measurements, body.vector)):
+        for part in (slice(0, 3), slice(3, 6)):
+            error = np.abs(wrench[:, part] - expected[:, part]).max()
+            # 1e-6 asked for; both are exact formulas in double precision over a chain of six
+            assert error < 1e-10 * np.abs(expected[:, part]).max()
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_arm_motion(motion):
+    """Pose, velocities and accelerations of the sensor, MuJoCo's linear acceleration being a - g."""
+    joints = MOTIONS[motion]()
+    ours = UR5.motion(joints)
+    theirs = sensors(BODIES["compact"], joints, GRAVITIES[0])
+    wxyz = ours.orientation[:, [3, 0, 1, 2]]
+    same = np.abs(np.einsum("ki,ki->k", wxyz, theirs[:, 9:13]))
+    np.testing.assert_allclose(same, 1.0, atol=1e-12)  # rounding over six rotations
+    pairs = (
+        (ours.position, theirs[:, 6:9]),
+        (ours.linear_velocity, theirs[:, 13:16]),
+        (ours.angular_velocity, theirs[:, 16:19]),
+        (ours.linear_acceleration - GRAVITIES[0], theirs[:, 19:22]),
+        (ours.angular_acceleration, theirs[:, 22:25]),
+    )
+    for mine, other in pairs:
+        np.testing.assert_allclose(mine, other, atol=1e-11 * max(1.0, np.abs(other).max()))
+
+
+def test_a_wrong_parameter_shows():
+    """The comparison can fail: a promille more of any of the ten parameters is far above its tolerance."""
+    body, joints = BODIES["full tensor"], MOTIONS["sinusoids 1 rad/s"]()
+    expected = sensors(body, joints, GRAVITIES[0])[:, :6]
+    measurements = wield(UR5.motion(joints), body)
+    for i in range(10):
+        vector = body.vector.copy()
+        vector[i] *= 1.001
+        error = np.abs(predict_wrench(measurements, vector) - expected).max()
+        assert error > 1e-6 * np.abs(expected[:, 3:]).max()
