@@ -24,7 +24,7 @@ _HOME = {
     "Certificate": "estimate",
     "errors_between": "metrics",
     "identify": "identification",
-    "export": "export",
+    "Identification": "identification",
     "HeftingError": "errors",
     "InputError": "errors",
 }

@@ -12,7 +12,7 @@ from hefting.measurements import Measurements, Noise
 from hefting.moments import Moments
 from hefting.recording import Recording
 from hefting.regressor import predict_wrench
-from hefting.spatial import Array
+from hefting.spatial import Array, skew
 
 SIGN_CONFIDENCE = 10.0
 """|t| of the mass below which its sign is not trusted."""
@@ -102,6 +102,22 @@ def bias_is_significant(fit: FreeFit) -> bool:
     False where the motion cannot tell a bias from the object.
     """
     return bool(np.isfinite(fit.covariance[10:, 10:]).all() and (np.abs(fit.bias_t) > BIAS_CONFIDENCE).any())
+
+
+def lever(measurements: Measurements, free_bias: bool) -> float:
+    """Distance [m] of the COM from the sensor by gravity alone: first moment by the torque over mass by the force.
+
+    Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined.
+    """
+    force = -measurements.gravity[:, :, None]
+    torque = skew(measurements.gravity)
+    wrench = measurements.force, measurements.torque
+    sizes = []
+    for A, b in zip((force, torque), wrench, strict=True):
+        if free_bias:
+            A, b = A - A.mean(axis=0), b - b.mean(axis=0)
+        sizes.append(float(np.linalg.norm(np.linalg.lstsq(A.reshape(b.size, -1), b.ravel(), rcond=1e-3)[0])))
+    return sizes[1] / sizes[0] if sizes[0] > 0.0 else 0.0
 
 
 def autocorrelation_time(series: Array) -> float:

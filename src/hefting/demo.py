@@ -1,4 +1,4 @@
-"""A demonstration from end to end: a simulated arm wields a hammer, and what it holds is found from its log."""
+"""A demonstration from end to end: a simulated arm wields a hammer, which is identified from its log."""
 
 import json
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ DURATION, RATE, ANGULAR_SPEED = 10.0, 100.0, 1.0
 NOISE = "moderate"
 SEED = 2022
 POSE = frozen(((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, -0.08), (0.0, -1.0, 0.0, 0.06), (0.0, 0.0, 0.0, 1.0)))
-"""Pose of the hammer's frame in the sensor frame: held by the handle, 80 mm from its end and 60 mm off the sensor."""
+"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm off the sensor."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,8 @@ class Demo:
 def run(folder: str | Path, pictures: bool = True) -> Demo:
     """Simulate, write the log, identify from the files as a user would, and write results to `folder`.
 
-    The arm is a UR5 in the paper's motion (`hefting.simulation.sinusoids`); wrench noise is the paper's moderate
-    level, pose noise 0.1 mm and 0.02°. The same every time. Raises `InputError` when the folder cannot be written
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the paper's moderate noise,
+    the poses 0.1 mm and 0.02°. The same every time. Raises `InputError` when the folder cannot be written
     and `MissingDependencyError` when pictures are wanted without matplotlib.
     """
     folder = Path(folder)

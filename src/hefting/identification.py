@@ -7,7 +7,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.calibration import FreeFit, WrenchSign, bias_is_significant, fit_freely, residuals, wrench_sign
+from hefting.calibration import (
+    FreeFit,
+    WrenchSign,
+    bias_is_significant,
+    fit_freely,
+    lever,
+    residuals,
+    wrench_sign,
+)
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
 from hefting.estimators import METHODS, OLS, PMD, Estimator
@@ -22,6 +30,8 @@ from hefting.spatial import STANDARD_GRAVITY, frozen
 DEFAULT_BOX = (-0.25, 0.25, -0.25, 0.25, -0.25, 0.25)
 """Where mass may be when no shape is given [m, sensor frame]."""
 DEFAULT_BOX_POINTS = 512
+LARGEST = 10.0
+"""No robot wields a thing this long [m]: the shape's unit must be wrong."""
 HEAVIEST = 1000.0
 """No robot holds this much [kg]: the wrench's unit must be wrong."""
 
@@ -74,6 +84,8 @@ def identify(
         recording = read_log(recording)
     if method not in METHODS:
         raise InputError(f"unknown method '{method}'{nearest(method, METHODS)}", fix=f"use {', '.join(METHODS)}")
+    if shape is not None and float(shape.extents.max()) > LARGEST:
+        raise InputError(f"the shape is {shape.extents.max():.3g} m long", fix="is its file in millimetres? give --unit mm")
     if start or duration is not None:
         recording = recording.slice(start, duration)
     measured = measure(recording, gravity, motion)
@@ -97,7 +109,7 @@ def identify(
         if not np.isfinite(fit.covariance[0, 0]):
             warnings.append("one orientation cannot tell a bias from the object's weight: assumed no bias")
         fit, may_be_biased = fit_freely(z, False), False
-    _check_fit(fit, shape, recording.source, warnings)
+    _check_fit(z, fit, shape, recording.source, warnings)
     if measured.motion is not None and len(z) > 1:
         z = replace(z, weights=_weights(fit, measured))
 
@@ -154,7 +166,9 @@ def _with_sign(
     return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
 
 
-def _check_fit(fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]) -> None:
+def _check_fit(
+    z: Measurements, fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]
+) -> None:
     """Refuse what no object could cause; warn of what the shape makes unlikely."""
     if not np.isfinite(fit.covariance[0, 0]):
         raise NotIdentifiableError(
@@ -167,16 +181,15 @@ def _check_fit(fit: FreeFit, shape: PointMasses | None, source: str, warnings: l
         raise InputError(
             f"the force would need {abs(mass):.3g} kg", where=source, fix="give it in newtons; check --gravity"
         )
-    if mass == 0.0 or not np.isfinite(fit.covariance.diagonal()[1:4]).all():
+    reach = 10.0 if shape is None else float(np.abs(shape.positions).max()) + 5.0 * float(np.linalg.norm(shape.extents))
+    distance = lever(z, fit.bias is not None)
+    if distance > max(reach, 0.5):
+        what = f"the torque puts the centre of mass {distance:.3g} m from the sensor"
+        raise InputError(what, where=source, fix="give torque in newton-metres; check the shape's unit and pose")
+    if shape is None or mass == 0.0 or not np.isfinite(fit.covariance.diagonal()[1:4]).all():
         return
     com = fit.vector[1:4] / mass
-    reach = 10.0 if shape is None else float(np.abs(shape.positions).max()) + 5.0 * float(np.linalg.norm(shape.extents))
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / abs(mass)
-    if fit.mass_t > 10.0 and np.linalg.norm(com) - 3.0 * spread > max(reach, 0.5):
-        what = f"the torque puts the centre of mass {np.linalg.norm(com):.3g} m from the sensor"
-        raise InputError(what, where=source, fix="give torque in newton-metres; check the shape's unit and pose")
-    if shape is None:
-        return
     local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
     outside = float(np.max(np.abs(local) - 0.75 * shape.extents))
     if fit.mass_t > 10.0 and outside > 3.0 * spread:
@@ -213,7 +226,7 @@ def _finished(
             warnings.append(f"the solver stopped {estimate.certificate.gap:.2g} above its lower bound")
     consistency = estimate.parameters.consistency()
     if not consistency.is_consistent:
-        warnings.append(f"not physically consistent: {consistency}")
+        warnings.append(f"no body has these parameters: {consistency}")
     return replace(
         estimate, residual=rms, warnings=(*warnings, *estimate.warnings), provenance=provenance
     )

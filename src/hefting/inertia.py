@@ -143,13 +143,14 @@ class InertialParameters:
         sign = float(np.sign(self.mass))
         moments = np.linalg.eigvalsh(self.inertia_at_com)
         second = 0.5 * moments.sum() - moments  # eigenvalues of the second-moment matrix about the COM
-        largest = float(np.abs(moments).max()) or 1.0
+        floor = 1e-6 * float(np.abs(self.vector[4:]).max())  # what remains of a point far away is rounding
+        largest = max(float(np.abs(moments).max()), floor) or 1.0
         return Consistency(
             {
                 "mass": sign,
                 "inertia": float(moments[0]) / largest,
                 "triangle": float(moments[0] + moments[1] - moments[2]) / largest,
-                "pseudo_inertia": sign * float(second.min()) / (float(np.abs(second).max()) or 1.0),
+                "pseudo_inertia": sign * float(second.min()) / (max(float(np.abs(second).max()), floor) or 1.0),
             }
         )
 

@@ -28,10 +28,14 @@ COMPONENTS = {"x": BLUE, "y": VERMILION, "z": GREEN}
 SHADOW, INK = "#E4E4E4", "#303030"
 WIDTH = 3.5
 """Width of a printed column [in]."""
+TALLEST = 6.5
+"""Greatest height of a picture [in]."""
+BAR = 0.07
+"""Height of the colour bar [in]."""
 DRAWN = 1500
 """Most samples drawn of a long recording, evenly chosen."""
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 7.0,
     "axes.labelsize": 7.0,
     "axes.titlesize": 7.0,
@@ -75,7 +79,9 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
             rest.set_ylabel(f"[{unit}]")
             rest.axhline(0.0, color=INK, linewidth=0.4)
             rms = float(np.sqrt(np.mean(residual[:, part : part + 3] ** 2)))
-            rest.set_title(f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK)
+            rest.set_title(
+                f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK
+            )
             limit = 1.25 * float(np.abs(residual[:, part : part + 3]).max()) or 1.0
             rest.set_ylim(-limit, limit)
             _pad(whole, top=0.05)
@@ -117,10 +123,10 @@ def plot_object(
     mesh : silhouette; an object with ``vertices`` (V, 3) [m] in the sensor frame and ``faces`` (F, 3).
     truth : drawn beside the estimate.
 
-    The ellipsoid is the homogeneous one with the same mass and inertia (`equivalent_ellipsoid`); there is none
-    for an unphysical estimate. Raises `MissingDependencyError` without matplotlib.
+    The ellipsoid is the homogeneous one with the same mass and inertia (`equivalent_ellipsoid`); an
+    unphysical estimate has none. Raises `MissingDependencyError` without matplotlib.
     """
-    bodies = [(estimate.parameters, "estimate", VERMILION, "-", "x")]
+    bodies: list[tuple] = [(estimate.parameters, "estimate", VERMILION, "-", "x")]
     if truth is not None:
         bodies.insert(0, (truth, "truth", INK, (0, (3, 2)), "o"))
     corners = [np.zeros((1, 3))]
@@ -133,39 +139,45 @@ def plot_object(
     low, high = low - margin, high + margin
     with _style():
         x, y, z = high - low
-        figure = _figure(float(np.clip(0.55 + (WIDTH - 0.75) * (y + z) / (x + z), 2.4, 6.5)))
-        grid = figure.subplots(
-            2, 2, sharex="col", sharey="row", gridspec_kw={"width_ratios": (x, z), "height_ratios": (y, z)}
-        )
-        views = ((grid[0, 0], 0, 1), (grid[0, 1], 2, 1), (grid[1, 0], 0, 2))
+        scale = min((WIDTH - 0.75) / (x + z), (TALLEST - 0.95) / (y + z))  # inches per millimetre
+        figure = _figure(max(0.95 + scale * (y + z), 1.9))
+        layout = figure.add_gridspec(3, 2, width_ratios=(x, z), height_ratios=(BAR / scale, y, z))
+        front = figure.add_subplot(layout[1, 0])
+        side = figure.add_subplot(layout[1, 1], sharey=front)
+        below = figure.add_subplot(layout[2, 0], sharex=front)
+        views = ((front, 0, 1), (side, 2, 1), (below, 0, 2))
         dots = None
+        diameter = 72.0 * scale * 1e3 * _pitch(shape) if shape is not None else 0.0
         for axes, i, j in views:
             if mesh is not None:
                 _silhouette(axes, 1e3 * np.asarray(mesh.vertices)[:, [i, j]], np.asarray(mesh.faces))
             if shape is not None:
-                dots = _masses(axes, 1e3 * shape.positions[:, [i, j]], estimate.point_masses)
+                dots = _masses(axes, 1e3 * shape.positions[:, [i, j]], estimate.point_masses, diameter)
             _triad(axes, i, j, 0.12 * float((high - low).max()))
             for body, name, colour, line, marker in bodies:
                 _body(axes, body, i, j, name, colour, line, marker)
             axes.set_aspect("equal")
             axes.set_xlim(low[i], high[i])
             axes.set_ylim(low[j], high[j])
-        grid[0, 0].set_ylabel("y [mm]")
-        grid[1, 0].set(xlabel="x [mm]", ylabel="z [mm]")
-        grid[0, 1].set_xlabel("z [mm]")
-        grid[0, 1].tick_params(labelbottom=True)
-        corner = grid[1, 1]
+        front.set_ylabel("y [mm]")
+        front.tick_params(labelbottom=False)
+        side.set_xlabel("z [mm]")
+        side.tick_params(labelleft=False)
+        below.set(xlabel="x [mm]", ylabel="z [mm]")
+        corner = figure.add_subplot(layout[2, 1])
         corner.set_axis_off()
-        corner.legend(*grid[0, 0].get_legend_handles_labels(), loc="upper left", borderaxespad=0.0)
+        corner.legend(*front.get_legend_handles_labels(), loc="upper left", borderaxespad=0.0)
         if dots is not None:
-            bar = figure.colorbar(dots, ax=grid[0, :], location="top", aspect=40, fraction=0.03, pad=0.01)
+            bar = figure.colorbar(dots, cax=figure.add_subplot(layout[0, :]), orientation="horizontal")
+            bar.ax.xaxis.set_ticks_position("top")
+            bar.ax.xaxis.set_label_position("top")
             bar.set_label("Mass of a point [g]")
             bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
         return _settled(figure)
 
 
 def equivalent_ellipsoid(body: InertialParameters) -> tuple[Array, Array] | None:
-    """Semi-axes (3,) [m] and their directions as columns (3, 3) of the homogeneous ellipsoid with the same inertia.
+    """The homogeneous ellipsoid of the same inertia: semi-axes (3,) [m], and their directions as columns.
 
     From J1 = m/5 (s2² + s3²) and so on: s1² = 5/(2m) (J2 + J3 - J1). None when the body is unphysical.
     """
@@ -177,16 +189,15 @@ def equivalent_ellipsoid(body: InertialParameters) -> tuple[Array, Array] | None
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
-    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; returns both paths."""
-    paths = []
-    for suffix, options in ((".png", {"dpi": 300}), (".svg", {"metadata": {"Date": None}})):
-        content = io.BytesIO()
-        with _style():
-            figure.savefig(content, format=suffix[1:], facecolor="white", **options)
-        path = Path(f"{stem}{suffix}")
-        write_atomically(path, content.getvalue())
-        paths.append(path)
-    return paths[0], paths[1]
+    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; their paths."""
+    png, svg = io.BytesIO(), io.BytesIO()
+    with _style():
+        figure.savefig(png, format="png", dpi=300)
+        figure.savefig(svg, format="svg", metadata={"Date": None})
+    paths = Path(f"{stem}.png"), Path(f"{stem}.svg")
+    write_atomically(paths[0], png.getvalue())
+    write_atomically(paths[1], svg.getvalue())
+    return paths
 
 
 @contextmanager
@@ -229,17 +240,20 @@ def _silhouette(axes: "Axes", corners: Array, faces: ArrayLike) -> None:
     seen = triangles[np.abs(area) > 1e-9 * np.abs(area).max()]
     path = Outline.make_compound_path_from_polys(seen)
     many = len(triangles) > 5000
-    axes.add_patch(PathPatch(path, facecolor=SHADOW, edgecolor=SHADOW, linewidth=0.4, zorder=0, rasterized=many))
+    axes.add_patch(
+        PathPatch(path, facecolor=SHADOW, edgecolor=SHADOW, linewidth=0.4, zorder=0, rasterized=many)
+    )
 
 
-def _masses(axes: "Axes", places: Array, masses: Array | None):
+def _masses(axes: "Axes", places: Array, masses: Array | None, diameter: float):
     """Points, the heavier the larger and the nearer; all alike when their masses are unknown."""
+    largest = float(np.clip(0.75 * diameter, 1.0, 4.0))
     if masses is None:
-        axes.scatter(*places.T, s=2.0, color=BLUE, linewidths=0.0, zorder=1)
+        axes.scatter(*places.T, s=0.3 * largest**2, color=BLUE, linewidths=0.0, zorder=1)
         return None
     grams = 1e3 * masses
     order = np.argsort(grams)
-    size = 1.5 + 14.0 * np.sqrt(grams / (grams.max() or 1.0))
+    size = largest**2 * (0.1 + 0.9 * np.sqrt(grams / (grams.max() or 1.0)))
     return axes.scatter(
         *places[order].T,
         c=grams[order],
@@ -250,6 +264,16 @@ def _masses(axes: "Axes", places: Array, masses: Array | None):
         zorder=1,
         rasterized=len(grams) > 5000,
     )
+
+
+def _pitch(shape: PointMasses) -> float:
+    """Usual distance [m] between neighbouring points."""
+    from scipy.spatial import KDTree
+
+    if shape.n == 1:
+        return 0.01
+    distances, _ = KDTree(shape.positions).query(shape.positions[:2000], k=2)
+    return float(np.median(distances[:, 1]))
 
 
 def _body(axes: "Axes", body: InertialParameters, i: int, j: int, name: str, colour, line, marker) -> None:
@@ -269,7 +293,7 @@ def _body(axes: "Axes", body: InertialParameters, i: int, j: int, name: str, col
     if ellipsoid is None:
         return
     semi_axes, directions = ellipsoid
-    # the shadow of {A u: |u| <= 1} on a plane is {B u}, B the rows of A in the plane; B B' = L L' gives the outline
+    # the shadow of {A u: |u| <= 1} is {B u}, B the rows of A in the plane: an ellipse with the matrix B B'
     shadow = 1e3 * (directions * semi_axes)[[i, j]]
     values, vectors = np.linalg.eigh(shadow @ shadow.T)
     angle = np.linspace(0.0, 2.0 * np.pi, 120)
@@ -301,6 +325,13 @@ def _triad(axes: "Axes", i: int, j: int, length: float) -> None:
         style = {"arrowstyle": "-|>,head_length=0.25,head_width=0.12", "shrinkA": 0.0, "shrinkB": 0.0}
         axes.annotate("", tip, (0.0, 0.0), arrowprops=style | {"color": colour, "linewidth": 0.9}, zorder=2)
         axes.annotate(
-            name, tip, beyond, textcoords="offset points", ha="center", va="center", color=colour, path_effects=halo
+            name,
+            tip,
+            beyond,
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            color=colour,
+            path_effects=halo,
         )
     axes.plot(0.0, 0.0, "s", color=INK, markersize=2.5, zorder=5, label="sensor", linestyle="none")

@@ -29,6 +29,8 @@ DEGREE = 5
 SUPPORT = DEGREE + 1
 FEWEST = 8
 """Samples a segment must have to be smoothed at all."""
+MARGIN = 0.25
+    """(6, 6): coefficient of u^p (rows) in B_(i+j) (columns) on knot interval i, u in [0, 1]."""
 CHUNK = 8192
 """Samples evaluated at a time."""
 
@@ -71,7 +73,7 @@ class Knots:
     """(S + 1,) first coefficient of each segment"""
 
     def __post_init__(self):
-        intervals = np.maximum(np.ceil((self.last - self.first) / self.h - 1e-9), 1).astype(int)
+        intervals = np.floor((self.last - self.first) / self.h + MARGIN).astype(int) + 1
         object.__setattr__(self, "intervals", intervals)
         object.__setattr__(self, "offset", np.concatenate(([0], np.cumsum(intervals + DEGREE))))
 
@@ -83,9 +85,9 @@ class Knots:
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
         """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a segment covers it."""
         segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
-        x = (time - self.first[segment]) / self.h
+        x = (time - self.first[segment]) / self.h + MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
-        covered = (x >= 0) & (time <= self.last[segment])
+        covered = (time >= self.first[segment]) & (time <= self.last[segment])
         return self.offset[segment] + interval, x - interval, covered
 
     def differences(self, coefficients: Array, m: int) -> Array:
@@ -204,17 +206,13 @@ class Smoothness:
         """lambda for knots h apart and samples dt apart."""
         return h / dt * (h * self.bandwidth) ** (-2 * self.order)
 
-    def intensity(self, dt: float) -> float:
-        """q: two-sided spectral density of the white noise on the m-th derivative."""
-        return self.variance * dt * self.bandwidth ** (2 * self.order)
-
 
 class Likelihood:
     """Restricted likelihood of the bandwidth for one order m, with r² at its maximum.
 
     d independent components share lambda and r² (a unit quaternion's four have three degrees of freedom). The
-    polynomials of degree below m, which the model leaves free, are counted as drawn with the variance they turn
-    out to have; without that price a higher order always wins on short recordings.
+    polynomials of degree below m, which the model leaves free, count as drawn with the variance they turn out
+    to have: without that price a higher order always wins on short recordings.
     """
 
     def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):

@@ -5,9 +5,9 @@ all data up to now follows from its covariance C_j with the present state: with 
 
     C_j <- C_j F',   x_j <- x_j + C_j H' nu / S,   C_j <- C_j (I - K H)'
 
-(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of 1/bandwidth: derivative
-i is x_i / (r wc^i), the driving noise has intensity period * wc ("nominal"), and the filter depends on n and on
-the spacing of the samples alone.
+(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of 1/bandwidth:
+derivative i is x_i / (r wc^i), the driving noise has intensity period * wc ("nominal"), and the filter
+depends on n and on the spacing of the samples alone.
 """
 
 from dataclasses import dataclass, replace
@@ -27,16 +27,25 @@ READ = 3
 """Derivatives read out: value, velocity, acceleration."""
 
 
+@lru_cache
+def _powers(n: int) -> tuple[Array, Array, Array, Array]:
+    """Coefficients and exponents (n, n) of the step in the matrices of `_integrators`."""
+    i, j = np.indices((n, n))
+    factorials = np.array([factorial(k) for k in range(n)], dtype=float)
+    power = 2 * n - 1 - i - j
+    noise = 1.0 / (power * factorials[n - 1 - i] * factorials[n - 1 - j])
+    return (
+        np.where(j >= i, 1.0 / factorials[np.abs(j - i)], 0.0),
+        np.maximum(j - i, 0.0),
+        noise,
+        power.astype(float),
+    )
+
+
 def _integrators(step: float, n: int) -> tuple[Array, Array]:
     """Transition (n, n) over `step`, and covariance (n, n) that unit white noise builds up over it."""
-    transition, noise = np.zeros((n, n)), np.zeros((n, n))
-    for i in range(n):
-        for j in range(n):
-            if j >= i:
-                transition[i, j] = step ** (j - i) / factorial(j - i)
-            power = 2 * n - 1 - i - j
-            noise[i, j] = step**power / (power * factorial(n - 1 - i) * factorial(n - 1 - j))
-    return transition, noise
+    transition, transition_power, noise, noise_power = _powers(n)
+    return transition * step**transition_power, noise * step**noise_power
 
 
 class Steady(NamedTuple):
@@ -119,7 +128,7 @@ class Track:
         innovation = value - mean[0]
         mean = mean + np.outer(gain, innovation)
         covariance = predicted - surplus * np.outer(gain, gain)
-        cross = self.cross @ transition.T
+        cross = (self.cross.reshape(-1, len(mean)) @ transition.T).reshape(self.cross.shape)
         gains = cross[:, :, 0] / surplus
         return Track(
             mean,
@@ -152,12 +161,12 @@ class Track:
         return Track(states[-1], self.covariance, past, steady.cross[age], steady.variances[age])
 
     def is_steady(self, steady: Steady) -> bool:
-        """Whether the covariances have settled, to six digits: then `block` does the same as `step`."""
+        """Whether the covariances have settled, to five digits: then `block` does the same as `step`."""
         if len(self.past) != len(steady.gains) - 1:
             return False
-        if not np.allclose(self.covariance, steady.covariance, rtol=1e-6, atol=1e-9):
+        if not np.allclose(self.covariance, steady.covariance, rtol=1e-5, atol=1e-8):
             return False
-        return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-6, atol=1e-9)
+        return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8)
 
     def drop(self, count: int) -> "Track":
         return replace(

@@ -57,9 +57,9 @@ class PoseFilter:
     """m, standard deviation per axis"""
     rotation_noise: float = 3.5e-4
     """rad, standard deviation per axis"""
-    position_bandwidth: float = 20.0
+    position_bandwidth: float = 25.0
     """wc, rad/s: the driving noise has intensity q = r² period wc^(2n)"""
-    rotation_bandwidth: float = 20.0
+    rotation_bandwidth: float = 25.0
     """rad/s"""
     lag: float = 0.1
     """s; 0 makes the filter causal, ten times less accurate"""

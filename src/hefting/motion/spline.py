@@ -106,6 +106,8 @@ def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array
 
 def aligned(quaternions: Array, previous: Array | None = None) -> Array:
     """(K, 4) quaternions, their signs such that each is near the one before (the first: near `previous`)."""
+    if len(quaternions) == 0:
+        return quaternions
     flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0
     first = previous is not None and quaternions[0] @ previous < 0
     signs = 1.0 - 2.0 * (np.cumsum(np.concatenate(([first], flips))) % 2)
@@ -148,7 +150,7 @@ class _Curve:
         penalty = smoothness.penalty(h, dt)
         normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
-        overlap = int(np.ceil(8.0 / min(h * smoothness.bandwidth, 1.0)))
+        overlap = int(np.ceil(12.0 / min(h * smoothness.bandwidth, 1.0)))
         return cls(
             normal.knots, coefficients, smoothness.variance * inverse_bands(factor, overlap), smoothness
         )
@@ -183,8 +185,9 @@ def tune(time: Array, values: Array, orders: tuple[int, ...], name: str) -> tupl
             f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer"
         )
     dt = float(np.median(np.diff(time)))
-    h = max(KNOT_SPACING, dt)
     duration = time[-1] - time[0]
+    coarsest = max(duration / 6.0, dt)
+    h = min(max(KNOT_SPACING, dt), coarsest)
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
         stretch = duration / excess / 10
@@ -194,7 +197,7 @@ def tune(time: Array, values: Array, orders: tuple[int, ...], name: str) -> tupl
     middle = orders[len(orders) // 2]
     for _ in range(4):
         found = _most_likely(time, values, middle, h, floor)
-        wanted = float(np.clip(0.6 / found.bandwidth, dt, max(duration / 6, dt)))
+        wanted = float(np.clip(0.6 / found.bandwidth, dt, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
@@ -225,9 +228,10 @@ def _normal(time: Array, values: Array, h: float, end: float = -np.inf) -> Norma
     """Normal equations; the last segment reaches to `end`, rows of which only repeat the last value."""
     cuts = np.flatnonzero(_segments(time, h)) + 1
     begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
-    long_enough = stop - begin >= FEWEST
+    apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
+    long_enough = (stop - begin >= FEWEST) & (np.add.reduceat(apart.astype(int), begin) > SUPPORT)
     if not long_enough.any():
-        raise InputError("gaps leave no eight poses in a row", where="recording", fix="record more often")
+        raise InputError(f"gaps leave no {FEWEST} poses in a row", where="poses", fix="record more often")
     last = time[stop[long_enough] - 1]
     if long_enough[-1]:
         last[-1] = max(last[-1], end)

@@ -1,9 +1,9 @@
 """How much each sample is worth when the motion, too, is uncertain.
 
 Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E' of the predicted
-wrench, E = d(f, tau)/d(a, alpha) = [[m I, -[mc]x], [[mc]x, J]]. They are correlated in time: of the fs T samples
-of T seconds about wc T are independent. So a sample counts as if its covariance were S_w + (fs/wc) E S_k E',
-S_w being that of the wrench itself.
+wrench, E = d(f, tau)/d(a, alpha) = [[m I, -[mc]x], [[mc]x, J]]. They are correlated in time: of the fs T
+samples of T seconds about wc T are independent. So a sample counts as if its covariance were
+S_w + (fs/wc) E S_k E', S_w being that of the wrench itself.
 """
 
 from typing import Protocol

@@ -32,8 +32,8 @@ def positive(value: float, name: str) -> float:
 
 def point_count(points: int) -> int:
     """`points` if it is a sensible number of points, else `InputError`."""
-    if int(points) != points or not 1 <= points <= MAX_POINTS:
-        raise InputError(f"the number of points must be 1 to {MAX_POINTS}, not {points}")
+    if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
+        raise InputError(f"the number of points must be 1 to {MAX_POINTS}, not {points!r}")
     return int(points)
 
 

@@ -25,7 +25,7 @@ def winding_numbers(
     counted exactly once and no tolerance is needed.
     """
     slot = np.concatenate(([0], np.cumsum(count + 1)))
-    tally = np.zeros(slot[-1], dtype=np.int64)
+    tally = np.zeros(slot[-1], dtype=np.int32)
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     order, first, last, rows = _candidates(low, high, rays)
@@ -43,7 +43,9 @@ def winding_numbers(
         below = np.clip(np.ceil((height - start[ray]) / step[ray]), 0, count[ray]).astype(np.int64)
         np.add.at(tally, slot[ray] + below, sign)
         position = stop
-    above = np.cumsum(tally[::-1])[::-1] - tally  # sums to zero over each ray, so rays do not mix
+    above = (
+        np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally
+    )  # sums to zero over each ray, so rays do not mix
     keep = np.ones(len(tally), dtype=bool)
     keep[slot[1:] - 1] = False
     return above[keep]
@@ -104,7 +106,7 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
         (2, len(ray)), -np.inf
     )  # x and z where the line y = const meets the triangle left of the ray
     right = np.full((2, len(ray)), np.inf)
-    sign = np.zeros(len(ray), dtype=np.int64)
+    sign = np.zeros(len(ray), dtype=np.int32)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         upward = corner[:, a, 1] < corner[:, b, 1]
         meets = np.flatnonzero((corner[:, a, 1] <= y) == (y < corner[:, b, 1]))

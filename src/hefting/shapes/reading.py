@@ -1,6 +1,8 @@
 """Reading shapes from files: meshes, point clouds, labelled parts. Files are not trusted."""
 
 import io
+import json
+import struct
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +37,10 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     import trimesh
 
     try:
+        if suffix == ".glb":
+            _check_glb(data)
+        elif suffix in (".obj", ".off") or (data.startswith(b"solid") and not _is_binary_stl(data)):
+            data = _as_utf8(data)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
@@ -50,8 +56,29 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     except InputError:
         raise
     except Exception as error:  # a damaged file makes a parser fail in any way
-        what = f"not a readable {suffix} mesh ({type(error).__name__})"
+        what = f"not a readable {suffix} mesh"
         raise InputError(what, path, "export it again, for example as binary .stl") from error
+
+
+def _check_glb(data: bytes) -> None:
+    """Raise ValueError for arrays longer than the file that holds them (glTF allows ones made of nothing)."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    accessors = json.loads(data[20 : 20 + length])["accessors"]
+    if sum(accessor["count"] for accessor in accessors) > len(data):
+        raise ValueError("arrays longer than the file")
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    return len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]
+
+
+def _as_utf8(data: bytes) -> bytes:
+    """Text in UTF-8; what is not is taken as Latin-1, which only comments and names can differ in."""
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode()
+    return data
 
 
 def read_cloud(path: str | Path) -> Array:

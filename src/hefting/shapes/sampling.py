@@ -12,7 +12,7 @@ from hefting.spatial import Array
 
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""
-MAX_CELLS = 30_000_000
+MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 300_000
 """Grid cells tested in search of the best grid; more points leave fewer grids to choose from."""
@@ -53,7 +53,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
     homogeneous body, the centroid and second moment nearest to those of the solid. Deterministic.
     """
     box = _working_box(solid)
-    budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 12, 600))
+    budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 600))
     wanted = solid.volume / target  # volume of a cell
     for _ in range(3):  # the count follows the volume but for effects of the boundary
         found = np.median(
@@ -62,7 +62,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
         if abs(found / target - 1) < 0.01:
             break
         wanted *= float(np.clip(found / target, 0.3, 2.0))
-    ranked = _evaluate(box, _centred(box, wanted, budget // 3 + 1), target)
+    ranked = _evaluate(box, _centred(box, wanted, max(12, budget // 3)), target)
     ranked.sort(key=lambda found: found[1])
     best = budget // len(PHASES) ** 3
     grids = [(cells, phase) for _, _, (cells, _), _ in ranked[:best] for phase in product(PHASES, repeat=3)]
@@ -139,7 +139,7 @@ def _centred(box: _Box, cell: float, number: int) -> list[tuple]:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if np.prod(np.minimum(middle, box.sides)) < cell else (low, middle)
     found = {tuple(np.maximum(1, np.round(box.sides / high)).astype(int).tolist())}
-    for pitch in high * np.geomspace(0.7, 1.5, 41) if number > 1 else ():
+    for pitch in high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3) if number > 1 else ():
         exact = np.maximum(box.sides / pitch, 1)
         for cells in product(*({int(e), int(np.ceil(e))} for e in exact)):
             size = box.sides / cells

@@ -8,8 +8,10 @@ from numpy.typing import ArrayLike
 from hefting.errors import InputError
 from hefting.spatial import Array, frozen
 
-MERGE_TOLERANCE = 1e-7
-"""Vertices closer than this fraction of the diagonal are one vertex."""
+MERGE_TOLERANCE = 1e-6
+"""Vertices closer than about this fraction of the diagonal are one vertex."""
+MAX_BOUNDARY = 500_000
+"""Most boundary edges that are closed by caps."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,11 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
             "a face of the mesh names a vertex that is not there", where, "export the mesh again"
         )
     v, f = _merge(v, f, where)
+    f = _without_copies(f)
     if len(f) == 0:
         raise InputError("every triangle of the mesh is degenerate", where, "export the mesh again")
     f = _orient(f, v)
-    closed_v, caps = _caps(v, f)
+    closed_v, caps = _caps(v, f, where)
     f_all = np.vstack((f, caps))
     volume, centroid, second = _moments(closed_v[f_all])
     if volume < 0:
@@ -96,14 +99,23 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     v, f = v[used], f.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
         raise InputError("the mesh has coordinates that are not finite", where, "export the mesh again")
-    origin, diagonal = v.mean(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
+    origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
     if diagonal == 0:
         raise InputError("all vertices of the mesh coincide", where, "export the mesh again")
-    keys = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)  # below 2**20 each
+    keys = (cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]
+    _, first, index = np.unique(keys, return_index=True, return_inverse=True)
     v, f = v[first], index.reshape(-1)[f]
     distinct = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
     return v, f[distinct]
+
+
+def _without_copies(f: np.ndarray) -> np.ndarray:
+    """Each face once. Of a surface whose faces all come in both orientations, one orientation."""
+    lowest = np.argmin(f, axis=1)[:, None]
+    f = np.unique(np.take_along_axis(f, (lowest + np.arange(3)) % 3, axis=1), axis=0)
+    _, first, number = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+    return f[first] if (number == 2).mean() > 0.9 else f
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -139,7 +151,7 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     return np.where(turn[:, None], f[:, ::-1], f)
 
 
-def _caps(v: Array, f: np.ndarray) -> tuple[Array, np.ndarray]:
+def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     """Vertices and one apex more per hole; triangles that close it, from its edges to the apex."""
     keys, direction = _edges(f, len(v))
     unique, index = np.unique(keys, return_inverse=True)
@@ -147,6 +159,8 @@ def _caps(v: Array, f: np.ndarray) -> tuple[Array, np.ndarray]:
     count = np.abs(net)
     if not count.any():
         return v, np.empty((0, 3), dtype=np.int64)
+    if count.sum() > MAX_BOUNDARY:
+        raise InputError("the mesh is mostly holes", where, "use its convex hull (PointMasses.from_hull)")
     low, high = np.divmod(np.repeat(unique, count), len(v))
     forward = np.repeat(net > 0, count)
     loops = _loops(v, np.where(forward, high, low), np.where(forward, low, high))

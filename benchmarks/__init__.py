@@ -1,0 +1,1 @@
+"""Speed and memory of the estimators, each beside what one would use instead, in one run: `python -m benchmarks`."""

@@ -1,0 +1,48 @@
+"""OLS from motion arrays, against Pinocchio's body regressor and NumPy's least squares."""
+
+import numpy as np
+import pinocchio as pin
+
+from benchmarks.problem import wielded
+from benchmarks.report import Row, Section, faster
+from benchmarks.timing import Party, compare
+from hefting import OLS
+from hefting.measurements import Measurements
+from hefting.spatial import Array
+
+FROM_PINOCCHIO = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
+"""Pinocchio has Ixx Ixy Iyy Ixz Iyz Izz, the project Jxx Jxy Jxz Jyy Jyz Jzz."""
+
+
+def with_pinocchio(arrays: tuple[Array, ...]) -> Array:
+    """Ten parameters (10,) as a user of Pinocchio finds them: a loop over the samples, then least squares."""
+    _, g, a, w, alpha, force, torque = arrays
+    A, origin_at_rest = np.empty((len(a), 6, 10)), np.zeros(3)
+    for k in range(len(a)):
+        A[k] = pin.bodyRegressor(pin.Motion(origin_at_rest, w[k]), pin.Motion(a[k] - g[k], alpha[k]))
+    b = np.hstack((force, torque)).ravel()
+    return np.linalg.lstsq(A.reshape(-1, 10), b, rcond=None)[0][FROM_PINOCCHIO]
+
+
+def against_pinocchio(samples: int, rounds: int) -> Section:
+    """Both from the same arrays of motion and wrench."""
+    z = wielded(3500)[:samples]
+    motion = (z.gravity, z.linear_acceleration, z.angular_velocity, z.angular_acceleration)
+    arrays = (z.time, *motion, z.force, z.torque)
+    times = compare(
+        {
+            "pinocchio": Party(lambda _: with_pinocchio(arrays), calls=2),
+            "hefting": Party(lambda _: OLS().fit(Measurements(*arrays)), calls=5),
+        },
+        rounds,
+    )
+    theirs, ours = times["pinocchio"], times["hefting"]
+    difference = np.abs(ours.results[-1].parameters.vector - theirs.results[-1]).max()
+    return Section(
+        f"OLS, {samples:,} samples",
+        (
+            Row("Pinocchio's body regressor and NumPy's least squares", theirs),
+            faster("Hefting: OLS().fit(Measurements(...))", ours, theirs, 1.0),
+            Row("largest difference of a parameter", figure=float(difference), at_most=1e-9),
+        ),
+    )

@@ -1,0 +1,141 @@
+"""Results as tables a person can read, with units."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from hefting.estimate import Estimate
+from hefting.inertia import InertialParameters
+from hefting.inspection import Inspection
+from hefting.metrics import Errors
+from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
+
+AXES = "xyz"
+
+
+def print_report(report: RenderableType, console: Console | None = None) -> None:
+    """Print on standard output, no wider than the terminal; 100 columns where there is none."""
+    console = console or Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=100)
+    console.print(report)
+
+
+def estimate_report(
+    estimate: Estimate, truth: InertialParameters | None = None, errors: Errors | None = None
+) -> RenderableType:
+    """Mass, COM and inertia at the COM, beside their standard deviations and the truth where known."""
+    p = estimate.parameters
+    std = estimate.std
+    columns = [_values(p)]
+    if std is not None:
+        J = std["inertia_at_com"]
+        columns.append([std["mass"], *1e3 * std["center_of_mass"], *J[TENSOR_ROWS, TENSOR_COLUMNS]])
+    if truth is not None:
+        columns.append(_values(truth))
+    table = Table()
+    table.add_column("quantity")
+    table.add_column("estimate", justify="right")
+    if std is not None:
+        table.add_column("± std", justify="right")
+    if truth is not None:
+        table.add_column("truth", justify="right")
+    table.add_column("unit")
+    names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
+    units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        table.add_row(name, *(_number(column[i], i) for column in columns), unit, end_section=i in (0, 3))
+    lines: list[RenderableType] = [Text(f"{estimate.method}: what the sensor holds, in sensor axes"), table]
+    if errors is not None:
+        lines.append(
+            Text(
+                f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, inertia "
+                f"{errors.inertia_at_origin:.2g} % about the sensor and {errors.inertia_at_com:.2g} % about the COM, "
+                f"Riemannian {errors.riemannian:.3g}"
+            )
+        )
+    return Group(*lines, *_facts(estimate), *_warnings(estimate.warnings))
+
+
+def _values(p: InertialParameters) -> list[float]:
+    J = p.inertia_at_com
+    return [p.mass, *1e3 * p.center_of_mass, *J[TENSOR_ROWS, TENSOR_COLUMNS]]
+
+
+def _inertia_names() -> list[str]:
+    return [f"J{AXES[i]}{AXES[j]} at COM" for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)]
+
+
+def _number(value: float, row: int) -> str:
+    if not np.isfinite(value):
+        return "open"
+    return f"{value:.4f}" if row == 0 else f"{value:.2f}" if row < 4 else f"{value:.3e}"
+
+
+def _facts(estimate: Estimate) -> Iterable[Text]:
+    made = estimate.provenance
+    when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
+    what = f"{estimate.samples} samples{when}"
+    if "motion" in made:
+        what += f"; motion from {made['motion']}"
+    yield Text(what)
+    if "wrench" in made:
+        how = "found from gravity" if made.get("wrench_found") else "as given"
+        g = ", ".join(f"{x:g}" for x in made["gravity"])
+        yield Text(f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes")
+    settings = [f"{k} = {made[k]:g}" for k in ("points", "c1", "regularization") if made.get(k) is not None]
+    if settings:
+        yield Text(", ".join(settings))
+    if estimate.bias is not None:
+        f, t = estimate.bias[:3], estimate.bias[3:]
+        force, torque = ", ".join(f"{x:.3g}" for x in f), ", ".join(f"{x:.3g}" for x in t)
+        yield Text(f"wrench bias found with it: ({force}) N, ({torque}) N m")
+    if estimate.residual is not None:
+        yield Text(f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square")
+    consistency = estimate.parameters.consistency()
+    yield Text("physically consistent" if consistency.is_consistent else f"not physically consistent: {consistency}")
+    if estimate.certificate is not None:
+        c = estimate.certificate
+        yield Text(f"certificate: objective {c.objective:.6g}, at most {max(c.gap, 0.0):.1g} above the optimum")
+
+
+def _warnings(warnings: Iterable[str]) -> Iterable[Text]:
+    return [Text(f"warning: {line}", style="yellow") for line in warnings]
+
+
+def inspection_report(found: Inspection) -> RenderableType:
+    """Streams, motion, conventions, and what to do next."""
+    table = Table()
+    table.add_column("stream")
+    table.add_column("samples", justify="right")
+    table.add_column("rate", justify="right")
+    for name, (samples, rate) in found.streams.items():
+        table.add_row(name.replace("_", " "), str(samples), "static" if found.static else f"{rate:.4g} Hz")
+    lines: list[RenderableType] = [Text(found.log), table]
+
+    def say(line: str) -> None:
+        lines.append(Text(line))
+
+    say("static poses" if found.static else f"{found.duration:.4g} s; motion from {found.motion}")
+    if not found.static:
+        mean, largest = found.angular_speed
+        text = f"angular speed {mean:.3g} rad/s on average, {largest:.3g} at most"
+        if found.linear_speed is not None:
+            text += f"; linear {found.linear_speed[0]:.3g} m/s, {found.linear_speed[1]:.3g} at most"
+        say(f"{text}; dynamism {found.dynamism:.3g}")
+    side = "on-object" if found.sign.on_object else "on-sensor"
+    say(f"wrench {side} ({'certain' if found.sign.certain else 'not certain'}, t = {abs(found.sign.t):.3g})")
+    say(f"mass {found.mass:.4g} kg by least squares; |f| / |g| alone says {found.quick_mass:.4g} kg")
+    if found.bias is not None and found.bias_t is not None:
+        force = ", ".join(f"{x:.3g}" for x in found.bias[:3])
+        torque = ", ".join(f"{x:.3g}" for x in found.bias[3:])
+        say(f"wrench bias ({force}) N, ({torque}) N m; largest t {np.abs(found.bias_t).max():.3g}")
+    else:
+        say("wrench bias: cannot be told from the object here")
+    say(f"residual {found.noise[0]:.3g} N, {found.noise[1]:.3g} N m root mean square")
+    say("not determined by the motion: " + ", ".join(found.undetermined) if found.undetermined else "all ten determined")
+    lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
+    return Group(*lines, *_warnings(found.warnings))
