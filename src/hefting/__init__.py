@@ -18,6 +18,8 @@ _HOME = {
     "PoseFilter": "motion",
     "Moments": "moments",
     "PointMasses": "shapes",
+    "load_shape": "shapes",
+    "parse_pose": "shapes",
     "PMD": "estimators",
     "OLS": "estimators",
     "Estimate": "estimate",

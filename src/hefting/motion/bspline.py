@@ -30,7 +30,7 @@ SUPPORT = DEGREE + 1
 FEWEST = 8
 """Samples a segment must have to be smoothed at all."""
 MARGIN = 0.25
-    """(6, 6): coefficient of u^p (rows) in B_(i+j) (columns) on knot interval i, u in [0, 1]."""
+"""The first knot is this many spacings early, to keep samples half a spacing apart off block borders."""
 CHUNK = 8192
 """Samples evaluated at a time."""
 

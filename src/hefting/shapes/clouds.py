@@ -26,18 +26,19 @@ def voxel_representatives(points: Array, target: int, pitch: float | None) -> tu
     The point is the one nearest to the mean of those in its voxel. Without a `pitch`, one that leaves about
     `target` points is searched for; a cloud of no more points than that is kept whole.
     """
-    low, longest = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    low, sides = points.min(axis=0), np.ptp(points, axis=0)
+    longest = float(sides.max())
     if pitch is None:
         small, large = 0.3 * longest / max(target, len(points)), 1.01 * longest + 1e-9
         found: dict[float, int] = {}
         for _ in range(40 if longest > 0 else 0):
             middle = float(np.sqrt(small * large))
-            found[middle] = len(np.unique(_voxels(points, low, middle)))
+            found[middle] = len(np.unique(_voxels(points, low, sides, middle)))
             small, large = (middle, large) if found[middle] > target else (small, middle)
         pitch = min(found, key=lambda p: abs(found[p] - target)) if found else 1e-9
         if len(points) <= target:
             return np.arange(len(points)), pitch
-    _, voxel = np.unique(_voxels(points, low, pitch), return_inverse=True)
+    _, voxel = np.unique(_voxels(points, low, sides, pitch), return_inverse=True)
     voxel = voxel.ravel()
     number = np.bincount(voxel)
     mean = np.column_stack([np.bincount(voxel, weights=column) for column in points.T]) / number[:, None]
@@ -45,7 +46,8 @@ def voxel_representatives(points: Array, target: int, pitch: float | None) -> tu
     return np.sort(order[np.concatenate(([0], np.cumsum(number)[:-1]))]), pitch
 
 
-def _voxels(points: Array, low: Array, pitch: float) -> np.ndarray:
-    """One whole number per voxel of side `pitch` (n,)."""
-    index = np.minimum(np.floor((points - low) / pitch), 2**20).astype(np.int64)
+def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:
+    """Number (n,) of the voxel of side `pitch` each point is in; the lattice is centred on the bounding box."""
+    shift = 0.5 * (np.ceil(sides / pitch) - sides / pitch)
+    index = np.minimum(np.floor((points - low) / pitch + shift), 2**20).astype(np.int64)
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]

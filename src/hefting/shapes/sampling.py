@@ -16,6 +16,8 @@ MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 300_000
 """Grid cells tested in search of the best grid; more points leave fewer grids to choose from."""
+GOOD = 0.01
+"""Mismatch (see `_score`) below which no better grid is looked for."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the bounding box."""
 
@@ -54,17 +56,14 @@ def grid_points(solid: Solid, target: int) -> Samples:
     """
     box = _working_box(solid)
     budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 600))
-    wanted = solid.volume / target  # volume of a cell
-    for _ in range(3):  # the count follows the volume but for effects of the boundary
-        found = np.median(
-            [count for count, *_ in _evaluate(box, _centred(box, wanted, 1 + budget // 100), target)]
-        )
-        if abs(found / target - 1) < 0.01:
-            break
-        wanted *= float(np.clip(found / target, 0.3, 2.0))
-    ranked = _evaluate(box, _centred(box, wanted, max(12, budget // 3)), target)
+    cell = solid.volume / target
+    for _ in range(2):  # the count goes with 1 / cell, but not exactly: the grid may miss or favour the shape
+        first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
+        counts = [count * np.prod(box.sides / cells) for count, _, (cells, _), _ in first]
+        cell = float(np.clip(np.median(counts), 0.1 * solid.volume, 3 * solid.volume)) / target
+    ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
     ranked.sort(key=lambda found: found[1])
-    best = budget // len(PHASES) ** 3
+    best = budget // len(PHASES) ** 3 if ranked[0][1] > GOOD else 0
     grids = [(cells, phase) for _, _, (cells, _), _ in ranked[:best] for phase in product(PHASES, repeat=3)]
     ranked = sorted([ranked[0], *_evaluate(box, grids, target)], key=lambda found: found[1])
     count, _, (cells, _), positions = ranked[0]

@@ -147,7 +147,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     _, label = connected_components(graph, directed=False)
     area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
     kept = np.bincount(label[:n], weights=area, minlength=label.max() + 1)
-    turn = kept[label[:n]] < kept[label[n:]]
+    here, there = label[:n], label[n:]
+    turn = (kept[here] < kept[there]) | ((kept[here] == kept[there]) & (here > there))
     return np.where(turn[:, None], f[:, ::-1], f)
 
 
