@@ -78,7 +78,7 @@ def identify(seed, duration, rate, make, live):
     ],
 )
 def test_errors_stay_near_those_of_perfect_kinematics(make, duration, rate, live, bounds):
-    windows = 8 if rate > 100 else 20
+    windows = {100.0: 20, 1000.0: 8}[rate] if duration < 5 else 10
     runs = np.array([identify(seed, duration, rate, make, live) for seed in range(windows)])
     perfect, plain, weighted = np.sqrt(np.mean(runs**2, axis=0))
     assert np.all(weighted <= np.array(bounds) * perfect)

@@ -20,10 +20,10 @@ BODIES = {
     ),
 }
 MOTIONS = {
-    "sinusoids 1 rad/s": lambda: sinusoids(5.0, 40.0, 1.0),
-    "sinusoids 4 rad/s": lambda: sinusoids(5.0, 40.0, 4.0),
-    "all joints 2 rad/s": lambda: random_smooth(5.0, 40.0, 2.0, seed=3),
-    "stop and go": lambda: stop_and_go(6.0, 40.0, seed=4),
+    "sinusoids 1 rad/s": lambda: sinusoids(5.0, 20.0, 1.0),
+    "sinusoids 4 rad/s": lambda: sinusoids(5.0, 20.0, 4.0),
+    "all joints 2 rad/s": lambda: random_smooth(5.0, 20.0, 2.0, seed=3),
+    "stop and go": lambda: stop_and_go(6.0, 20.0, seed=4),
 }
 GRAVITIES = ((0.0, 0.0, -9.80665), (3.0, -1.0, 8.0))
 

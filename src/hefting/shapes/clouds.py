@@ -47,7 +47,7 @@ def voxel_representatives(points: Array, target: int, pitch: float | None) -> tu
 
 
 def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:
-    """Number (n,) of the voxel of side `pitch` each point is in; the lattice is centred on the bounding box."""
+    """Number (n,) of the voxel each point is in, of a lattice of some `pitch` centred on the bounding box."""
     shift = 0.5 * (np.ceil(sides / pitch) - sides / pitch)
     index = np.minimum(np.floor((points - low) / pitch + shift), 2**20).astype(np.int64)
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]

@@ -1,5 +1,6 @@
 """Points inside a solid: the regular grid that matches its moments best, or seeded random points."""
 
+import math
 from dataclasses import dataclass
 from itertools import product
 
@@ -14,7 +15,7 @@ MAX_POINTS = 1_000_000
 """Most points a shape may be given."""
 MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
-CELLS_LOOKED_AT = 300_000
+CELLS_LOOKED_AT = 200_000
 """Grid cells tested in search of the best grid; more points leave fewer grids to choose from."""
 GOOD = 0.01
 """Mismatch (see `_score`) below which no better grid is looked for."""
@@ -55,7 +56,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
     homogeneous body, the centroid and second moment nearest to those of the solid. Deterministic.
     """
     box = _working_box(solid)
-    budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 600))
+    budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 320))
     cell = solid.volume / target
     for _ in range(2):  # the count goes with 1 / cell, but not exactly: the grid may miss or favour the shape
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
@@ -137,16 +138,16 @@ def _centred(box: _Box, cell: float, number: int) -> list[tuple]:
     for _ in range(60):  # the pitch h at which min(h, side) multiply to the wanted volume
         middle = 0.5 * (low + high)
         low, high = (middle, high) if np.prod(np.minimum(middle, box.sides)) < cell else (low, middle)
-    found = {tuple(np.maximum(1, np.round(box.sides / high)).astype(int).tolist())}
-    for pitch in high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3) if number > 1 else ():
-        exact = np.maximum(box.sides / pitch, 1)
-        for cells in product(*({int(e), int(np.ceil(e))} for e in exact)):
-            size = box.sides / cells
-            thick = size[np.array(cells) > 1]
-            if len(thick) == 0 or (thick.max() < 1.7 * thick.min() and size.max() < 1.6 * pitch):
-                found.add(cells)
-    off = {cells: abs(np.log(np.prod(box.sides / cells) / cell)) for cells in found}
-    return [(cells, (0.5,) * 3) for cells in sorted(found, key=lambda cells: (off[cells], cells))[:number]]
+    pitch = high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3)[:, None, None]
+    cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
+    cells = np.unique(np.maximum(cells, 1).reshape(-1, 3), axis=0)
+    size = box.sides / cells
+    uneven = np.where(cells > 1, size, 0).max(axis=1) / np.where(cells > 1, size, np.inf).min(axis=1)
+    thin = (size * (cells == 1) <= 1.6 * high).all(axis=1)  # a side of one cell may be short, but not long
+    cells = cells[(uneven < 1.7) & thin] if ((uneven < 1.7) & thin).any() else cells
+    off = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
+    chosen = cells[np.argsort(off, kind="stable")[:number]].astype(int)
+    return [(tuple(row), (0.5,) * 3) for row in chosen.tolist()]
 
 
 def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
@@ -157,7 +158,7 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
             _centres(k, phase, low, side)
             for k, phase, low, side in zip(*grid, box.low, box.sides, strict=True)
         ]
-        cells = int(np.prod([len(line) for line in lines], dtype=float))
+        cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
             raise InputError(
                 "the shape is too thin and wide for so many grid points", fix="ask for fewer points"
@@ -172,20 +173,14 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: _Box, batch: list, target: int) -> list[tuple]:
-    rays, start, step, count = [], [], [], []
-    for (cells, _), (x, y, z) in batch:
-        rays.append(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2))
-        number = len(rays[-1])
-        start.append(np.full(number, z[0]))
-        step.append(np.full(number, box.sides[2] / cells[2]))
-        count.append(np.full(number, len(z)))
-    winding = winding_numbers(
-        box.triangles, np.vstack(rays), np.concatenate(start), np.concatenate(step), np.concatenate(count)
-    )
+    rays = [np.column_stack((np.repeat(x, len(y)), np.tile(y, len(x)))) for _, (x, y, _) in batch]
+    lines = np.array([(z[0], box.sides[2] / cells[2], len(z)) for (cells, _), (_, _, z) in batch])
+    start, step, count = np.repeat(lines, [len(r) for r in rays], axis=0).T
+    winding = winding_numbers(box.triangles, np.vstack(rays), start, step, count.astype(np.int64))
     results, position = [], 0
     for grid, lines in batch:
         shape = tuple(len(line) for line in lines)
-        inside = winding[position : position + int(np.prod(shape))].reshape(shape) != 0
+        inside = winding[position : position + math.prod(shape)].reshape(shape) != 0
         position += inside.size
         points = np.column_stack([line[i] for line, i in zip(lines, np.nonzero(inside), strict=True)])
         results.append((len(points), _score(box, grid[0], points, target), grid, points))
