@@ -29,7 +29,7 @@ def identify(
     ] = "auto",
     start: Annotated[float, typer.Option(metavar="S", help="Leave out what is before [s].")] = 0.0,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Use this much [s].")] = None,
-    c1: Annotated[float | None, typer.Option(help="PMD: dynamism at which the full model takes over (default 300).")] = None,
+    c1: Annotated[float | None, typer.Option(help="PMD: dynamism at which the full model takes over (default 300; 1 with smoothed poses).")] = None,
     regularization: Annotated[float | None, typer.Option(help="PMD: lambda (default 0.1).")] = None,
     truth: Annotated[str | None, typer.Option(metavar="FILE", help="True parameters or another estimate (JSON), to compare with.")] = None,
     output: Annotated[
