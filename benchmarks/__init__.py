@@ -1,1 +1,1 @@
-"""Speed and memory of the estimators, each beside what one would use instead, in one run: `python -m benchmarks`."""
+"""Speed and memory, each beside what one would use instead, in one run: `python -m benchmarks`."""

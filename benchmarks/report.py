@@ -42,7 +42,7 @@ class Row:
             times = {
                 "median": t.median,
                 "best": t.best,
-                "median_cpu": float(sorted(t.cpu)[len(t.cpu) // 2]),
+                "median_cpu": t.median_cpu,
                 "repetitions": len(t.wall),
             }
         return {
@@ -73,7 +73,7 @@ def show(sections: list[Section]) -> None:
     """Print one table."""
     table = Table(show_edge=False, pad_edge=False)
     table.add_column("", overflow="fold")
-    for name in ("median", "best", "CPU", "figure", "target"):
+    for name in ("median", "best", "median CPU", "figure", "target"):
         table.add_column(name, justify="right", no_wrap=True)
     for section in sections:
         table.add_section()
@@ -82,7 +82,7 @@ def show(sections: list[Section]) -> None:
             times = ("", "", "")
             if row.timing is not None:
                 t = row.timing
-                times = (seconds(t.median), seconds(t.best), seconds(sorted(t.cpu)[len(t.cpu) // 2]))
+                times = (seconds(t.median), seconds(t.best), seconds(t.median_cpu))
             table.add_row(f"  {row.what}", *times, number(row.figure, row.unit), target(row))
     Console(width=118).print(table)
 
@@ -96,13 +96,13 @@ def seconds(value: float) -> str:
 
 
 def number(value: float | None, unit: str) -> str:
-    """A figure for reading: times are given in seconds whatever their size."""
+    """A figure for reading; objectives [N] with the digits in which they could differ."""
     if value is None:
         return ""
     if unit == "s":
         return seconds(value)
-    digits = f"{value:,.0f}" if value >= 100 and value == round(value) or value >= 1000 else f"{value:.3g}"
-    return f"{digits} {unit}".rstrip()
+    digits = f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.{8 if unit == 'N' else 3}g}"
+    return f"{digits} {unit}"
 
 
 def target(row: Row) -> str:

@@ -27,6 +27,11 @@ class Timing:
         return float(np.median(self.wall))
 
     @property
+    def median_cpu(self) -> float:
+        """Median processor time [s]."""
+        return float(np.median(self.cpu))
+
+    @property
     def best(self) -> float:
         """Shortest elapsed time [s]."""
         return float(self.wall.min())

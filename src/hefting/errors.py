@@ -1,6 +1,5 @@
 """Errors: one root class, one line each: what is wrong, where, and what to do about it."""
 
-import difflib
 from collections.abc import Iterable
 
 
@@ -39,5 +38,7 @@ class NotIdentifiableError(InputError):
 
 def nearest(name: str, choices: Iterable[str]) -> str:
     """``" (did you mean 'x'?)"`` when a choice resembles `name`, else an empty string."""
+    import difflib
+
     match = difflib.get_close_matches(name.lower(), list(choices), n=1, cutoff=0.5)
     return f" (did you mean '{match[0]}'?)" if match else ""

@@ -143,7 +143,7 @@ class InertialParameters:
         sign = float(np.sign(self.mass))
         moments = np.linalg.eigvalsh(self.inertia_at_com)
         second = 0.5 * moments.sum() - moments  # eigenvalues of the second-moment matrix about the COM
-        floor = 1e-6 * float(np.abs(self.vector[4:]).max())  # what remains of a point far away is rounding
+        floor = 1e-5 * float(np.abs(self.vector[4:]).max())  # what remains of a point far away is rounding
         largest = max(float(np.abs(moments).max()), floor) or 1.0
         return Consistency(
             {

@@ -1,27 +1,39 @@
-"""The command line: parse, call one library function, print or save."""
+"""The command line: parse, call one library function, print or save.
 
+Plain `argparse`, and imports of the library inside the commands, keep ``hefting --help`` quick.
+"""
+
+import re
 import sys
+
+from hefting.errors import HeftingError, InputError
 
 
 def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything else."""
-    import typer
+    from hefting.cli.parser import build_parser
 
-    from hefting.cli.app import app
-    from hefting.errors import HeftingError, InputError
-
-    usage_error = typer.BadParameter.__mro__[1]
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        arguments = build_parser().parse_args(_joined(sys.argv[1:]))
+        arguments.run(arguments)
     except HeftingError as error:
         _fail(str(error), 2 if isinstance(error, InputError) else 1)
-    except usage_error as error:
-        _fail(f"{error.format_message()}; see hefting --help", 2)  # type: ignore[attr-defined]
-    except (KeyboardInterrupt, typer.Abort):
+    except KeyboardInterrupt:
         _fail("stopped", 1)
     except BrokenPipeError:  # the reader of a pipe went away
         sys.stderr.close()
         sys.exit(1)
+
+
+def _joined(words: list[str]) -> list[str]:
+    """``--option -1,2`` as ``--option=-1,2``: a value that starts with a minus sign is not an option."""
+    joined: list[str] = []
+    for word in words:
+        if joined and re.match(r"-\.?\d", word) and re.fullmatch(r"--[a-z][a-z0-9-]*", joined[-1]):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _fail(message: str, status: int) -> None:

@@ -1,22 +1,23 @@
-"""hefting demo: simulate, identify, write pictures."""
+"""hefting demo: simulate a robot arm wielding a hammer, identify it, write pictures."""
 
-from typing import Annotated
-
-import typer
+import argparse
 
 from hefting.cli.options import progress
 
 
-def demo(
-    output: Annotated[str, typer.Option(metavar="FOLDER", help="Where to write log, mesh, estimate and pictures.")] = "hefting-demo",
-) -> None:
-    """Simulate a robot arm wielding a hammer, identify it, and write pictures."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting demo``."""
+    parser.add_argument(
+        "--output", metavar="FOLDER", default="hefting-demo", help="where log, mesh, estimate and pictures go"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run the demo and print truth beside estimate."""
     from hefting.demo import run
     from hefting.report import estimate_report, print_report
 
     with progress("simulating a robot arm that wields a hammer, and identifying it ..."):
-        shown = run(output)
+        shown = run(arguments.output)
     print_report(estimate_report(shown.estimate, shown.truth, shown.errors))
-    typer.echo("wrote:")
-    for path in shown.files:
-        typer.echo(f"  {path}")
+    print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

@@ -1,32 +1,40 @@
-"""hefting export: an estimate in the form a simulator or a controller takes."""
+"""hefting export: write an estimate for a simulator or a robot controller."""
 
-from typing import Annotated
+import argparse
+import sys
 
-import typer
-
-from hefting.cli.options import SensorPose
+from hefting.cli.options import add_sensor_pose
 
 
-def export(
-    estimate: Annotated[str, typer.Argument(metavar="ESTIMATE.json", help="Written by hefting identify --output.")],
-    to: Annotated[str, typer.Option(metavar="TARGET", help="urdf, mjcf, sdf, usd, ur, xarm, franka, kuka, abb, fanuc, csv or json.")],
-    into: Annotated[str | None, typer.Option(metavar="FILE", help="Put it into a link of this URDF, MJCF or SDF file.")] = None,
-    link: Annotated[str | None, typer.Option(metavar="NAME", help="That link, or body.")] = None,
-    sensor_pose_in_flange: SensorPose = None,
-    output: Annotated[str | None, typer.Option(metavar="FILE", help="Write there instead of printing.")] = None,
-) -> None:
-    """Write an estimate for a simulator or a robot controller."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting export``."""
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
+    parser.add_argument(
+        "--to",
+        metavar="TARGET",
+        required=True,
+        help="urdf, mjcf, sdf, usd, ur, xarm, franka, kuka, abb, fanuc, csv or json",
+    )
+    parser.add_argument("--into", metavar="FILE", help="put it into a link of this URDF, MJCF or SDF file")
+    parser.add_argument("--link", metavar="NAME", help="that link, or body")
+    add_sensor_pose(parser)
+    parser.add_argument("--output", metavar="FILE", help="write there instead of printing")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print or write the estimate in the target's form."""
     from hefting.estimate import Estimate
-    from hefting.export import export as run
+    from hefting.export import export
     from hefting.files import write_atomically
     from hefting.shapes import parse_pose
 
-    flange = parse_pose(sensor_pose_in_flange) if sensor_pose_in_flange else None
-    exported = run(Estimate.load(estimate), to, flange, into, link)
+    a = arguments
+    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    exported = export(Estimate.load(a.estimate), a.to, flange, a.into, a.link)
     for line in exported.warnings:
-        typer.echo(f"hefting: warning: {line}", err=True)
-    if output:
-        write_atomically(output, exported.text)
-        typer.echo(f"wrote {output} ({exported.frame} axes)")
+        print(f"hefting: warning: {line}", file=sys.stderr)
+    if a.output:
+        write_atomically(a.output, exported.text)
+        print(f"wrote {a.output} ({exported.frame} axes)")
     else:
-        typer.echo(exported.text, nl=not exported.text.endswith("\n"))
+        print(exported.text, end="" if exported.text.endswith("\n") else "\n")

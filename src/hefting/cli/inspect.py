@@ -1,21 +1,27 @@
-"""hefting inspect: what a log holds and what can be found from it."""
+"""hefting inspect: say what a log holds, its conventions, and what can be found from it."""
 
-import typer
+import argparse
 
-from hefting.cli.options import DEFAULT_GRAVITY, Gravity, Json, Log, numbers, progress
+from hefting.cli.options import add_json, add_log, numbers, progress
 
 
-def inspect(log: Log, gravity: Gravity = DEFAULT_GRAVITY, json: Json = False) -> None:
-    """Say what a log holds, its conventions, and what is identifiable from it."""
-    from hefting.inspection import inspect as run
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting inspect``."""
+    add_log(parser)
+    add_json(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the findings."""
+    from hefting.inspection import inspect
     from hefting.logs import read_log
 
     with progress("reading ..."):
-        found = run(read_log(log), numbers(gravity, 3, "--gravity"))
-    if json:
-        import json as encoder
+        found = inspect(read_log(arguments.log), numbers(arguments.gravity, 3, "--gravity"))
+    if arguments.json:
+        import json
 
-        typer.echo(encoder.dumps(found.to_dict()))
+        print(json.dumps(found.to_dict()))
         return
     from hefting.report import inspection_report, print_report
 

@@ -1,21 +1,33 @@
 """Options that several commands share, and how their texts are read."""
 
+import argparse
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
-
-import typer
 
 from hefting.errors import InputError
 
-Log = Annotated[str, typer.Argument(metavar="LOG", help="Recording: a canonical .csv or .parquet file.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes [m/s²].")]
-SensorPose = Annotated[
-    str | None, typer.Option(metavar="POSE", help="Sensor in flange: x,y,z,qx,qy,qz,qw [m], or a JSON file.")
-]
-DEFAULT_GRAVITY = "0,0,-9.80665"
+POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
+
+
+def add_log(parser: argparse._ActionsContainer) -> None:
+    """The recording and the gravity it was made in."""
+    parser.add_argument("log", metavar="LOG", help="recording: a canonical .csv or .parquet file")
+    parser.add_argument(
+        "--gravity", metavar="X,Y,Z", default="0,0,-9.80665", help="in world axes [m/s²]; default %(default)s"
+    )
+
+
+def add_json(parser: argparse._ActionsContainer) -> None:
+    """Output for machines."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+
+
+def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
+    """Where the sensor is on the robot's flange."""
+    parser.add_argument(
+        "--sensor-pose-in-flange", metavar="POSE", help=f"controllers want flange axes: {POSE}"
+    )
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:
@@ -25,7 +37,7 @@ def numbers(text: str, count: int, option: str) -> list[float]:
     except ValueError:
         values = []
     if len(values) != count or not all(abs(value) < float("inf") for value in values):
-        raise InputError(f"'{text}' is not {count} numbers separated by commas", where=option)
+        raise InputError(f"'{text}' is not {count} finite numbers separated by commas", where=option)
     return values
 
 
