@@ -87,7 +87,7 @@ def solve(problem: Problem) -> Optimum:
     cost = np.concatenate((np.zeros(free), np.ones(len(parts))))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-8
     solution = clarabel.DefaultSolver(
         sparse.csc_matrix((N, N)), cost, sparse.csc_matrix(np.vstack(blocks)), np.concatenate(offsets), cones, settings
     ).solve()

@@ -1,8 +1,6 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
-from pathlib import Path
-from typing import Any
 
 from hefting.cli.options import POSE, add_json, add_log, add_sensor_pose, numbers, progress
 from hefting.errors import InputError
@@ -57,6 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Identify, save what was asked for, and print the result."""
+    from pathlib import Path
+
     from hefting.export import SUFFIXES, export
     from hefting.files import write_atomically
     from hefting.identification import identify
@@ -117,7 +117,7 @@ def run(arguments: argparse.Namespace) -> None:
             print(f"warning: {line}")
 
 
-def _bias(text: str, recording: Any) -> Any:
+def _bias(text: str, recording):
     """A bias model's name, or six numbers from a tare window or a file."""
     from hefting.calibration import load_bias, tare
 

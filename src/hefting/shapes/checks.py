@@ -17,9 +17,7 @@ def unit_scale(unit: str | None) -> float:
     if unit is None:
         return 1.0
     if unit not in UNITS:
-        raise InputError(
-            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}", fix=f"use one of {', '.join(UNITS)}"
-        )
+        raise InputError(f"unknown unit '{unit}'{nearest(str(unit), UNITS)}", fix=f"use one of {', '.join(UNITS)}")
     return UNITS[unit]
 
 
@@ -60,7 +58,5 @@ def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tup
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
     if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
-        found.append(
-            f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
-        )
+        found.append(f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object")
     return tuple(found)

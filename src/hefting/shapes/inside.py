@@ -8,9 +8,7 @@ PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
 
 
-def winding_numbers(
-    triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
-) -> np.ndarray:
+def winding_numbers(triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray) -> np.ndarray:
     """Winding numbers of equally spaced points on rays along z.
 
     Parameters
@@ -43,9 +41,7 @@ def winding_numbers(
         below = np.clip(np.ceil((height - start[ray]) / step[ray]), 0, count[ray]).astype(np.int64)
         np.add.at(tally, slot[ray] + below, sign)
         position = stop
-    above = (
-        np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally
-    )  # sums to zero over each ray, so rays do not mix
+    above = np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally  # sums to zero over each ray, so rays do not mix
     keep = np.ones(len(tally), dtype=bool)
     keep[slot[1:] - 1] = False
     return above[keep]
@@ -71,9 +67,7 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
     """
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
-    nx, ny = np.ceil(np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))).astype(
-        np.int64
-    )
+    nx, ny = np.ceil(np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))).astype(np.int64)
 
     def column(x):
         return np.clip((x - low[0]) * (nx / size[0]), 0, nx - 1).astype(np.int64)
@@ -102,9 +96,7 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
     """Of the given pairs: rays that do cross their triangle, the height z there, the sign (+1 upward)."""
     corner, point = triangles[triangle], rays[ray]
     x, y = point.T
-    left = np.full(
-        (2, len(ray)), -np.inf
-    )  # x and z where the line y = const meets the triangle left of the ray
+    left = np.full((2, len(ray)), -np.inf)  # x and z where the line y = const meets the triangle left of the ray
     right = np.full((2, len(ray)), np.inf)
     sign = np.zeros(len(ray), dtype=np.int32)
     for a, b in ((0, 1), (1, 2), (2, 0)):

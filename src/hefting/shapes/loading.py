@@ -80,9 +80,7 @@ def parse_pose(source: str | Path) -> Array:
 def _json_numbers(path: Path):
     try:
         if not path.is_file():
-            raise InputError(
-                "neither seven numbers nor a file", path, "give x,y,z,qx,qy,qz,qw or a JSON file"
-            )
+            raise InputError("neither seven numbers nor a file", path, "give x,y,z,qx,qy,qz,qw or a JSON file")
         if path.stat().st_size > 100_000:
             raise InputError("too large for a pose", path, "give a JSON file with a 4 x 4 matrix")
         return json.loads(path.read_text())

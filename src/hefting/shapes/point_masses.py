@@ -189,9 +189,7 @@ class PointMasses:
         pose = np.eye(4) if pose is None else check_pose(pose)
         if points is not None and points_per_cm3 is not None:
             raise InputError("points and points_per_cm3 are both given", fix="give one of them")
-        pitch = (
-            None if points_per_cm3 is None else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
-        )
+        pitch = None if points_per_cm3 is None else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
         chosen, pitch = voxel_representatives(p, point_count(points or DEFAULT_POINTS), pitch)
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
@@ -215,9 +213,7 @@ class PointMasses:
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")
         if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
             raise InputError("labels of parts are whole numbers", path)
-        if volumes is not None and (
-            not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
-        ):
+        if volumes is not None and (not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0):
             raise InputError("volumes of parts must be positive numbers", path)
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         positions = p @ pose[:3, :3].T + pose[:3, 3]
@@ -240,9 +236,7 @@ class PointMasses:
         """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1) [m], along its axes."""
         low, high = np.array([x0, y0, z0], dtype=float), np.array([x1, y1, z1], dtype=float)
         if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
-            raise InputError(
-                "a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres"
-            )
+            raise InputError("a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
         solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
         return cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")

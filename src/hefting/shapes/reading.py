@@ -43,9 +43,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
             data = _as_utf8(data)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(
-                io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True
-            )
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True)
             faces = 0
             for node in scene.graph.nodes_geometry:
                 faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))

@@ -82,9 +82,7 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
     found, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
-            raise InputError(
-                "the shape fills too little of its bounding box for random points", fix="use a grid"
-            )
+            raise InputError("the shape fills too little of its bounding box for random points", fix="use a grid")
         points = box.low + box.sides * rng.random((batch, 3))
         one = np.ones(batch, dtype=np.int64)
         inside = winding_numbers(box.triangles, points[:, :2], points[:, 2], np.ones(batch), one) != 0
@@ -103,9 +101,7 @@ def _volumes(box: _Box, points: Array, cell: Array) -> Array:
     """
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
-    moments = np.column_stack(
-        (np.ones(len(w)), w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j])
-    )
+    moments = np.column_stack((np.ones(len(w)), w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j]))
     wanted = np.concatenate(([1.0, 0.0, 0.0, 0.0], np.eye(3)[i, j]))
     gram = moments.T @ moments / len(w)
     change = moments @ np.linalg.solve(gram + 1e-3 * np.eye(10), wanted - moments.mean(axis=0))
@@ -121,9 +117,7 @@ def _working_box(solid: Solid) -> _Box:
     turned = np.ptp(solid.vertices @ principal, axis=0)
     axes = principal if np.prod(turned) < 0.9 * np.prod(solid.extents) else np.eye(3)
     triangles = (solid.vertices @ axes)[solid.faces]
-    spans = np.ptp(
-        triangles, axis=1
-    )  # the best rays meet the fewest triangles: smallest sum of projected boxes
+    spans = np.ptp(triangles, axis=1)  # the best rays meet the fewest triangles: smallest sum of projected boxes
     last = int(np.argmin([(spans[:, i - 2] * spans[:, i - 1]).sum() for i in range(3)]))
     axes = np.roll(axes, 2 - last, axis=1)
     vertices = solid.vertices @ axes
@@ -154,15 +148,10 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
     """(count, score, grid, positions in the working frame) of every grid (cells, phase)."""
     results, batch, size = [], [], 0
     for grid in grids:
-        lines = [
-            _centres(k, phase, low, side)
-            for k, phase, low, side in zip(*grid, box.low, box.sides, strict=True)
-        ]
+        lines = [_centres(k, phase, low, side) for k, phase, low, side in zip(*grid, box.low, box.sides, strict=True)]
         cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
-            raise InputError(
-                "the shape is too thin and wide for so many grid points", fix="ask for fewer points"
-            )
+            raise InputError("the shape is too thin and wide for so many grid points", fix="ask for fewer points")
         if size and size + cells > 2_000_000:
             results += _evaluate_batch(box, batch, target)
             batch, size = [], 0
@@ -202,9 +191,7 @@ def _score(box: _Box, cells: tuple, points: Array, target: int) -> float:
     if penalty > 1.2:  # hopeless next to any grid of about the right count: do not look further
         return penalty + 1
     centroid = points.mean(axis=0)
-    second = (points - centroid).T @ (points - centroid) / len(points) + np.diag(
-        (box.sides / cells) ** 2 / 12
-    )
+    second = (points - centroid).T @ (points - centroid) / len(points) + np.diag((box.sides / cells) ** 2 / 12)
     first_error = box.whitening @ (centroid - box.centroid)
     second_error = box.whitening @ second @ box.whitening.T - np.eye(3)
     mismatch = np.sqrt((first_error**2).sum() + (second_error**2).sum())

@@ -60,19 +60,14 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
-        raise InputError(
-            "the mesh has no triangles", where, "give a mesh with faces, or a point cloud as .xyz"
-        )
+        raise InputError("the mesh has no triangles", where, "give a mesh with faces, or a point cloud as .xyz")
     f = f.astype(np.int64)
     if f.min() < 0 or f.max() >= len(v):
-        raise InputError(
-            "a face of the mesh names a vertex that is not there", where, "export the mesh again"
-        )
+        raise InputError("a face of the mesh names a vertex that is not there", where, "export the mesh again")
     v, f = _merge(v, f, where)
-    f = _without_copies(f)
     if len(f) == 0:
         raise InputError("every triangle of the mesh is degenerate", where, "export the mesh again")
-    f = _orient(f, v)
+    f = _orient(_without_copies(f), v)
     closed_v, caps = _caps(v, f, where)
     f_all = np.vstack((f, caps))
     volume, centroid, second = _moments(closed_v[f_all])
@@ -80,17 +75,11 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
         fix = "give a closed mesh, or its convex hull (PointMasses.from_hull)"
-        raise InputError(
-            "the mesh encloses no volume (it is flat, or a surface without thickness)", where, fix
-        )
+        raise InputError("the mesh encloses no volume (it is flat, or a surface without thickness)", where, fix)
     if not np.linalg.eigvalsh(second)[0] > 0:
-        raise InputError(
-            "the mesh's surface is too tangled to tell inside from outside", where, "repair the mesh"
-        )
+        raise InputError("the mesh's surface is too tangled to tell inside from outside", where, "repair the mesh")
     area, cap_area = _area(closed_v[f]), _area(closed_v[caps])
-    return Solid(
-        frozen(closed_v), f_all, volume, frozen(centroid), frozen(second), cap_area / (area + cap_area)
-    )
+    return Solid(frozen(closed_v), f_all, volume, frozen(centroid), frozen(second), cap_area / (area + cap_area))
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
@@ -113,9 +102,16 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 def _without_copies(f: np.ndarray) -> np.ndarray:
     """Each face once. Of a surface whose faces all come in both orientations, one orientation."""
     lowest = np.argmin(f, axis=1)[:, None]
-    f = np.unique(np.take_along_axis(f, (lowest + np.arange(3)) % 3, axis=1), axis=0)
-    _, first, number = np.unique(np.sort(f, axis=1), axis=0, return_index=True, return_counts=True)
+    f = f[_groups(np.take_along_axis(f, (lowest + np.arange(3)) % 3, axis=1))[0]]
+    first, number = _groups(np.sort(f, axis=1))
     return f[first] if (number == 2).mean() > 0.9 else f
+
+
+def _groups(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Index of one of each group of equal rows, and the sizes of the groups."""
+    order = np.lexsort(rows.T)
+    start = np.flatnonzero(np.r_[True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
+    return order[start], np.diff(np.r_[start, len(rows)])
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
