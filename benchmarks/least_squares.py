@@ -41,7 +41,7 @@ def against_pinocchio(samples: int, rounds: int) -> Section:
     return Section(
         f"OLS, {samples:,} samples",
         (
-            Row("Pinocchio's body regressor and NumPy's least squares", theirs),
+            Row("Pinocchio's regressor, NumPy's lstsq", theirs),
             faster("Hefting: OLS().fit(Measurements(...))", ours, theirs, 1.0),
             Row("largest difference of a parameter", figure=float(difference), at_most=1e-9),
         ),

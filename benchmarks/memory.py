@@ -59,7 +59,7 @@ def folding_memory(samples: int) -> Section:
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     folding = Folding(**json.loads(done.stdout))
     return Section(
-        f"Folding {folding.samples:,} samples into PMD's state, {BLOCK:,} at a time",
+        f"Folding {folding.samples:,} samples, {BLOCK:,} at a time",
         (
             Row("rise of peak memory", figure=folding.growth / 2**20, unit="MiB", at_most=2.0),
             Row("throughput", figure=folding.samples / folding.seconds, unit="samples/s"),

@@ -25,7 +25,7 @@ def many_points(points: int, rounds: int) -> Section:
         f"PMD, {len(positions):,} points, 150 samples",
         (
             Row("estimate, from the moments", estimate, estimate.median, "s", at_most=1.0),
-            Row("the first estimate, which makes the basis of the points", first),
-            Row("  the basis alone: difference of the two", figure=first.median - estimate.median, unit="s"),
+            Row("first estimate, the one-off basis included", first),
+            Row("  the basis: difference of the two", figure=first.median - estimate.median, unit="s"),
         ),
     )

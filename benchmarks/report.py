@@ -102,7 +102,7 @@ def number(value: float | None, unit: str) -> str:
     if unit == "s":
         return seconds(value)
     digits = f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.{8 if unit == 'N' else 3}g}"
-    return f"{digits} {unit}"
+    return f"{digits} {unit}".rstrip()
 
 
 def target(row: Row) -> str:

@@ -32,6 +32,11 @@ NOISE_LEVELS = {
 """Noise levels of the paper (Nadeau et al. 2022, table II)."""
 
 
+DIMENSIONS = {"time": 1, "gravity": 2, "linear_acceleration": 2, "angular_velocity": 2, "angular_acceleration": 2}
+DIMENSIONS |= {"force": 2, "torque": 2, "weights": 1}
+"""The arrays of `Measurements`: one dimension (K,) or two (K, 3)."""
+
+
 @dataclass(frozen=True)
 class Measurements:
     """K samples of motion and wrench in sensor axes; see `hefting.spatial` for signs and frames."""
@@ -56,18 +61,18 @@ class Measurements:
     """(K,) weight of each sample's squared residuals, or None for ones"""
 
     def __post_init__(self):
-        for field in fields(self):
-            values = getattr(self, field.name)
-            if field.name == "noise" or values is None:
+        for name, dimensions in DIMENSIONS.items():
+            values = getattr(self, name)
+            if values is None:
                 continue
-            array = frozen(np.atleast_1d(values) if field.name in ("time", "weights") else np.atleast_2d(values))
-            object.__setattr__(self, field.name, array)
+            array = frozen(values, dimensions)
+            object.__setattr__(self, name, array)
             shape = (len(self.time),) if array.ndim == 1 else (len(self.time), 3)
             if array.shape != shape:
-                raise InputError(f"has shape {array.shape}, expected {shape}", where=f"Measurements.{field.name}")
+                raise InputError(f"has shape {array.shape}, expected {shape}", where=f"Measurements.{name}")
             if not np.isfinite(array).all():
                 row = int(np.argwhere(~np.isfinite(array))[0][0])
-                raise InputError(f"sample {row} is not finite", where=f"Measurements.{field.name}")
+                raise InputError(f"sample {row} is not finite", where=f"Measurements.{name}")
 
     def __len__(self) -> int:
         return len(self.time)

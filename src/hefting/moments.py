@@ -20,6 +20,8 @@ from hefting.spatial import Array
 
 BLOCK = 2048
 """Rows folded at once: bounds the memory."""
+REFLECTORS = 8
+"""Householder reflectors LAPACK applies together: more cost more than they save on so few columns."""
 
 
 def triangular(rows: Array) -> Array:
@@ -32,6 +34,20 @@ def triangular(rows: Array) -> Array:
 
 
 _UPPER = {n: np.triu(np.ones((n, n))) for n in (5, 11, 17, FEATURES)}
+
+
+def _equations(regressors: Array) -> Array:
+    unit = np.zeros((FEATURES, 6, 7))
+    unit[ONE, :, :6] = np.eye(6)
+    unit[WRENCH, :, 6] = np.eye(6)
+    columns = np.concatenate((unit[:, :, :6], regressors, unit[:, :, 6:]), axis=2)
+    return np.ascontiguousarray(columns.transpose(2, 1, 0))
+
+
+FULL_EQUATIONS = _equations(full_rows(np.eye(FEATURES)))
+"""(17, 6, 22): columns [bias | full regressor | wrench] of the six equations, linear in a sample's features."""
+REDUCED_EQUATIONS = _equations(reduced_rows(np.eye(FEATURES))[:, :, :4])
+"""(11, 6, 22): the same with the reduced regressor, without its six zero columns."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +88,9 @@ class Moments:
             x = x * scale[:, None]
         factor = self.factor
         for first in range(0, len(x), BLOCK):
-            block = x[first : first + BLOCK]
-            factor = lapack.dtpqrt(0, min(16, FEATURES), factor, block)[0] * _UPPER[FEATURES]
-        start, end = min(self.start, float(time.min())), max(self.end, float(time.max()))
+            factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[0]
+        start = min(self.start, float(np.minimum.reduce(time)))
+        end = max(self.end, float(np.maximum.reduce(time)))
         return type(self)(factor, self.samples + len(time), start, end)
 
     def merge(self, other: "Moments") -> Self:
@@ -82,6 +98,11 @@ class Moments:
         factor = triangular(np.vstack((self.factor, other.factor)))
         start, end = min(self.start, other.start), max(self.end, other.end)
         return type(self)(factor, self.samples + other.samples, start, end)
+
+    def factor_of(self, equations: Array) -> Array:
+        """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of `FULL_EQUATIONS`, say."""
+        rows = equations.reshape(-1, FEATURES) @ self.factor.T
+        return triangular(rows.reshape(len(equations), -1).T)
 
     @property
     def duration(self) -> float:

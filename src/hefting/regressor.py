@@ -48,9 +48,9 @@ REDUCED_MAP = np.ascontiguousarray(-_full_map()[:3].reshape(3, 60))
 
 
 def features(measurements: Measurements) -> Array:
-    """Features (K, 22) of K samples, each row scaled by the square root of the sample's weight."""
+    """Features (K, 22) of K samples, column-major; rows are scaled by the root of the sample's weight."""
     z = measurements
-    x = np.empty((len(z), FEATURES))
+    x = np.empty((len(z), FEATURES), order="F")
     np.subtract(z.linear_acceleration, z.gravity, out=x[:, 0:3])
     x[:, 3:6] = z.angular_acceleration
     w = z.angular_velocity
@@ -87,10 +87,7 @@ def reduced_regressor(measurements: Measurements) -> Array:
 def dynamism(measurements: Measurements) -> Array:
     """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 5, n1 = n2 = 1, n3 = 0.5)."""
     a, alpha, w = measurements.linear_acceleration, measurements.angular_acceleration, measurements.angular_velocity
-    square = np.einsum("ki,ki->k", a, a)
-    square += np.einsum("ki,ki->k", alpha, alpha)
-    square += 4.0 * np.einsum("ki,ki->k", w, w)
-    return square
+    return (a * a + alpha * alpha + 4.0 * (w * w)) @ np.ones(3)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:

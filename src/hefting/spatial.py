@@ -35,9 +35,9 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Order of a wrench's components [N (3), N m (3)]."""
 
 
-def frozen(values: ArrayLike) -> Array:
-    """Read-only copy of `values` as a contiguous array of floats."""
-    array = np.array(values, dtype=float, order="C")
+def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
+    """Read-only copy of `values` as a contiguous array of floats with at least so many dimensions."""
+    array = np.array(values, dtype=float, order="C", ndmin=dimensions)
     array.setflags(write=False)
     return array
 

@@ -14,12 +14,12 @@ them, in two or three steps on ordinary data. Where a norm vanishes (noise-free 
 Any v, scaled to satisfy the three constraints, certifies the lower bound -b'v.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lapack
 
-from hefting.errors import HeftingError
 from hefting.spatial import Array
 
 FLOOR = 1e-7
@@ -27,20 +27,20 @@ FLOOR = 1e-7
 TOLERANCE = 1e-7
 """Gap at which to stop, relative to the objective (or to 1e-6 |b|, where the objective is smaller)."""
 MAX_STEPS = 100
+UNDAMPED_STEPS = 10
+"""Newton steps taken in full at one set of scales; ordinary problems need fewer, and a few would cycle."""
 
 
 @dataclass(frozen=True)
 class ConeProblem:
-    """One instance, without its bias columns (see `hefting.estimators.pmd.compress`)."""
+    """One instance, without its bias columns (see `hefting.estimators.pmd`)."""
 
     A: Array
     """(r, p) rows of both norms; a row that the free bias couples belongs to both in part."""
     b: Array
     """(r,) right-hand side"""
-    k0: Array
-    """(r,) share of each row in the first norm: diagonal of K0"""
-    k1: Array
-    """(r,) share of each row in the second norm: diagonal of K1"""
+    K: Array
+    """(2, r) share of each row in the first and in the second norm: diagonals of K0 and K1"""
     M: Array
     """(p, n) of the points, with orthonormal rows"""
     regularization: float
@@ -67,103 +67,150 @@ class ConeSolution:
 
 def solve(problem: ConeProblem, start: Array) -> ConeSolution:
     """Solve from any non-negative, non-zero masses `start` (n,); a good start saves steps, none is needed."""
-    A, b, k0, k1 = problem.A, problem.b, problem.k0, problem.k1
-    lam, size = problem.regularization, problem.size
-    if float(np.abs(b).max()) <= 1e-15 * size:  # no wrench, or none that a bias does not explain: nothing is held
-        zero = np.zeros(len(b))
-        return ConeSolution(np.zeros(problem.M.shape[1]), zero, np.ones(2), 0.0, 0)
-    K = np.vstack((k0, k1))
-    r = A @ (problem.M @ start) - b
-    logs = 0.5 * np.log(np.maximum(K @ (r * r), (1e-3 * size) ** 2))
+    b, K, lam, size = problem.b, problem.K, problem.regularization, problem.size
+    if float(b @ b) <= (4e-15 * size) ** 2:  # no wrench that a bias does not explain: nothing is held
+        return ConeSolution(np.zeros(len(start)), np.zeros(len(b)), np.ones(2), 0.0, 0)
+    r = problem.A @ (problem.M @ start) - b
+    squares = [max(square, (1e-3 * size) ** 2) for square in (K @ (r * r)).tolist()]
     if lam > 0.0:
-        logs = np.append(logs, 0.5 * np.log(start @ start) + np.log(lam))
-    v = r / (np.exp(logs[:2]) @ K)
-    inner = _newton if lam > 0.0 else _active_set
+        squares.append(lam * lam * float(start @ start))
+    logs = [0.5 * math.log(square) for square in squares]
+    bounded = _Newton(problem, start > 0.0) if lam > 0.0 else _ActiveSet(problem)
 
-    total, lowest, last_logs, last_step = 0, np.inf, logs, np.zeros_like(logs)
+    total, lowest, last_logs, last_step = 0, np.inf, logs, logs
     while True:
         s = np.exp(logs)
-        d = s[:2] @ K
-        v, masses, norms, W, JW, count = inner(problem, v, d, s)
+        v, masses, norms, count = bounded.solve(s)
         total += count
-        primal = float(s @ norms)
-        feasible = v / max(1.0, *norms) if lam > 0.0 else _shifted(problem, v)
+        primal, value = float(s @ norms), float(b @ v)
+        feasible = v / max(1.0, *norms.tolist()) if lam > 0.0 else _shifted(problem, v)
         bound = max(0.0, -float(b @ feasible))
-        upper = -float(b @ v) - 0.5 * float(s @ (norms * norms - 1.0))  # the bounded problem's optimum
         scale = max(primal, 1e-6 * size)
         if primal - bound <= TOLERANCE * scale or total >= MAX_STEPS:
             break
-        log_norms = np.log(np.maximum(norms, 1e-30))
-        floor = np.log(FLOOR * scale)
+        squares = norms * norms
+        upper = 0.5 * float(s @ (1.0 - squares)) - value  # the bounded problem's optimum
+        floor = math.log(FLOOR * scale)
         if upper > lowest * (1.0 + 1e-12):  # Newton overshot; the fixed-point step never does
-            logs, lowest = np.maximum(last_logs + last_step, floor), np.inf
+            logs, lowest = _moved(last_logs, last_step, -3.0, floor), np.inf
             continue
-        lowest, last_logs, last_step = upper, logs, np.clip(log_norms, -3.0, 3.0)
-        P = (W.T @ JW) * s / np.maximum(norms * norms, 1e-60)[:, None]
-        P.flat[:: len(s) + 1] += 1e-9
-        for i in np.flatnonzero((logs <= floor + 1e-6) & (log_norms < 0.0)):  # a vanished norm stays where it is
-            P[i], P[i, i], log_norms[i] = 0.0, 1.0, 0.0
-        step = lapack.dgesv(P, log_norms)[2]
-        logs = np.maximum(logs + np.clip(step, -12.0, 3.0), floor)
+        log_norms = [math.log(max(norm, 1e-30)) for norm in norms.tolist()]
+        lowest, last_logs, last_step = upper, logs, log_norms.copy()
+        P = bounded.curvature() * s / np.maximum(squares, 1e-60)[:, None]
+        P.ravel()[:: len(s) + 1] += 1e-9
+        for i, log in enumerate(logs):
+            if log <= floor + 1e-6 and log_norms[i] < 0.0:  # a vanished norm stays where it is
+                P[i], P[i, i], log_norms[i] = 0.0, 1.0, 0.0
+        logs = _moved(logs, lapack.dgesv(P, log_norms)[2].tolist(), -12.0, floor)
     return ConeSolution(masses, feasible, s[:2], bound, total)
 
 
-def _newton(problem: ConeProblem, v: Array, d: Array, s: Array):
-    """Dual of the bounded problem at scales `s`, lambda > 0.
+def _moved(logs: list[float], step: list[float], lowest_step: float, floor: float) -> list[float]:
+    return [max(log + min(max(move, lowest_step), 3.0), floor) for log, move in zip(logs, step, strict=True)]
 
-    Returns v, masses, the three norms over their bounds, and W, J^-1 W that give the norms' derivatives by the scales.
+
+class _Newton:
+    """Dual of the bounded problem at given scales, lambda > 0, by a semismooth Newton method.
+
+    For one set of active points the gradient F is linear in v: a step is exact once the set is right.
+    The set, and the product over its points, are kept from one solution to the next.
     """
-    A, b, M, lam = problem.A, problem.b, problem.M, problem.regularization
-    sigma = s[2] / (lam * lam)  # masses = sigma t
-    AT, MT = A.T, M.T
-    factor = active = None
-    error = np.inf
-    size = float(np.abs(b).max())
-    for count in range(MAX_STEPS):
-        t = np.maximum(MT @ (AT @ -v), 0.0)
-        c = A @ (M @ t)
-        F = d * v + b - sigma * c
-        last, error = error, float(np.abs(F).max())
-        positive = t > 0.0
-        if factor is not None and np.array_equal(positive, active) and (error < 1e-13 * size or error > 0.1 * last):
-            break
-        active = positive
-        J = (sigma * A) @ ((M * active) @ MT) @ AT
-        J.flat[:: len(d) + 1] += d
-        factor, step, failed = lapack.dposv(J, F)
-        if failed:
-            J.flat[:: len(d) + 1] += 1e-14 * np.trace(J)
+
+    def __init__(self, problem: ConeProblem, active: Array):
+        self._problem = problem
+        self._N = -(problem.A @ problem.M)  # (r, n): t = max(N'v, 0)
+        self._v = self._Nt = np.zeros(len(problem.b))
+        self._activate(active)
+
+    def _activate(self, active: Array) -> None:
+        chosen = self._N[:, active]
+        self._active, self._square = active.tobytes(), chosen @ chosen.T
+
+    def solve(self, s: Array) -> tuple[Array, Array, Array, int]:
+        """v, the masses, the three norms over their bounds, and the linear systems solved, at scales `s` (3,)."""
+        K, b, lam, N = self._problem.K, self._problem.b, self._problem.regularization, self._N
+        sigma = float(s[2]) / (lam * lam)  # masses = sigma t
+        d = s[:2] @ K
+        v = self._v
+        F = d * v + b + sigma * self._Nt
+        error, negligible = np.inf, 1e-26 * float(b @ b)
+        for count in range(1, MAX_STEPS + 1):
+            J = sigma * self._square
+            J.ravel()[:: len(d) + 1] += d
             factor, step, failed = lapack.dposv(J, F)
-        v = v - step
-    norms = np.sqrt(np.array((problem.k0 @ (v * v), problem.k1 @ (v * v), t @ t / (lam * lam))))
-    W = np.array((problem.k0 * v, problem.k1 * v, c / (-lam * lam))).T
-    return v, sigma * t, norms, W, lapack.dpotrs(factor, W)[0], count
+            if failed:
+                J.ravel()[:: len(d) + 1] += 1e-14 * np.trace(J)
+                factor, step, failed = lapack.dposv(J, F)
+            if count > UNDAMPED_STEPS:
+                step *= self._damping(v, step, d, sigma)
+            v = v - step
+            t = np.maximum(v @ N, 0.0)
+            Nt = N @ t
+            F = d * v + b + sigma * Nt
+            last, error = error, float(F @ F)
+            active = t > 0.0
+            if active.tobytes() != self._active:
+                self._activate(active)
+            elif error < negligible or error > 0.01 * last:
+                break
+        self._v, self._Nt, self._factor = v, Nt, factor
+        self._W = np.empty((3, len(v)))  # derivatives of half the squared norms by v
+        self._W[:2], self._W[2] = K * v, Nt / (lam * lam)
+        squares = self._W @ v
+        squares[2] = float(t @ t) / (lam * lam)  # without cancellation
+        return v, sigma * t, np.sqrt(squares), count
+
+    def _damping(self, v: Array, step: Array, d: Array, sigma: float) -> float:
+        """First of 1, 1/2, 1/4, ... by which `step` lowers the dual's convex objective."""
+
+        def objective(v: Array) -> float:
+            t = np.maximum(v @ self._N, 0.0)
+            return float(self._problem.b @ v + 0.5 * (d * v) @ v + 0.5 * sigma * (t @ t))
+
+        damping, now = 1.0, objective(v)
+        while damping > 1e-6 and objective(v - damping * step) > now:
+            damping *= 0.5
+        return damping
+
+    def curvature(self) -> Array:
+        """W' J^-1 W (3, 3), which turns changes of the scales into changes of the squared norms."""
+        return self._W @ lapack.dpotrs(self._factor, self._W.T)[0]
 
 
-def _active_set(problem: ConeProblem, v: Array, d: Array, s: Array):
+class _ActiveSet:
     """The same without regularisation: non-negative least squares, as the dual has no curvature left."""
-    from scipy.optimize import nnls
 
-    A, b, M = problem.A, problem.b, problem.M
-    root = np.sqrt(d)
-    G, g = (A @ M) / root[:, None], b / root
-    masses, _ = nnls(G, g)
-    U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
-    U = U[:, S > 1e-12 * S.max(initial=0.0)]
-    r = G @ masses - g
-    v = (r - U @ (U.T @ r)) / root  # exactly stationary, where r alone is so only up to the rounding of |b|
-    norms = np.sqrt(np.array((problem.k0 @ (v * v), problem.k1 @ (v * v))))
-    W = np.array((problem.k0 * v, problem.k1 * v)).T
-    JW = W / root[:, None]
-    return v, masses, norms, W, (JW - U @ (U.T @ JW)) / root[:, None], 1
+    def __init__(self, problem: ConeProblem):
+        self._problem = problem
+        self._AM = problem.A @ problem.M
+
+    def solve(self, s: Array) -> tuple[Array, Array, Array, int]:
+        """v, the masses, the two norms over their bounds, and one linear system, at scales `s` (2,)."""
+        from scipy.optimize import nnls
+
+        root = np.sqrt(s @ self._problem.K)
+        G, g = self._AM / root[:, None], self._problem.b / root
+        masses, _ = nnls(G, g, maxiter=100 * G.shape[1])
+        U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
+        U = U[:, S > 1e-12 * S.max(initial=0.0)]
+        r = G @ masses - g
+        v = (r - U @ (U.T @ r)) / root  # exactly stationary; r alone is so only up to the rounding of |b|
+        W = self._problem.K * v
+        self._W, self._U = W / root, U
+        return v, masses, np.sqrt(W @ v), 1
+
+    def curvature(self) -> Array:
+        """W' J^-1 W (2, 2), which turns changes of the scales into changes of the squared norms."""
+        WU = self._W @ self._U
+        return self._W @ self._W.T - WU @ WU.T
 
 
 def _shifted(problem: ConeProblem, v: Array) -> Array:
     """`v` moved and scaled until M'A'v >= 0 and both norms are at most one; zeros when that cannot be had."""
     e = problem.M.sum(axis=1)  # M'e = 1: adding mass everywhere alike
-    excess = max(0.0, float(np.max(problem.M.T @ (problem.A.T @ -v))))
-    shift = np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0]
-    moved = v + shift
-    if np.max(problem.M.T @ (problem.A.T @ -moved)) > 0.0:
+    slack = problem.M.T @ (problem.A.T @ v)
+    excess = max(0.0, -float(slack.min())) + 1e-14 * float(np.abs(slack).max())  # above rounding
+    moved = v + np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0]
+    if np.min(problem.M.T @ (problem.A.T @ moved)) < 0.0:
         return np.zeros_like(v)
-    return moved / max(1.0, *np.sqrt(np.array((problem.k0 @ (moved * moved), problem.k1 @ (moved * moved)))))
+    return moved / max(1.0, *np.sqrt(problem.K @ (moved * moved)).tolist())

@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lapack
 
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements, Noise
-from hefting.moments import Moments, triangular
+from hefting.moments import FULL_EQUATIONS, Moments
 from hefting.spatial import PARAMETERS, WRENCH, Array
 
 RANK_TOLERANCE = 1e-9
@@ -83,6 +84,7 @@ class LeastSquares:
         return (f"the motion does not determine {names}: shown are the smallest values that fit",)
 
 
+_PARAMETERS_THEN_BIAS = [*range(6, 16), *range(6), 16]
 BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
 
 
@@ -93,19 +95,14 @@ def least_squares(moments: Moments, free_bias: bool, noise: Noise | None) -> Lea
     the smallest solution (with columns scaled to one length) and infinite variance.
     """
     n = 16 if free_bias else 10
-    rows = np.zeros((22, 6, n + 1))
-    rows[:, :, :10] = moments.full
-    rows[:, :, -1] = moments.wrench
-    if free_bias:
-        rows[:, :, 10:16] = moments.ones[:, None, None] * np.eye(6)
+    equations = FULL_EQUATIONS[_PARAMETERS_THEN_BIAS] if free_bias else FULL_EQUATIONS[6:]
     if noise is not None:
-        rows[:, :3] /= noise.force
-        rows[:, 3:] /= noise.torque
-    R = triangular(rows.reshape(-1, n + 1))
+        equations = equations / np.repeat((noise.force, noise.torque), 3)[:, None]
+    R = moments.factor_of(equations)
     A, b = R[:, :n], R[:, n]
-    norms = np.sqrt(np.einsum("ij,ij->j", A, A))
+    norms = np.sqrt((A * A).sum(axis=0))
     scale = np.where(norms > 0.0, norms, 1.0)
-    U, S, V = np.linalg.svd(A / scale, full_matrices=False)
+    U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
     kept = S > RANK_TOLERANCE * S[0]
     half = V[kept].T / S[kept] / scale[:, None]
     solution = half @ (U[:, kept].T @ b)

@@ -1,5 +1,6 @@
 """PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from hefting.estimators.base import BiasModel, Estimator, require_bias_model, re
 from hefting.estimators.cone import TOLERANCE, ConeProblem, solve
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
-from hefting.moments import Moments, triangular
+from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.regressor import features, full_model_weight
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
@@ -81,14 +82,14 @@ class PMD(Estimator[PMDState]):
         require_samples(state.full.samples)
         rows = _Rows.of(state, self.bias == "estimate")
         T, V = self._basis
-        problem = ConeProblem(rows.A @ T, rows.b, rows.k0, rows.k1, V, self.regularization, rows.size)
+        problem = ConeProblem(rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size)
         masses = start.point_masses if start is not None else None
-        if masses is None or not masses.any():
+        if masses is None or not masses @ masses > 0.0:
             masses = _homogeneous(problem)
         solution = solve(problem, masses)
         vector = T @ (V @ solution.masses)
         bias = rows.bias(vector, solution.scales) if self.bias == "estimate" else None
-        objective = rows.objective(vector, bias) + self.regularization * float(np.linalg.norm(solution.masses))
+        objective = rows.objective(vector, bias) + self.regularization * _norm(solution.masses)
         scale = max(objective, 1e-6 * rows.size)
         return Estimate(
             method=self.name,
@@ -112,7 +113,11 @@ def _homogeneous(problem: ConeProblem) -> Array:
     predicted = problem.A @ problem.M.sum(axis=1)
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0
-    return np.full(n, max(mass, 1e-3 * float(np.linalg.norm(problem.b)) / (square**0.5 or 1.0)) or 1.0)
+    return np.full(n, max(mass, 1e-3 * _norm(problem.b) / (square**0.5 or 1.0)) or 1.0)
+
+
+def _norm(x: Array) -> float:
+    return math.sqrt(x @ x)
 
 
 @dataclass(frozen=True)
@@ -131,22 +136,23 @@ class _Rows:
     """(11 or 17, 11 or 17) factor of [bias columns | ten parameters | b]"""
     A: Array
     b: Array
-    k0: Array
-    k1: Array
+    K: Array
+    size: float
+    """|b| of both models together, before the bias was taken out"""
     c0: float
     c1: float
 
     @classmethod
     def of(cls, state: PMDState, free_bias: bool) -> "_Rows":
-        reduced = _factor(state.reduced, state.reduced.reduced[:, :, :4], free_bias)
-        full = _factor(state.full, state.full.full, free_bias)
+        reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
+        full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0
         A, b = np.zeros((len(reduced) + len(full) - n, 10)), np.zeros(len(reduced) + len(full) - n)
         middle = len(reduced)
         A[n:middle, :4], b[n:middle] = reduced[n:, n:-1], reduced[n:, -1]
         A[middle:], b[middle:] = full[n:, n:-1], full[n:, -1]
-        k0 = np.zeros(len(b))
-        k0[n:middle] = 1.0
+        K = np.zeros((2, len(b)))
+        K[0, n:middle] = K[1, middle:] = 1.0
         c0 = c1 = 0.0
         if free_bias:
             c0, c1 = float(reduced[0, 0]), float(full[0, 0])
@@ -154,13 +160,9 @@ class _Rows:
             A[:6] = -c0 / c * full[:6, 6:-1]
             A[:6, :4] += c1 / c * reduced[:6, 6:-1]
             b[:6] = c1 / c * reduced[:6, -1] - c0 / c * full[:6, -1]
-            k0[:6] = (c1 / c) ** 2
-        return cls(reduced, full, A, b, k0, 1.0 - k0, c0, c1)
-
-    @property
-    def size(self) -> float:
-        """|b| of both models together."""
-        return float(np.hypot(np.linalg.norm(self.reduced[:, -1]), np.linalg.norm(self.full[:, -1])))
+            K[0, :6], K[1, :6] = (c1 / c) ** 2, (c0 / c) ** 2
+        size = math.hypot(_norm(reduced[:, -1]), _norm(full[:, -1]))
+        return cls(reduced, full, A, b, K, size, c0, c1)
 
     def bias(self, vector: Array, scales: Array) -> Array:
         """(6,) bias that minimises the sum of both norms, given parameters (10,) and the norms' optimal values (2,)."""
@@ -171,22 +173,18 @@ class _Rows:
 
     def objective(self, vector: Array, bias: Array | None) -> float:
         """Sum of both residual norms, from the factors themselves."""
-        free = np.zeros(0) if bias is None else bias
-        reduced = self.reduced @ np.concatenate((free, vector[:4], (-1.0,)))
-        full = self.full @ np.concatenate((free, vector, (-1.0,)))
-        return float(np.sqrt(reduced @ reduced) + np.sqrt(full @ full))
+        reduced = self.reduced[:, -5:-1] @ vector[:4] - self.reduced[:, -1]
+        full = self.full[:, -11:-1] @ vector - self.full[:, -1]
+        if bias is not None:
+            reduced += self.reduced[:, :6] @ bias
+            full += self.full[:, :6] @ bias
+        return _norm(reduced) + _norm(full)
 
 
-def _factor(moments: Moments, regressors: Array, free_bias: bool) -> Array:
-    """Triangular factor of the virtual samples' rows [bias columns | regressors | wrench]."""
-    n = 6 if free_bias else 0
-    p = regressors.shape[2]
-    rows = np.empty((len(regressors), 6, n + p + 1))
-    if free_bias:
-        np.multiply(moments.ones[:, None, None], np.eye(6), out=rows[:, :, :6])
-    rows[:, :, n:-1] = regressors
-    rows[:, :, -1] = moments.wrench
-    factor = triangular(rows.reshape(-1, n + p + 1))
-    if free_bias:
-        factor[:6] *= np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)[:, None]
+def _factor(moments: Moments, equations: Array, free_bias: bool) -> Array:
+    """Triangular factor of [bias columns | regressor | wrench] over all samples; without bias columns if not free."""
+    if not free_bias:
+        return moments.factor_of(equations[6:])
+    factor = moments.factor_of(equations)
+    factor[:6] *= np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)[:, None]
     return factor
