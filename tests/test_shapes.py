@@ -213,20 +213,26 @@ def test_box_in_closed_form():
     assert (shape.positions < [0.05, 0.2, 0.15]).all()
 
 
-def test_volumes_and_cells_bring_the_points_nearer_to_the_body():
-    for name in ("ell", "ring", "tilted ring", "plate"):
-        shape = PointMasses.from_mesh(SOLIDS[name])
-        np.testing.assert_allclose(shape.volumes.sum(), 1, rtol=1e-12)
-        assert shape.volumes.min() > 0
-        exact = shape.homogeneous.pseudo_inertia
-        scale = np.sqrt(np.diag(shape.homogeneous.moved(_centring(shape)).pseudo_inertia)[:3])
+@pytest.mark.parametrize("name", ["ell", "ring", "torus", "tilted ring"])
+def test_volumes_bring_the_points_nearer_to_the_body(name):
+    shape = PointMasses.from_mesh(SOLIDS[name], points=30)
+    assert shape.volumes.min() > 0
+    np.testing.assert_allclose(shape.volumes.sum(), 1, rtol=1e-12)
+    whole = shape.homogeneous.moved(_centring(shape)).pseudo_inertia
+    scale = np.append(np.sqrt(np.diag(whole)[:3]), 1)
 
-        def off(shares, exact=exact, scale=scale, shape=shape):
-            found = InertialParameters(shape.cell_matrix @ shares).pseudo_inertia
-            return np.abs((found - exact)[:3, 3] / scale).max()
+    def mismatch(shares):
+        found = InertialParameters(shape.cell_matrix @ shares).moved(_centring(shape)).pseudo_inertia
+        return np.linalg.norm((found - whole) / np.outer(scale, scale))
 
-        assert off(shape.volumes) <= off(np.full(shape.n, 1 / shape.n)) + 1e-9, name
-        assert np.linalg.matrix_rank(InertialParameters(shape.cell_matrix @ shape.volumes).pseudo_inertia) == 4
+    # the shares have ten moments to meet and thirty points to do it: they come near, but for damping
+    assert mismatch(shape.volumes) < 0.5 * mismatch(np.full(shape.n, 1 / shape.n))
+
+
+def test_one_layer_with_cells_is_a_body_with_thickness():
+    shape = PointMasses.from_mesh(SOLIDS["plate"])
+    assert np.linalg.matrix_rank(InertialParameters(shape.matrix @ shape.volumes).pseudo_inertia) == 3
+    assert np.linalg.matrix_rank(InertialParameters(shape.cell_matrix @ shape.volumes).pseudo_inertia) == 4
 
 
 def _centring(shape):

@@ -19,6 +19,8 @@ CELLS_LOOKED_AT = 200_000
 """Grid cells tested in search of the best grid; more points leave fewer grids to choose from."""
 GOOD = 0.01
 """Mismatch (see `_score`) below which no better grid is looked for."""
+FEWEST, MOST = 0.9, 1.3
+"""Points a grid may have, relative to the wanted number, where there is such a grid."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the bounding box."""
 
@@ -52,8 +54,8 @@ def grid_points(solid: Solid, target: int) -> Samples:
 
     The grid lies along the axes of the file, or along the principal axes where these have a clearly smaller
     bounding box. Cells are nearly cubic, with at least one layer through each thin direction. Among the
-    grids of different pitch and phase the one is taken that has nearly the wanted count and, as a
-    homogeneous body, the centroid and second moment nearest to those of the solid. Deterministic.
+    grids of different pitch and phase the one is taken that has nearly the wanted count and, as equal
+    point masses, the centroid and second moment nearest to those of the solid. Deterministic.
     """
     box = _working_box(solid)
     budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 320))
@@ -172,7 +174,7 @@ def _evaluate_batch(box: _Box, batch: list, target: int) -> list[tuple]:
         inside = winding[position : position + math.prod(shape)].reshape(shape) != 0
         position += inside.size
         points = np.column_stack([line[i] for line, i in zip(lines, np.nonzero(inside), strict=True)])
-        results.append((len(points), _score(box, grid[0], points, target), grid, points))
+        results.append((len(points), _score(box, points, target), grid, points))
     return results
 
 
@@ -182,16 +184,19 @@ def _centres(cells: int, phase: float, low: float, side: float) -> Array:
     return np.asarray(low + side / cells * (index + phase), float)
 
 
-def _score(box: _Box, cells: tuple, points: Array, target: int) -> float:
-    """Mismatch of a grid: of centroid and second moment against the solid's own (whitened: 0.1 is a tenth of
-    the solid's standard deviation or variance along some axis), plus 8 times the relative error in count."""
-    if len(points) == 0:
-        return np.inf
-    penalty = 8 * abs(len(points) / target - 1)
-    if penalty > 1.2:  # hopeless next to any grid of about the right count: do not look further
-        return penalty + 1
+def _score(box: _Box, points: Array, target: int) -> float:
+    """Mismatch of a grid: of centroid and second moment of equal point masses against the solid's own (whitened: 0.1
+    is a tenth of the solid's standard deviation or variance along some axis), plus the relative error in count.
+
+    Mere points, as PMD uses them: with the cells' own inertia counted, its median COM error on twelve tools was 0.99 %
+    in place of 0.77 %.
+    """
+    share = len(points) / target
+    if not FEWEST <= share <= MOST:
+        return np.inf if len(points) == 0 else 10.0 + abs(np.log(share))
+    penalty = abs(share - 1)
     centroid = points.mean(axis=0)
-    second = (points - centroid).T @ (points - centroid) / len(points) + np.diag((box.sides / cells) ** 2 / 12)
+    second = (points - centroid).T @ (points - centroid) / len(points)
     first_error = box.whitening @ (centroid - box.centroid)
     second_error = box.whitening @ second @ box.whitening.T - np.eye(3)
     mismatch = np.sqrt((first_error**2).sum() + (second_error**2).sum())

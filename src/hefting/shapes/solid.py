@@ -160,7 +160,7 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
         raise InputError("the mesh is mostly holes", where, "use its convex hull (PointMasses.from_hull)")
     low, high = np.divmod(np.repeat(unique, count), len(v))
     forward = np.repeat(net > 0, count)
-    loops = _loops(v, np.where(forward, high, low), np.where(forward, low, high))
+    loops = _loops(np.where(forward, high, low), np.where(forward, low, high))
     apexes, triangles = [], []
     for loop in loops:
         start, end = loop, np.roll(loop, -1)
@@ -170,11 +170,11 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     return np.vstack((v, apexes)), np.vstack(triangles)
 
 
-def _loops(v: Array, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Simple closed loops (vertex indices) that use each directed edge once.
+def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+    """Simple closed loops (vertex indices) that use each directed edge once: a walk, cut wherever it meets itself.
 
-    Where loops touch, the walk takes the edge that turns back most sharply: that follows the two sides of a
-    crack between patches that do not share their vertices, and splits holes that meet in a corner.
+    Any way to cut will do: the caps of a loop and of its reverse, along a seam whose sides do not share their
+    vertices, cancel.
     """
     outgoing: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -182,24 +182,16 @@ def _loops(v: Array, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
     loops = []
     for origin in list(outgoing):
         path, place = [origin], {origin: 0}
-        while outgoing[path[-1]] or len(path) > 1:
-            here = path[-1]
-            choices = outgoing[here]
-            chosen = 0
-            if len(choices) > 1 and len(path) > 1:
-                back = v[path[-2]] - v[here]
-                ahead = v[choices] - v[here]
-                chosen = int(np.argmax(ahead @ back / np.linalg.norm(ahead, axis=1)))
-            step = choices.pop(chosen)
-            if step in place:  # the walk closed a loop: cut it off and go on from where it closed
-                loop = path[place[step] :]
-                loops.append(np.array(loop))
-                for vertex in loop[1:]:
-                    del place[vertex]
-                del path[place[step] + 1 :]
-            else:
+        while outgoing[path[-1]]:
+            step = outgoing[path[-1]].pop()
+            if step not in place:
                 place[step] = len(path)
                 path.append(step)
+                continue
+            loops.append(np.array(path[place[step] :]))
+            for vertex in path[place[step] + 1 :]:
+                del place[vertex]
+            del path[place[step] + 1 :]
     return loops
 
 
