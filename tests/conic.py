@@ -67,16 +67,18 @@ def solve(problem: Problem) -> Optimum:
     mass = size / (np.hypot(*(np.linalg.norm(part.sum(axis=1)) for part in rows)) or 1.0)
     columns = [np.kron(u[:, None], np.eye(6)) for u in weights] if problem.free_bias else [np.zeros((6 * K, 0))] * 2
     bias = size / np.sqrt(sum(u @ u for u in weights))
-    parts = [
-        (np.hstack((R * mass, C * bias)) / size, b / size) for R, C, b in zip(rows, columns, right)
-    ]
+    parts = [(np.hstack((R * mass, C * bias)) / size, b / size) for R, C, b in zip(rows, columns, right)]
     if problem.regularization > 0.0:
         pull = np.zeros((n, n + columns[0].shape[1]))
         pull[:, :n] = np.eye(n) * (problem.regularization * mass / size)
         parts.append((pull, np.zeros(n)))
     free = parts[0][0].shape[1]
     N = free + len(parts)
-    blocks, offsets, cones = [np.hstack((-np.eye(n), np.zeros((n, N - n))))], [np.zeros(n)], [clarabel.NonnegativeConeT(n)]
+    blocks, offsets, cones = (
+        [np.hstack((-np.eye(n), np.zeros((n, N - n))))],
+        [np.zeros(n)],
+        [clarabel.NonnegativeConeT(n)],
+    )
     for index, (left, b) in enumerate(parts):
         block = np.zeros((len(left) + 1, N))
         block[0, free + index] = -1.0

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from conic import Problem
 from scipy.spatial.transform import Rotation
 
+from conic import Problem
 from hefting.estimators import PMD
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
@@ -21,7 +21,9 @@ def random_pose(rng: np.random.Generator, reach: float = 0.5) -> np.ndarray:
     return pose
 
 
-def random_body(rng: np.random.Generator, mass: float = 1.0, size: float = 0.1, offset: float = 0.1) -> InertialParameters:
+def random_body(
+    rng: np.random.Generator, mass: float = 1.0, size: float = 0.1, offset: float = 0.1
+) -> InertialParameters:
     """Ten random point masses: total `mass` [kg], spread over `size` [m], about `offset` [m] from the origin."""
     masses = rng.exponential(size=10)
     points = size * rng.normal(size=(10, 3)) + offset * rng.normal(size=3)

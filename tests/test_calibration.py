@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_problems import random_body, random_motion, with_wrench
 
 from hefting.calibration import (
     autocorrelation_time,
@@ -22,6 +21,7 @@ from hefting.identification import identify
 from hefting.measurements import Noise
 from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, hammer, random_smooth, simulate
+from random_problems import random_body, random_motion, with_wrench
 
 BIAS = np.array((6.0, -12.0, 20.0, 0.5, -0.4, 0.3))
 

@@ -190,9 +190,7 @@ def test_flipped_wrench_is_found_and_said(run, folder, tmp_path):
     plain, flipped = json.loads(plain), json.loads(flipped)
     assert flipped["provenance"]["wrench"] == "on-sensor"
     np.testing.assert_allclose(flipped["vector"], plain["vector"], rtol=1e-9, atol=1e-12)  # one sign apart
-    assert refused(
-        run("identify", tmp_path / "f.csv", *shape_options(folder), "--wrench", "on-object"), "--wrench"
-    )
+    assert refused(run("identify", tmp_path / "f.csv", *shape_options(folder), "--wrench", "on-object"), "--wrench")
 
 
 # bad input: one line, exit status 2, no file left behind

@@ -6,7 +6,6 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from random_problems import random_body, random_motion, with_wrench
 
 from hefting import __version__
 from hefting.errors import InputError
@@ -15,6 +14,7 @@ from hefting.estimators import OLS, PMD
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
 from hefting.spatial import tensor_to_vector
+from random_problems import random_body, random_motion, with_wrench
 
 KEYS = {
     *("schema", "version", "method", "frame", "mass", "center_of_mass", "inertia_at_com", "inertia_at_origin"),

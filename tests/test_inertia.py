@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from random_problems import random_body, random_pose
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
 from hefting.inertia import EXPLANATIONS, TOLERANCE, InertialParameters
 from hefting.spatial import inverse_pose
+from random_problems import random_body, random_pose
 
 SCALES = [(1e-3, 1e-3), (0.2, 0.03), (1.0, 0.1), (50.0, 2.0)]
 """Mass [kg] and size [m], from a gram of a millimetre to a heavy beam."""

@@ -4,10 +4,10 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from random_problems import random_motion, random_pose
 
 from hefting.errors import InputError
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from random_problems import random_motion, random_pose
 
 ARRAYS = ("gravity", "linear_acceleration", "angular_velocity", "angular_acceleration", "force", "torque")
 

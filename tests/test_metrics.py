@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from random_problems import random_body, random_pose
 from scipy.linalg import expm, logm, sqrtm
 from scipy.spatial.transform import Rotation
 
@@ -10,6 +9,7 @@ from hefting.errors import InputError
 from hefting.inertia import InertialParameters
 from hefting.metrics import errors_between, riemannian_distance
 from hefting.spatial import inverse_pose
+from random_problems import random_body, random_pose
 
 
 def test_the_papers_errors_by_hand():

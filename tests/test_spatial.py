@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from random_problems import random_body, random_motion, random_pose, with_wrench
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
@@ -21,6 +20,7 @@ from hefting.spatial import (
     tensor_to_vector,
     vector_to_tensor,
 )
+from random_problems import random_body, random_motion, random_pose, with_wrench
 
 ROUNDING = 1e-13
 """A dozen products of numbers of the order of one to ten."""

@@ -31,8 +31,6 @@ _HOME = {
     "InputError": "errors",
 }
 
-__all__ = [*_HOME, "__version__"]
-
 
 def __getattr__(name: str):
     if name not in _HOME:
@@ -43,4 +41,4 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*_HOME, "__version__"])

@@ -141,7 +141,11 @@ class Estimate:
         except ValueError as error:
             raise InputError(f"is not JSON ({error})", where=path) from error
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-            raise InputError(f"is not an estimate of schema {SCHEMA}", where=path, fix="write one with hefting identify --output FILE.json")
+            raise InputError(
+                f"is not an estimate of schema {SCHEMA}",
+                where=path,
+                fix="write one with hefting identify --output FILE.json",
+            )
         try:
             return cls._from_dict(data)
         except (KeyError, TypeError, ValueError) as error:
@@ -153,7 +157,9 @@ class Estimate:
             if data.get(name) is None:
                 return None
             values = np.array(data[name], dtype=float)
-            if len(values.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, values.shape, strict=True)):
+            if len(values.shape) != len(shape) or any(
+                n not in (None, m) for n, m in zip(shape, values.shape, strict=True)
+            ):
                 raise ValueError(f"{name} has shape {values.shape}")
             return values
 

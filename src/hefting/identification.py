@@ -18,7 +18,7 @@ from hefting.calibration import (
 )
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
-from hefting.estimators import METHODS, OLS, PMD, Estimator
+from hefting.estimators import METHODS, PMD, Estimator
 from hefting.logs import read_log
 from hefting.measurements import Measurements
 from hefting.motion import Measured, measure, sample_weights
@@ -90,7 +90,9 @@ def identify(
     if method not in METHODS:
         raise InputError(f"unknown method '{method}'{nearest(method, METHODS)}", fix=f"use {', '.join(METHODS)}")
     if shape is not None and float(shape.extents.max()) > LARGEST:
-        raise InputError(f"the shape is {shape.extents.max():.3g} m long", fix="is its file in millimetres? give --unit mm")
+        raise InputError(
+            f"the shape is {shape.extents.max():.3g} m long", fix="is its file in millimetres? give --unit mm"
+        )
     if start or duration is not None:
         recording = recording.slice(start, duration)
     measured = measure(recording, gravity, motion)
@@ -123,7 +125,8 @@ def identify(
         if shape is None:
             shape = PointMasses.from_box(*DEFAULT_BOX, points=DEFAULT_BOX_POINTS)
             warnings.append(
-                "no shape given: mass may be anywhere in a box of ±0.25 m about the sensor; give --shape for a better answer"
+                "no shape given: mass may be anywhere in a box of ±0.25 m about the sensor; give --shape for a better "
+                "answer"
             )
         settings["shape"] = shape
         if source == "smooth":
@@ -143,17 +146,26 @@ def identify(
             fix="check --wrench (sign) and --gravity",
         )
     return Identification(
-        _finished(estimate, estimator, z, fit, warnings, {
-            "log": recording.source,
-            "gravity": np.asarray(gravity, dtype=float),
-            "wrench": "on-object" if (sign.on_object if sign else wrench == "on-object") else "on-sensor",
-            "wrench_found": sign is not None,
-            "bias": "given" if given is not None else settings["bias"],
-            "bias_subtracted": given,
-            "motion": DESCRIPTIONS[source],
-            "points": shape.n if shape is not None and method != "OLS" else None,
-        }),
-        z, sign, source,
+        _finished(
+            estimate,
+            estimator,
+            z,
+            fit,
+            warnings,
+            {
+                "log": recording.source,
+                "gravity": np.asarray(gravity, dtype=float),
+                "wrench": "on-object" if (sign.on_object if sign else wrench == "on-object") else "on-sensor",
+                "wrench_found": sign is not None,
+                "bias": "given" if given is not None else settings["bias"],
+                "bias_subtracted": given,
+                "motion": DESCRIPTIONS[source],
+                "points": shape.n if shape is not None and method != "OLS" else None,
+            },
+        ),
+        z,
+        sign,
+        source,
     )
 
 
@@ -173,9 +185,7 @@ def _with_sign(
     return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
 
 
-def _check_fit(
-    z: Measurements, fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]
-) -> None:
+def _check_fit(z: Measurements, fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]) -> None:
     """Refuse what no object could cause; warn of what the shape makes unlikely."""
     if not np.isfinite(fit.covariance[0, 0]):
         raise NotIdentifiableError(
@@ -234,8 +244,4 @@ def _finished(
     consistency = estimate.parameters.consistency()
     if not consistency.is_consistent:
         warnings.append(f"no body has these parameters: {consistency}")
-    return replace(
-        estimate, residual=rms, warnings=(*warnings, *estimate.warnings), provenance=provenance
-    )
-
-
+    return replace(estimate, residual=rms, warnings=(*warnings, *estimate.warnings), provenance=provenance)

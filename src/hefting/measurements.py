@@ -110,6 +110,8 @@ class Measurements:
     def with_noise(self, noise: Noise, seed: int) -> Self:
         """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau et al. 2022, sec. V-C)."""
         rng = np.random.default_rng(seed)
-        levels = {name: getattr(noise, name) for name in ("force", "torque", "linear_acceleration", "angular_acceleration")}
+        levels = {
+            name: getattr(noise, name) for name in ("force", "torque", "linear_acceleration", "angular_acceleration")
+        }
         noisy = {name: getattr(self, name) + std * rng.normal(size=(len(self), 3)) for name, std in levels.items()}
         return replace(self, noise=noise, **noisy)

@@ -60,7 +60,7 @@ def errors_between(
 
 
 def riemannian_distance(first: InertialParameters, second: InertialParameters) -> float:
-    """sqrt(½ sum of squared logs of the eigenvalues of P1^-1 P2), P the 4 x 4 pseudo-inertias (Lee & Park 2018, eq. 17).
+    """sqrt(½ sum of squared logs of the eigenvalues of P1^-1 P2), P the 4 x 4 pseudo-inertias (Lee & Park 2018).
 
     Independent of frame and units. NaN unless both pseudo-inertias are positive definite.
     """

@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from scipy.linalg import lapack
 
+from hefting.lapack import lapack
 from hefting.measurements import Measurements
 from hefting.regressor import FEATURES, ONE, WRENCH, features, full_rows, reduced_rows
 from hefting.spatial import Array

@@ -79,9 +79,7 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
             rest.set_ylabel(f"[{unit}]")
             rest.axhline(0.0, color=INK, linewidth=0.4)
             rms = float(np.sqrt(np.mean(residual[:, part : part + 3] ** 2)))
-            rest.set_title(
-                f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK
-            )
+            rest.set_title(f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK)
             limit = 1.25 * float(np.abs(residual[:, part : part + 3]).max()) or 1.0
             rest.set_ylim(-limit, limit)
             _pad(whole, top=0.05)
@@ -240,9 +238,7 @@ def _silhouette(axes: "Axes", corners: Array, faces: ArrayLike) -> None:
     seen = triangles[np.abs(area) > 1e-9 * np.abs(area).max()]
     path = Outline.make_compound_path_from_polys(seen)
     many = len(triangles) > 5000
-    axes.add_patch(
-        PathPatch(path, facecolor=SHADOW, edgecolor=SHADOW, linewidth=0.4, zorder=0, rasterized=many)
-    )
+    axes.add_patch(PathPatch(path, facecolor=SHADOW, edgecolor=SHADOW, linewidth=0.4, zorder=0, rasterized=many))
 
 
 def _masses(axes: "Axes", places: Array, masses: Array | None, diameter: float):

@@ -52,9 +52,7 @@ class Stream:
         rows.setflags(write=False)
         if values.ndim != 2 or values.size == 0 or time.shape != rows.shape or time.shape != values.shape[:1]:
             shapes = f"time {time.shape}, values {values.shape}, rows {rows.shape}"
-            raise InputError(
-                f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}"
-            )
+            raise InputError(f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "rows", rows)
@@ -120,9 +118,7 @@ class Recording:
     def _check(self, name: str, stream: Stream) -> None:
         columns = column_names(name, stream.values.shape[1])
         if stream.values.shape[1] != len(columns):
-            raise InputError(
-                f"has {stream.values.shape[1]} columns, not {len(columns)}", f"{self.source}, {name}"
-            )
+            raise InputError(f"has {stream.values.shape[1]} columns, not {len(columns)}", f"{self.source}, {name}")
         for label, values in ((("time",), stream.time[:, None]), (columns, stream.values)):
             if not np.isfinite(values).all():
                 k, j = np.argwhere(~np.isfinite(values))[0]
@@ -159,11 +155,7 @@ class Recording:
     def __getitem__(self, name: str) -> Stream:
         """The stream `name`; `InputError` when the recording does not have it."""
         if name not in self.streams:
-            columns = (
-                f"columns {' '.join(COLUMNS[name])}"
-                if name in COLUMNS
-                else f"it has {', '.join(self.streams)}"
-            )
+            columns = f"columns {' '.join(COLUMNS[name])}" if name in COLUMNS else f"it has {', '.join(self.streams)}"
             raise InputError(f"has no {name} ({columns})", where=self.source)
         return self.streams[name]
 
@@ -206,7 +198,5 @@ class Recording:
             if last > first:
                 kept[name] = stream[first:last]
         if not kept:
-            raise InputError(
-                f"no sample from {start:g} s on; it lasts {self.duration:g} s", where=self.source
-            )
+            raise InputError(f"no sample from {start:g} s on; it lasts {self.duration:g} s", where=self.source)
         return replace(self, streams=kept)

@@ -30,10 +30,10 @@ def estimate_report(
     """Mass, COM and inertia at the COM, beside their standard deviations and the truth where known."""
     p = estimate.parameters
     std = estimate.std
-    columns = [_values(p)]
+    columns: list[list[float]] = [_values(p)]
     if std is not None:
         J = std["inertia_at_com"]
-        columns.append([std["mass"], *1e3 * std["center_of_mass"], *J[TENSOR_ROWS, TENSOR_COLUMNS]])
+        columns.append([float(std["mass"]), *1e3 * std["center_of_mass"], *J[TENSOR_ROWS, TENSOR_COLUMNS]])
     if truth is not None:
         columns.append(_values(truth))
     table = Table()
@@ -136,6 +136,8 @@ def inspection_report(found: Inspection) -> RenderableType:
     else:
         say("wrench bias: cannot be told from the object here")
     say(f"residual {found.noise[0]:.3g} N, {found.noise[1]:.3g} N m root mean square")
-    say("not determined by the motion: " + ", ".join(found.undetermined) if found.undetermined else "all ten determined")
+    say(
+        "not determined by the motion: " + ", ".join(found.undetermined) if found.undetermined else "all ten determined"
+    )
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
     return Group(*lines, *_warnings(found.warnings))

@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from hefting.errors import InputError
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""

@@ -25,9 +25,7 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
     """Where the sensor is on the robot's flange."""
-    parser.add_argument(
-        "--sensor-pose-in-flange", metavar="POSE", help=f"controllers want flange axes: {POSE}"
-    )
+    parser.add_argument("--sensor-pose-in-flange", metavar="POSE", help=f"controllers want flange axes: {POSE}")
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:

@@ -18,9 +18,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
 
-from hefting.spatial import Array
+from hefting.lapack import lapack
+from hefting.spatial import Array, Mask
 
 FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it in accuracy."""
@@ -116,13 +116,13 @@ class _Newton:
     The set, and the product over its points, are kept from one solution to the next.
     """
 
-    def __init__(self, problem: ConeProblem, active: Array):
+    def __init__(self, problem: ConeProblem, active: Mask):
         self._problem = problem
         self._N = -(problem.A @ problem.M)  # (r, n): t = max(N'v, 0)
         self._v = self._Nt = np.zeros(len(problem.b))
         self._activate(active)
 
-    def _activate(self, active: Array) -> None:
+    def _activate(self, active: Mask) -> None:
         chosen = self._N[:, active]
         self._active, self._square = active.tobytes(), chosen @ chosen.T
 
@@ -133,8 +133,9 @@ class _Newton:
         d = s[:2] @ K
         v = self._v
         F = d * v + b + sigma * self._Nt
-        error, negligible = np.inf, 1e-26 * float(b @ b)
-        for count in range(1, MAX_STEPS + 1):
+        count, error, negligible = 0, np.inf, 1e-26 * float(b @ b)
+        while True:
+            count += 1
             J = sigma * self._square
             J.ravel()[:: len(d) + 1] += d
             factor, step, failed = lapack.dposv(J, F)
@@ -152,6 +153,8 @@ class _Newton:
             if active.tobytes() != self._active:
                 self._activate(active)
             elif error < negligible or error > 0.01 * last:
+                break
+            if count >= MAX_STEPS:
                 break
         self._v, self._Nt, self._factor = v, Nt, factor
         self._W = np.empty((3, len(v)))  # derivatives of half the squared norms by v
@@ -192,7 +195,7 @@ class _ActiveSet:
         G, g = self._AM / root[:, None], self._problem.b / root
         masses, _ = nnls(G, g, maxiter=100 * G.shape[1])
         U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
-        U = U[:, S > 1e-12 * S.max(initial=0.0)]
+        U = U[:, 1e-12 * S.max(initial=0.0) < S]
         r = G @ masses - g
         v = (r - U @ (U.T @ r)) / root  # exactly stationary; r alone is so only up to the rounding of |b|
         W = self._problem.K * v

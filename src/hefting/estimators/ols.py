@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
 
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.inertia import InertialParameters
+from hefting.lapack import lapack
 from hefting.measurements import Measurements, Noise
 from hefting.moments import FULL_EQUATIONS, Moments
-from hefting.spatial import PARAMETERS, WRENCH, Array
+from hefting.spatial import PARAMETERS, WRENCH, Array, Indices
 
 RANK_TOLERANCE = 1e-9
 """Singular values of the column-scaled regressor below this, relative to the largest, count as zero."""
@@ -68,7 +68,7 @@ class LeastSquares:
     """(10,) or (16,)"""
     covariance: Array
     """(10, 10) or (16, 16), infinite where the data do not decide"""
-    free: Array
+    free: Indices
     """indices of the unknowns the data do not decide"""
     square: float
     """sum of squared (whitened) residuals"""
@@ -103,7 +103,7 @@ def least_squares(moments: Moments, free_bias: bool, noise: Noise | None) -> Lea
     norms = np.sqrt((A * A).sum(axis=0))
     scale = np.where(norms > 0.0, norms, 1.0)
     U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
-    kept = S > RANK_TOLERANCE * S[0]
+    kept = RANK_TOLERANCE * S[0] < S
     half = V[kept].T / S[kept] / scale[:, None]
     solution = half @ (U[:, kept].T @ b)
     r = b - A @ solution

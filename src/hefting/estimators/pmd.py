@@ -57,7 +57,7 @@ class PMD(Estimator[PMDState]):
         """T (10, p) and V (p, n) with M = T V and orthonormal rows of V; p is the rank of M."""
         M = self.shape.matrix
         U, S, V = np.linalg.svd(M, full_matrices=False)
-        rank = int(np.sum(S > 1e-12 * S[0]))
+        rank = int(np.sum(1e-12 * S[0] < S))
         return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
 
     def start(self) -> PMDState:

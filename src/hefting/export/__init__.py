@@ -110,9 +110,7 @@ def export(
     _check_arguments(target, into, link, name)
     if target in ("json", "csv"):
         text = records.write_json(estimate) if target == "json" else records.write_csv(estimate, name)
-        unused = (
-            f"{target} holds the estimate in sensor axes: the sensor's pose in the flange was not used",
-        )
+        unused = (f"{target} holds the estimate in sensor axes: the sensor's pose in the flange was not used",)
         return Exported(text, "sensor", unused if sensor_pose_in_flange is not None else ())
 
     body = Body.from_parameters(estimate.parameters, name, "sensor")
@@ -125,9 +123,7 @@ def export(
             f"simulators from refusing it and changes its inertia by about {THINNEST:g} of the largest moment"
         )
     if target in CONTROLLERS:
-        return Exported(
-            CONTROLLERS[target](body), body.frame, (*warnings, *_controller_warnings(target, body))
-        )
+        return Exported(CONTROLLERS[target](body), body.frame, (*warnings, *_controller_warnings(target, body)))
 
     simulator = SIMULATORS[target]
     if body.is_point:
@@ -166,9 +162,7 @@ def _controller_warnings(target: str, body: Body) -> list[str]:
             "give the sensor's pose in the flange (--sensor-pose-in-flange x,y,z,qx,qy,qz,qw)"
         )
     if target == "fanuc" and (share := controllers.dropped_products(body)) > 0.01:
-        warnings.append(
-            f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out"
-        )
+        warnings.append(f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out")
     if target == "abb" and body.is_point:
         warnings.append("the estimate is a point mass: the three moments are zero")
     return warnings

@@ -75,9 +75,7 @@ class Body:
         rotation = pose[:3, :3]
         second = rotation @ (0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia) @ rotation.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
-        return replace(
-            self, frame=frame, center_of_mass=rotation @ self.center_of_mass + pose[:3, 3], inertia=inertia
-        )
+        return replace(self, frame=frame, center_of_mass=rotation @ self.center_of_mass + pose[:3, 3], inertia=inertia)
 
     @property
     def is_point(self) -> bool:

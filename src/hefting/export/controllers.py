@@ -56,10 +56,7 @@ def write_xarm(body: Body) -> str:
     https://github.com/xArm-Developer/xArm-Python-SDK/blob/master/doc/api/xarm_api.md
     """
     mass, com = ", ".join(_double(body.mass)), ", ".join(_double(1e3 * body.center_of_mass))
-    return (
-        _comment("#", body, "kg, mm; the controller takes no inertia")
-        + f"arm.set_tcp_load({mass}, [{com}])\n"
-    )
+    return _comment("#", body, "kg, mm; the controller takes no inertia") + f"arm.set_tcp_load({mass}, [{com}])\n"
 
 
 def write_franka(body: Body) -> str:

@@ -29,11 +29,7 @@ def write_csv(estimate: Estimate, name: str) -> str:
     """A header and one row, so that rows of many estimates stack."""
     p, std = estimate.parameters, estimate.std
     at_com = (p.mass, *p.center_of_mass, *tensor_to_vector(p.inertia_at_com))
-    spread = (
-        (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"]))
-        if std
-        else (None,) * 10
-    )
+    spread = (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"])) if std else (None,) * 10
     values = (*at_com, *p.vector[4:], *spread)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")

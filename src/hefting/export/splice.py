@@ -111,14 +111,8 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
 
     def start_element(tag: str, attributes: dict[str, str]):
         if not stack and tag not in place.roots:
-            raise InputError(
-                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>", where=path
-            )
-        if (
-            tag == place.element
-            and "name" in attributes
-            and (place.parents is None or stack[-1] in place.parents)
-        ):
+            raise InputError(f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>", where=path)
+        if tag == place.element and "name" in attributes and (place.parents is None or stack[-1] in place.parents):
             open_holders.append(_Holder(attributes["name"], parser.CurrentByteIndex, len(stack)))
             holders.append(open_holders[-1])
         elif tag == "inertial" and open_holders and len(stack) == open_holders[-1].depth + 1:
@@ -141,9 +135,7 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             holder.inertial = (start, first if empty else data.index(b">", parser.CurrentByteIndex) + 1)
 
     def refuse_doctype(*_):
-        raise InputError(
-            "has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE"
-        )
+        raise InputError("has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE")
 
     parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
     parser.StartDoctypeDeclHandler = refuse_doctype

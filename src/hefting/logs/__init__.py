@@ -32,9 +32,7 @@ def read_log(path: str | Path) -> Recording:
         if size == 0:
             raise InputError("the file is empty", where=path)
         if size > MAX_BYTES:
-            raise InputError(
-                f"the file has {size / 1e9:.1f} GB, more than 2 GiB", path, "cut out the part of interest"
-            )
+            raise InputError(f"the file has {size / 1e9:.1f} GB, more than 2 GiB", path, "cut out the part of interest")
         if suffix == ".csv":
             from hefting.logs.csv_file import read_csv
 
@@ -65,7 +63,5 @@ def write_log(recording: Recording, path: str | Path) -> None:
 def _suffix(path: str | Path) -> str:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(
-            f"'{suffix or 'no suffix'}' is not a log format", path, f"use {' or '.join(SUFFIXES)}"
-        )
+        raise InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {' or '.join(SUFFIXES)}")
     return suffix

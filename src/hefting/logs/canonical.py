@@ -29,9 +29,7 @@ REQUIRED = (
 TIME_NAMES = {"t", "ts", "s", "sec", "secs", "seconds", "ms", "us", "ns", "clock"}
 
 
-def known_columns(
-    names: Sequence[str], source: str | Path
-) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
+def known_columns(names: Sequence[str], source: str | Path) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
     """Columns of each stream that a header `names` holds, and warnings about what it holds besides.
 
     Raises `InputError` for repeated or misspelled names, a stream of which only a part is there, and a header
@@ -43,9 +41,7 @@ def known_columns(
     present = set(named)
     if len(present) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
-        raise InputError(
-            f"column {_shown(twice)} is there {named.count(twice)} times", source, "keep one of them"
-        )
+        raise InputError(f"column {_shown(twice)} is there {named.count(twice)} times", source, "keep one of them")
 
     groups = _groups(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
@@ -56,9 +52,7 @@ def known_columns(
         missing = [column for column in columns if column not in present]
         if missing and len(missing) < len(columns):
             there = " ".join(column for column in columns if column in present)
-            resembling = (
-                f"; unknown: {_shown(name)}{guess}" for name in unknown if (guess := nearest(name, missing))
-            )
+            resembling = (f"; unknown: {_shown(name)}{guess}" for name in unknown if (guess := nearest(name, missing)))
             what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
             raise InputError(what, source, f"give all of {' '.join(columns)}")
     for name in unknown:
@@ -94,11 +88,7 @@ def _meant(name: str, absent: Sequence[str]) -> str | None:
     for column in absent:
         if letters == column.replace("_", ""):
             return column
-    timely = (
-        re.search("time|stamp", letters)
-        or letters in TIME_NAMES
-        or get_close_matches(letters, ["time"], 1, 0.7)
-    )
+    timely = re.search("time|stamp", letters) or letters in TIME_NAMES or get_close_matches(letters, ["time"], 1, 0.7)
     return "time" if timely and "time" in absent else None
 
 
@@ -126,9 +116,7 @@ def recording_from_table(
         raise InputError("there is a header but there are no samples", where=source)
     static = "time" not in table.column_names
     no_blanks = np.zeros(table.num_rows, dtype=bool)
-    time, untimed = (
-        (np.arange(table.num_rows, dtype=float), no_blanks) if static else _column(table, "time", no_blanks)
-    )
+    time, untimed = (np.arange(table.num_rows, dtype=float), no_blanks) if static else _column(table, "time", no_blanks)
     streams = {}
     for name, columns in groups.items():
         values, blanks = zip(*(_column(table, column, no_blanks) for column in columns), strict=True)
@@ -138,9 +126,7 @@ def recording_from_table(
             continue
         if (measured & untimed).any():
             row = rows[np.argmax(measured & untimed)]
-            raise InputError(
-                "the time is blank", f"{source}, row {row}, column time", "give the row its time"
-            )
+            raise InputError("the time is blank", f"{source}, row {row}, column time", "give the row its time")
         chosen = slice(None) if measured.all() else measured
         streams[name] = Stream(time[chosen], np.stack(values, axis=1)[chosen], rows[chosen])
     if "wrench" not in streams or not {"orientation", "joint_positions"} & set(streams):
@@ -173,9 +159,7 @@ def _column(table: "pa.Table", name: str, no_blanks: NDArray) -> tuple[NDArray, 
     return column.to_numpy(), column.is_null().to_numpy() if column.null_count else no_blanks
 
 
-def _measured(
-    columns: Sequence[str], blanks: Sequence[NDArray], rows: NDArray, source: str | Path
-) -> NDArray:
+def _measured(columns: Sequence[str], blanks: Sequence[NDArray], rows: NDArray, source: str | Path) -> NDArray:
     """Mask (R,) of the rows in which a group was measured; a row holds all of a group or nothing."""
     for column, blank in zip(columns, blanks, strict=True):
         if blank is not blanks[0] and (blank != blanks[0]).any():
@@ -214,14 +198,10 @@ def _in_seconds(recording: Recording) -> Recording:
         steps = np.diff(stream.time)
         step = float(np.median(steps)) if len(steps) else 0.0
         if step > 1000:
-            raise InputError(
-                f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds"
-            )
+            raise InputError(f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds")
         whole = step >= 1 and len(steps) > 20 and not (stream.time % 1).any()
         if step > 5 or whole:
-            warnings.append(
-                f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
-            )
+            warnings.append(f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?")
         elif 0 < step < 2e-5:
             warnings.append(f"the median step of {name} is {step:.4g} s: is time in seconds?")
     if len(warnings) == len(recording.warnings):

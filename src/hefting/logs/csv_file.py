@@ -90,13 +90,9 @@ def _header(text: bytes, path: str | Path) -> tuple[list[str], str, int, int]:
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError("is not CSV text in UTF-8", path, "export the log as CSV") from error
     if len(names) == 1:
-        raise InputError(
-            f"the header {line[:40]!r} is one column", f"{path}, row {row}", "put commas between columns"
-        )
+        raise InputError(f"the header {line[:40]!r} is one column", f"{path}, row {row}", "put commas between columns")
     if all(NUMBER.fullmatch(name) for name in names):
-        raise InputError(
-            "is numbers, not column names", f"{path}, row {row}", "give a header row: time,qx,qy,..."
-        )
+        raise InputError("is numbers, not column names", f"{path}, row {row}", "give a header row: time,qx,qy,...")
     return names, separator, row, end + 1
 
 
@@ -120,14 +116,10 @@ def _first_bad_cell(body, names, columns, separator, header_row, path, error) ->
             return InputError(f"is no row of cells ({reason})", f"{path}, row {row}", "export the log as CSV")
         if len(cells) != len(names):
             what = f"there are {len(cells)} cells under {len(names)} column names"
-            return InputError(
-                what, f"{path}, row {row}", "give each row one cell a column, blank if not measured"
-            )
+            return InputError(what, f"{path}, row {row}", "give each row one cell a column, blank if not measured")
         for j in wanted:
             if not NUMBER.fullmatch(cells[j]):
                 comma = re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
                 fix = "write decimals with a point" if comma else "give a number, or leave the cell blank"
-                return InputError(
-                    f"{cells[j][:40]!r} is not a number", f"{path}, row {row}, column {names[j]}", fix
-                )
+                return InputError(f"{cells[j][:40]!r} is not a number", f"{path}, row {row}, column {names[j]}", fix)
     return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=path)

@@ -92,9 +92,7 @@ class Knots:
 
     def differences(self, coefficients: Array, m: int) -> Array:
         """D^m c, segment by segment."""
-        return np.concatenate(
-            [np.diff(c, m, axis=0) for c in np.split(coefficients, self.offset[1:-1].tolist())]
-        )
+        return np.concatenate([np.diff(c, m, axis=0) for c in np.split(coefficients, self.offset[1:-1].tolist())])
 
     def penalty(self, m: int) -> Array:
         """Lower bands (6, n) of D^m' D^m."""

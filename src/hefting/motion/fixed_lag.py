@@ -88,9 +88,7 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         cross.append(c - np.outer(c[:, 0], gain))
         variances.append(variances[-1] - surplus * gains[-1] ** 2)
     drive = np.linalg.solve(shapes, gain.astype(complex))
-    return Steady(
-        covariance, surplus, modes, drive, shapes, np.array(gains), np.array(cross), np.array(variances)
-    )
+    return Steady(covariance, surplus, modes, drive, shapes, np.array(gains), np.array(cross), np.array(variances))
 
 
 @dataclass(frozen=True)
@@ -113,9 +111,7 @@ class Track:
         mean = np.zeros((n, len(value)))
         mean[0] = value
         covariance = np.diag([1.0] + [DIFFUSE**2] * (n - 1)) if cold is None else cold.covariance
-        return cls(
-            mean, covariance, mean[None, :READ], covariance[None, :READ], np.diag(covariance)[None, :READ]
-        )
+        return cls(mean, covariance, mean[None, :READ], covariance[None, :READ], np.diag(covariance)[None, :READ])
 
     def step(self, value: Array, step: float, nominal: float) -> "Track":
         """Take in one sample (d,), `step` after the last."""
@@ -154,9 +150,7 @@ class Track:
         if lag:
             for i in range(READ):
                 for d in range(values.shape[1]):
-                    past[:, i, d] += np.correlate(innovations[1:, d], steady.gains[1:, i], "valid")[
-                        : len(past)
-                    ]
+                    past[:, i, d] += np.correlate(innovations[1:, d], steady.gains[1:, i], "valid")[: len(past)]
         age = np.minimum(np.arange(len(past))[::-1], lag)
         return Track(states[-1], self.covariance, past, steady.cross[age], steady.variances[age])
 
@@ -169,6 +163,4 @@ class Track:
         return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8)
 
     def drop(self, count: int) -> "Track":
-        return replace(
-            self, past=self.past[count:], cross=self.cross[count:], variances=self.variances[count:]
-        )
+        return replace(self, past=self.past[count:], cross=self.cross[count:], variances=self.variances[count:])

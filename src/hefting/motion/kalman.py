@@ -77,14 +77,10 @@ class PoseFilter:
         if not (np.isfinite(self.lag) and self.lag >= 0):
             raise InputError(f"is {self.lag}, not zero or more seconds", where="PoseFilter.lag")
         if self.order not in STATES:
-            raise InputError(
-                f"is {self.order!r}", where="PoseFilter.order", fix="choose 'snap' or 'acceleration'"
-            )
+            raise InputError(f"is {self.order!r}", where="PoseFilter.order", fix="choose 'snap' or 'acceleration'")
 
     @classmethod
-    def tuned(
-        cls, time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, **options
-    ) -> "PoseFilter":
+    def tuned(cls, time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, **options) -> "PoseFilter":
         """The filter whose noise and bandwidth are the most likely for a piece of recording.
 
         time (K,) s, position (K, 3) m or None, orientation (K, 4) xyzw; `options` are the other fields.
@@ -116,9 +112,7 @@ class PoseFilter:
         """
         time, position, orientation = check_poses(time, position, orientation)
         if state.latest is not None and len(time) and time[0] <= state.latest:
-            raise InputError(
-                f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s", where="time"
-            )
+            raise InputError(f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s", where="time")
         if state.tracks and (position is None) != (len(state.tracks) == 1):
             raise InputError("position was given at some times and not at others", where="position")
         q = aligned(orientation, state.quaternion)
@@ -134,9 +128,7 @@ class PoseFilter:
                 piece = slice(k, stop)
                 tracks = tuple(
                     track.block(values[piece] / noise, steady)
-                    for track, values, (noise, _, steady) in zip(
-                        state.tracks, groups, self._channels(), strict=False
-                    )
+                    for track, values, (noise, _, steady) in zip(state.tracks, groups, self._channels(), strict=False)
                 )
             else:
                 piece = slice(k, k + 1)
@@ -147,9 +139,7 @@ class PoseFilter:
                     tracks = self._begin(rows)
             state = State(np.append(state.time, time[piece]), float(time[piece][-1]), q[piece][-1], tracks)
             ready = int(
-                np.searchsorted(
-                    state.time, float(time[piece][-1]) - self.lag + 0.49 * self.period, side="right"
-                )
+                np.searchsorted(state.time, float(time[piece][-1]) - self.lag + 0.49 * self.period, side="right")
             )
             state = self._give(state, ready, given)
             k = piece.stop
@@ -169,9 +159,7 @@ class PoseFilter:
 
     def _is_steady(self, state: State) -> bool:
         channels = self._channels()
-        return bool(state.tracks) and all(
-            t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False)
-        )
+        return bool(state.tracks) and all(t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False))
 
     def _begin(self, rows: list[Array]) -> tuple[Track, ...]:
         n = STATES[self.order]
@@ -209,10 +197,7 @@ class PoseFilter:
             if i == 1 and not with_position:
                 break
             units = noise * wc ** np.arange(READ)
-            past = (
-                np.concatenate([np.empty((0, READ, d))] + [piece[1][i][0] for piece in given])
-                * units[:, None]
-            )
+            past = np.concatenate([np.empty((0, READ, d))] + [piece[1][i][0] for piece in given]) * units[:, None]
             std = np.sqrt(np.concatenate([np.empty((0, READ))] + [piece[1][i][1] for piece in given])) * units
             channels.append((past[:, 0], past[:, 1], past[:, 2], std[:, 1], std[:, 2]))
         linear = (*channels[1][:3], channels[1][4]) if with_position else None

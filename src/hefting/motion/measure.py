@@ -80,7 +80,7 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
         )
     else:
         motion = smooth(orientation.time, position, orientation.values, at=at)
-    known = np.isfinite(motion.angular_acceleration).all(axis=1)
+    known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
         warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
         inside, motion = inside[known], motion[known]
@@ -154,9 +154,7 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
         from scipy.spatial.transform import Rotation, Slerp
 
         R = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(wrench.time).as_matrix()
-    a, w, alpha = (
-        np.einsum("kji,kj->ki", R, _interpolated(recording[name], wrench.time)) for name in TWIST
-    )
+    a, w, alpha = (np.einsum("kji,kj->ki", R, _interpolated(recording[name], wrench.time)) for name in TWIST)
     g = np.einsum("kji,j->ki", R, g_world)
     return Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
 

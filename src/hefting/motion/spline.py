@@ -35,9 +35,7 @@ TUNED_COEFFICIENTS = 10_000
 """Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
 
 
-def smooth(
-    time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, at: ArrayLike | None = None
-) -> Motion:
+def smooth(time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, at: ArrayLike | None = None) -> Motion:
     """Motion of the sensor from its measured poses.
 
     time:        (K,) s, increasing, any spacing
@@ -87,20 +85,14 @@ def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array
             raise InputError(f"has shape {array.shape}, expected {shape}", where=name)
         if not np.isfinite(array).all():
             row = int(np.argwhere(~np.isfinite(array))[0][0])
-            raise InputError(
-                f"row {row} is not finite", where=name, fix="leave out the rows that were not measured"
-            )
+            raise InputError(f"row {row} is not finite", where=name, fix="leave out the rows that were not measured")
     if (np.diff(time) <= 0).any():
         row = int(np.argmax(np.diff(time) <= 0)) + 1
-        raise InputError(
-            f"row {row} is not later than the row before it", where="time", fix="sort it, drop doubles"
-        )
+        raise InputError(f"row {row} is not later than the row before it", where="time", fix="sort it, drop doubles")
     orientation = arrays["orientation"][0]
     norm = np.linalg.norm(orientation, axis=1, keepdims=True)
     if (norm < 1e-6).any():
-        raise InputError(
-            f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero", where="orientation"
-        )
+        raise InputError(f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero", where="orientation")
     return time, arrays["position"][0] if position is not None else None, orientation / norm
 
 
@@ -151,9 +143,7 @@ class _Curve:
         normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
         overlap = int(np.ceil(12.0 / min(h * smoothness.bandwidth, 1.0)))
-        return cls(
-            normal.knots, coefficients, smoothness.variance * inverse_bands(factor, overlap), smoothness
-        )
+        return cls(normal.knots, coefficients, smoothness.variance * inverse_bands(factor, overlap), smoothness)
 
     def evaluate(self, at: Array) -> tuple[Array, ...]:
         """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives."""
@@ -181,9 +171,7 @@ class _Curve:
 def tune(time: Array, values: Array, orders: tuple[int, ...], name: str) -> tuple[Smoothness, float, float]:
     """The most likely smoothness of a signal (K, d), the knot spacing to suit, and the sampling interval."""
     if len(time) < FEWEST:
-        raise InputError(
-            f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer"
-        )
+        raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
     dt = float(np.median(np.diff(time)))
     duration = time[-1] - time[0]
     coarsest = max(duration / 6.0, dt)

@@ -98,15 +98,16 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
 def _volumes(box: _Box, points: Array, cell: Array) -> Array:
     """Shares of volume near to equal ones that give the points the solid's centroid and second moment.
 
-    Least squares in the ten moments, damped where the points cannot reach them (a single layer, say) and
+    Least squares in the nine moments, damped where the points cannot reach them (a single layer, say) and
     shortened so that no share falls below a quarter of its equal part.
     """
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
-    moments = np.column_stack((np.ones(len(w)), w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j]))
-    wanted = np.concatenate(([1.0, 0.0, 0.0, 0.0], np.eye(3)[i, j]))
+    moments = np.column_stack((w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j]))
+    mean = moments.mean(axis=0)
+    moments -= mean  # so that whatever the shares, their sum stays one
     gram = moments.T @ moments / len(w)
-    change = moments @ np.linalg.solve(gram + 1e-3 * np.eye(10), wanted - moments.mean(axis=0))
+    change = moments @ np.linalg.solve(gram + 1e-3 * np.eye(9), np.append(np.zeros(3), np.eye(3)[i, j]) - mean)
     length = min(1.0, 0.75 / max(-float(change.min()), 1e-12))
     shares = 1 + length * change
     return shares / shares.sum()

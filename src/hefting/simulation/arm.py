@@ -25,14 +25,8 @@ class JointMotion:
         for field in fields(self):
             object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
         shape = self.position.shape
-        if (
-            self.time.shape != shape[:1]
-            or len(shape) != 2
-            or {self.velocity.shape, self.acceleration.shape} != {shape}
-        ):
-            raise InputError(
-                "time (K,), position, velocity and acceleration (K, n) do not agree", where="JointMotion"
-            )
+        if self.time.shape != shape[:1] or len(shape) != 2 or {self.velocity.shape, self.acceleration.shape} != {shape}:
+            raise InputError("time (K,), position, velocity and acceleration (K, n) do not agree", where="JointMotion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +91,7 @@ class Arm:
         """
         q, dq, ddq = joints.position, joints.velocity, joints.acceleration
         if q.shape[1] != len(self.a):
-            raise InputError(
-                f"there are {q.shape[1]} joints, but the arm has {len(self.a)}", where="JointMotion"
-            )
+            raise InputError(f"there are {q.shape[1]} joints, but the arm has {len(self.a)}", where="JointMotion")
         rotation = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         position, velocity, acceleration, w, dw = (np.zeros((len(q), 3)) for _ in range(5))
         for i, (a, alpha, d) in enumerate(zip(self.a, self.alpha, self.d, strict=True)):

@@ -13,9 +13,7 @@ FREQUENCIES = (0.0, 0.0, 0.0, 0.10, 0.13, 0.16)
 """Frequencies of the paper's sinusoids [Hz], before they are scaled to the wanted speed."""
 
 
-def sinusoids(
-    duration: float = 35.0, rate: float = 240.0, angular_speed: float = 1.0, arm: Arm = UR5
-) -> JointMotion:
+def sinusoids(duration: float = 35.0, rate: float = 240.0, angular_speed: float = 1.0, arm: Arm = UR5) -> JointMotion:
     """The last three joints follow 45° sin(2 pi s f t) about `START` (Nadeau et al. 2022, sec. V-D).
 
     The common scale s of the frequencies is the one at which the sensor's angular speed, averaged over the
@@ -24,9 +22,7 @@ def sinusoids(
     time = _instants(duration, rate, angular_speed)
     frequency = np.array([FREQUENCIES])
     amplitude = np.where(frequency > 0.0, np.radians(45.0), 0.0)
-    return _at_speed(
-        arm, angular_speed, time, (time, np.ones_like(time), np.zeros_like(time)), amplitude, frequency
-    )
+    return _at_speed(arm, angular_speed, time, (time, np.ones_like(time), np.zeros_like(time)), amplitude, frequency)
 
 
 def random_smooth(

@@ -16,9 +16,7 @@ POSE_NOISE = (1e-4, 3.5e-4)
 """Standard deviations, per axis, of the pose a cobot reports: position [m] and orientation [rad] (0.02°)."""
 
 
-def wield(
-    motion: SensorMotion, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY
-) -> Measurements:
+def wield(motion: SensorMotion, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY) -> Measurements:
     """Exact measurements, in sensor axes, of a `body` given in the sensor frame that follows `motion`.
 
     The wrench comes from Newton's and Euler's equations at the centre of mass, moved to the sensor origin:
@@ -78,9 +76,7 @@ def simulate(
             "linear_acceleration": noisy(motion.linear_acceleration, noise.linear_acceleration),
             "angular_acceleration": noisy(motion.angular_acceleration, noise.angular_acceleration),
         }
-    return Recording(
-        {name: Stream(motion.time, values) for name, values in streams.items()}, source="simulation"
-    )
+    return Recording({name: Stream(motion.time, values) for name, values in streams.items()}, source="simulation")
 
 
 def truth(

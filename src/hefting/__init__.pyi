@@ -1,0 +1,28 @@
+"""Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
+
+from hefting.errors import HeftingError as HeftingError
+from hefting.errors import InputError as InputError
+from hefting.estimate import Certificate as Certificate
+from hefting.estimate import Estimate as Estimate
+from hefting.estimators import OLS as OLS
+from hefting.estimators import PMD as PMD
+from hefting.identification import Identification as Identification
+from hefting.identification import identify as identify
+from hefting.inertia import Consistency as Consistency
+from hefting.inertia import InertialParameters as InertialParameters
+from hefting.logs import read_log as read_log
+from hefting.measurements import NOISE_LEVELS as NOISE_LEVELS
+from hefting.measurements import Measurements as Measurements
+from hefting.measurements import Noise as Noise
+from hefting.metrics import errors_between as errors_between
+from hefting.moments import Moments as Moments
+from hefting.motion import PoseFilter as PoseFilter
+from hefting.motion import measure as measure
+from hefting.motion import smooth as smooth
+from hefting.recording import Recording as Recording
+from hefting.recording import Stream as Stream
+from hefting.shapes import PointMasses as PointMasses
+from hefting.shapes import load_shape as load_shape
+from hefting.shapes import parse_pose as parse_pose
+
+__version__: str
