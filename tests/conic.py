@@ -61,13 +61,16 @@ def solve(problem: Problem) -> Optimum:
     """
     K, n = len(problem.b), problem.M.shape[1]
     weights = (1 - problem.w, problem.w)
-    rows = [(u[:, None, None] * (A @ problem.M)).reshape(-1, n) for u, A in zip(weights, (problem.A0, problem.A1))]
+    rows = [
+        (u[:, None, None] * (A @ problem.M)).reshape(-1, n)
+        for u, A in zip(weights, (problem.A0, problem.A1), strict=True)
+    ]
     right = [(u[:, None] * problem.b).ravel() for u in weights]
     size = problem.size or 1.0
     mass = size / (np.hypot(*(np.linalg.norm(part.sum(axis=1)) for part in rows)) or 1.0)
     columns = [np.kron(u[:, None], np.eye(6)) for u in weights] if problem.free_bias else [np.zeros((6 * K, 0))] * 2
     bias = size / np.sqrt(sum(u @ u for u in weights))
-    parts = [(np.hstack((R * mass, C * bias)) / size, b / size) for R, C, b in zip(rows, columns, right)]
+    parts = [(np.hstack((R * mass, C * bias)) / size, b / size) for R, C, b in zip(rows, columns, right, strict=True)]
     if problem.regularization > 0.0:
         pull = np.zeros((n, n + columns[0].shape[1]))
         pull[:, :n] = np.eye(n) * (problem.regularization * mass / size)

@@ -122,7 +122,7 @@ def test_lever_is_the_distance_of_the_com():
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.98])
 def test_autocorrelation_time_of_a_first_order_process(rho):
-    """(1 + rho)/(1 - rho). Summing up to a correlation of 5 % leaves 5 % out; each estimate spreads by a few percent."""
+    """(1 + rho)/(1 - rho). Summing down to a correlation of 5 % leaves 5 % out; estimates spread by a few percent."""
     rng = np.random.default_rng(6)
     noise = rng.normal(size=(50_000, 6))
     series = np.empty_like(noise)

@@ -140,8 +140,8 @@ def test_files_that_are_no_estimates_give_one_line(estimate, tmp_path):
             Estimate.load(path)
             unnoticed.append(f"{name}: loaded")
         except InputError as error:
-            assert str(error).startswith(f"{path}: ")
-            assert "\n" not in str(error)
+            if "\n" in str(error) or not str(error).startswith(f"{path}: "):
+                unnoticed.append(f"{name}: says {error}")
         except Exception as error:
             unnoticed.append(f"{name}: {error!r}")
     assert not unnoticed
@@ -160,7 +160,7 @@ def test_files_that_are_not_json_give_one_line(content, tmp_path):
 
 
 def test_missing_files_and_folders(estimate, tmp_path):
-    with pytest.raises(InputError, match="nothing.json: cannot be read"):
+    with pytest.raises(InputError, match=r"nothing\.json: cannot be read"):
         Estimate.load(tmp_path / "nothing.json")
     with pytest.raises(InputError, match="cannot be read"):
         Estimate.load(tmp_path)

@@ -13,7 +13,7 @@ from random_problems import random_body, random_pose
 
 
 def test_the_papers_errors_by_hand():
-    """A block of 12 kg, sides 1, 2, 3 m: the scales are m/12 times 13, 10, 5 and 2, 3, 6 (Nadeau et al. 2022, eq. 14)."""
+    """A block of 12 kg, sides 1, 2, 3 m: the scales are m/12 times 13, 10, 5 and 2, 3, 6 (eq. 14)."""
     truth = InertialParameters.from_com(12.0, np.zeros(3), np.diag((13.0, 10.0, 5.0)))
     dJ = np.array(((1.3, 0.2, -0.6), (0.2, 0.5, 0.6), (-0.6, 0.6, -1.0)))
     estimate = InertialParameters.from_com(12.6, np.zeros(3), np.diag((13.0, 10.0, 5.0)) + dJ)
