@@ -105,9 +105,7 @@ class Body:
 
     def vector(self):
         """[m, mc, J about the sensor origin]."""
-        J = self.inertia + self.mass * (
-            self.center @ self.center * np.eye(3) - np.outer(self.center, self.center)
-        )
+        J = self.inertia + self.mass * (self.center @ self.center * np.eye(3) - np.outer(self.center, self.center))
         return np.concatenate(([self.mass], self.mass * self.center, J[np.triu_indices(3)]))
 
 

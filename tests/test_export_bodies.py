@@ -111,9 +111,7 @@ def test_principal_axes_are_right_handed_and_least_turned(kind, seed):
     # No renaming of axes can be turned by more than about 63 deg from the frame (the cube's rotation group).
     assert np.degrees(np.arccos((np.trace(axes) - 1) / 2)) < 63
     if kind == "aligned":
-        np.testing.assert_allclose(
-            axes, np.eye(3), atol=1e-12
-        )  # distinct moments, exact axes up to rounding of J
+        np.testing.assert_allclose(axes, np.eye(3), atol=1e-12)  # distinct moments, exact axes up to rounding of J
 
 
 @pytest.mark.parametrize("target", [*SIMULATORS, *CONTROLLERS])

@@ -61,9 +61,7 @@ def read_kuka(text):
 
 
 def read_abb(text):
-    mass, com, aom, *moments = ast.literal_eval(
-        *groups(r"^PERS loaddata [A-Za-z]\w{0,31} := (\[.*\]);$", text)
-    )
+    mass, com, aom, *moments = ast.literal_eval(*groups(r"^PERS loaddata [A-Za-z]\w{0,31} := (\[.*\]);$", text))
     assert len(moments) == 3
     assert min(moments) > 0
     return mass, np.array(com) / 1000, from_principal(moments, aom)
@@ -117,9 +115,7 @@ def test_controllers_without_the_pose_warn_and_are_in_sensor_axes(target):
 
 def test_units_by_hand():
     """2 kg at (1, 2, 3) cm of a sensor 100 mm out and turned by 90 deg about z: (-2, 1, 13) cm there."""
-    estimate = Estimate(
-        "test", InertialParameters.from_com(2.0, (0.01, 0.02, 0.03), np.diag((1e-3, 2e-3, 2.5e-3))), 1
-    )
+    estimate = Estimate("test", InertialParameters.from_com(2.0, (0.01, 0.02, 0.03), np.diag((1e-3, 2e-3, 2.5e-3))), 1)
     pose = pose_matrix((0, 0, 0.1, 0, 0, np.sqrt(0.5), np.sqrt(0.5)))
     last = {t: export(estimate, t, pose, name="cup").text.splitlines()[-1] for t in ("xarm", "abb", "kuka")}
     text = {t: export(estimate, t, pose).text for t in ("ur", "fanuc")}
@@ -144,9 +140,7 @@ def test_no_exponents(target):
     body = InertialParameters.from_com(1e-6, (1e-7, -1e-5, -0.0), np.diag((1e-12, 2e-12, 2.5e-12)))
     numbers = export(Estimate("test", body, 1), target).text.splitlines()
     assert not [
-        line
-        for line in numbers
-        if not line.startswith(("#", "!", ";", "//")) and re.search(r"\de[-+]?\d", line)
+        line for line in numbers if not line.startswith(("#", "!", ";", "//")) and re.search(r"\de[-+]?\d", line)
     ]
     assert not re.search(r"-0\.0\b", "\n".join(numbers))
 

@@ -86,9 +86,7 @@ def test_urdf_link(tmp_path, link):
     body = model.inertias[{"base": 0, "tool0": 1, "gripper": 2, "empty": 4}[link]]
     assert body.mass == 0.932
     np.testing.assert_allclose(body.lever, COM, atol=1e-15)
-    np.testing.assert_allclose(
-        body.inertia, TENSOR, atol=1e-15
-    )  # J at the COM came back from J at the origin
+    np.testing.assert_allclose(body.inertia, TENSOR, atol=1e-15)  # J at the COM came back from J at the origin
     again = put(tmp_path, exported.text, "urdf", link)
     assert again.text == exported.text
     assert "replaced" in again.warnings[-1]
@@ -159,12 +157,8 @@ def test_unknown_link_names_the_nearest_and_the_valid(tmp_path):
         put(tmp_path, '<robot><link name="a"><inertial/><inertial/></link></robot>', "urdf", "a")
 
 
-BOMB = (
-    '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>\n<robot name="&b;"><link name="tool0"/></robot>'
-)
-EXTERNAL = (
-    '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]>\n<robot><link name="tool0">&x;</link></robot>'
-)
+BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>\n<robot name="&b;"><link name="tool0"/></robot>'
+EXTERNAL = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]>\n<robot><link name="tool0">&x;</link></robot>'
 
 
 @pytest.mark.parametrize(

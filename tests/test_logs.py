@@ -87,11 +87,7 @@ finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    st.lists(
-        st.tuples(st.floats(0, 100), *[finite] * 6), min_size=1, max_size=6, unique_by=lambda row: row[0]
-    )
-)
+@given(st.lists(st.tuples(st.floats(0, 100), *[finite] * 6), min_size=1, max_size=6, unique_by=lambda row: row[0]))
 def test_any_floats_survive(tmp_path, suffix, samples):
     table = np.array(sorted(samples))
     pose = Stream(np.zeros(1), np.array([[0.0, 0.0, 0.0, 1.0]]))
@@ -240,9 +236,7 @@ def test_bad_times(tmp_path):
 
 def test_decimal_commas_are_named(tmp_path):
     lines = [row.replace(",", ";").replace(".", ",") for row in ROWS]
-    fails(
-        log(tmp_path, *lines, header=HEADER.replace(",", ";")), "row 3, column time", "'0,1'", "with a point"
-    )
+    fails(log(tmp_path, *lines, header=HEADER.replace(",", ";")), "row 3, column time", "'0,1'", "with a point")
 
 
 def test_quaternions(tmp_path):
@@ -398,9 +392,7 @@ def test_implausible_steps(tmp_path):
     assert "milliseconds" in read_log(timed(tmp_path, range(0, 100, 10))).warnings[0]
     assert "milliseconds" in read_log(timed(tmp_path, range(100))).warnings[0]  # 1 kHz in milliseconds
     assert "is time in seconds" in read_log(timed(tmp_path, [k * 1e-6 for k in range(9)])).warnings[0]
-    fails(
-        timed(tmp_path, range(0, 10**9, 10**7)), "column time", "step of orientation is 1e+07", "in seconds"
-    )
+    fails(timed(tmp_path, range(0, 10**9, 10**7)), "column time", "step of orientation is 1e+07", "in seconds")
     for plausible in ([0.0, 2.5, 4.0], [53211.2, 53211.21], [-1.0, -0.9], [0, 1, 2]):
         assert read_log(timed(tmp_path, plausible)).warnings == ()
 
@@ -409,9 +401,7 @@ def test_implausible_steps(tmp_path):
 
 
 def parquet_log(folder: Path, **changes) -> Path:
-    table = dict(
-        zip(HEADER.split(","), np.array([row.split(",") for row in ROWS], dtype=float).T, strict=True)
-    )
+    table = dict(zip(HEADER.split(","), np.array([row.split(",") for row in ROWS], dtype=float).T, strict=True))
     parquet.write_table(pa.table({**table, **changes}), folder / "log.parquet")
     return folder / "log.parquet"
 

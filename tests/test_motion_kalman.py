@@ -103,9 +103,7 @@ def test_estimate_is_the_conditional_mean(n, order):
     c = q * step * kernel @ kernel_dd + free @ prior @ free_dd
     expected = c @ np.linalg.solve(C, p)
     # trapezoids of 0.1 ms give three digits
-    np.testing.assert_allclose(
-        m.linear_acceleration[-1], expected, rtol=1e-2, atol=1e-2 * np.abs(expected).max()
-    )
+    np.testing.assert_allclose(m.linear_acceleration[-1], expected, rtol=1e-2, atol=1e-2 * np.abs(expected).max())
 
 
 def test_steady_filter_solves_its_equations():

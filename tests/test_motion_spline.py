@@ -13,9 +13,7 @@ from hefting.motion.spline import ORDERS, fresh_rows, smooth, tune
 from motions import Truth, normalised_errors, random_smooth, stop_and_go
 
 
-def noisy(
-    seed, duration=3.0, rate=100.0, make=random_smooth, **options
-) -> tuple[Truth, np.ndarray, np.ndarray]:
+def noisy(seed, duration=3.0, rate=100.0, make=random_smooth, **options) -> tuple[Truth, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     truth = make(np.arange(0, duration, 1 / rate), rng, **options)
     return truth, *truth.poses(rng)
@@ -25,9 +23,7 @@ def assert_same(one, other):
     """Equal up to rounding: 1e-16 over h², and what the search for the bandwidth makes of it."""
     for field in fields(one):
         if field.name not in ("time", "position", "orientation", "bandwidth"):
-            np.testing.assert_allclose(
-                getattr(one, field.name), getattr(other, field.name), atol=1e-6, rtol=1e-4
-            )
+            np.testing.assert_allclose(getattr(one, field.name), getattr(other, field.name), atol=1e-6, rtol=1e-4)
 
 
 # --- laws ---
@@ -55,9 +51,7 @@ def test_exact_poses_give_nearly_exact_motion():
     # sinusoids up to 1.2 Hz on knots of 10 ms: (2 pi 1.2 h)^4 = 3e-5 of up to 20; more at the ends
     inner = slice(15, -15)
     np.testing.assert_allclose(motion.linear_acceleration[inner], truth.linear_acceleration[inner], atol=1e-4)
-    np.testing.assert_allclose(
-        motion.angular_acceleration[inner], truth.angular_acceleration[inner], atol=1e-3
-    )
+    np.testing.assert_allclose(motion.angular_acceleration[inner], truth.angular_acceleration[inner], atol=1e-3)
     np.testing.assert_allclose(motion.angular_acceleration, truth.angular_acceleration, atol=2e-2)
 
 
@@ -116,9 +110,7 @@ def test_variances_are_believable_at_the_ends():
         ends = [0, -1]
         errors.append((motion.angular_acceleration - truth.angular_acceleration)[ends] ** 2)
         claimed.append(motion.angular_acceleration_std[ends] ** 2)
-        assert (
-            motion.angular_acceleration_std[0] > 3 * motion.angular_acceleration_std[75]
-        )  # 5 to 10 in theory
+        assert motion.angular_acceleration_std[0] > 3 * motion.angular_acceleration_std[75]  # 5 to 10 in theory
     # 72 values, correlated three by three: their mean is within a factor 1.5 of its expectation
     assert 0.2 < np.mean(errors) / np.mean(claimed) < 3.0
 
@@ -130,9 +122,7 @@ def test_variance_has_the_closed_form_in_the_interior():
     m, wc = rotation.order, rotation.bandwidth
     for k, std in ((1, motion.angular_velocity_std), (2, motion.angular_acceleration_std)):
         # a continuous smoother of m-fold integrated white noise, times 4 for the half angle
-        variance = (
-            4 * rotation.variance * dt * wc ** (2 * k + 1) / (2 * m * np.sin(np.pi * (2 * k + 1) / (2 * m)))
-        )
+        variance = 4 * rotation.variance * dt * wc ** (2 * k + 1) / (2 * m * np.sin(np.pi * (2 * k + 1) / (2 * m)))
         # knots h wc <= 1 apart hold the spline back by up to a tenth
         assert std[500] ** 2 == pytest.approx(variance, rel=0.15)
 
@@ -165,9 +155,7 @@ def test_band_algebra_equals_dense(m):
     D = block_diag(*[np.diff(np.eye(k + 5), m, axis=0) for k in knots.intervals])
     A = B.T @ (normal.count[:, None] * B) + penalty * D.T @ D
     c, factor = normal.solve(m, penalty)
-    np.testing.assert_allclose(
-        c, np.linalg.solve(A, B.T @ (normal.count[:, None] * normal.values)), atol=1e-7
-    )
+    np.testing.assert_allclose(c, np.linalg.solve(A, B.T @ (normal.count[:, None] * normal.values)), atol=1e-7)
     residual = normal.values - B @ c
     assert normal.residual_square(c) == pytest.approx(np.sum(normal.count[:, None] * residual**2), rel=1e-9)
     inverse, bands = np.linalg.inv(A), inverse_bands(factor, int(12 / h_wc))
@@ -245,9 +233,7 @@ def test_held_values_count_once():
     slow = smooth(truth.time[::10], p[::10], q[::10], at=at[at <= truth.time[-10]])
     motion = smooth(truth.time, p[held], q[held], at=slow.time)
     np.testing.assert_allclose(motion.linear_acceleration[:-10], slow.linear_acceleration[:-10], atol=0.02)
-    assert np.isfinite(
-        smooth(truth.time, p[held], q[held]).linear_acceleration
-    ).all()  # the last hold included
+    assert np.isfinite(smooth(truth.time, p[held], q[held]).linear_acceleration).all()  # the last hold included
 
 
 def test_single_repeats_and_rests_are_kept():

@@ -15,9 +15,7 @@ BODIES = {
     "full tensor": InertialParameters.from_com(
         4.2, (-0.05, 0.07, 0.15), ((0.050, 0.008, -0.011), (0.008, 0.061, 0.006), (-0.011, 0.006, 0.043))
     ),
-    "rod": InertialParameters.from_points(
-        ((0.0, 0.1, 0.3), (0.01, 0.1, -0.4), (0.0, 0.11, 0.1)), (0.2, 0.3, 0.1)
-    ),
+    "rod": InertialParameters.from_points(((0.0, 0.1, 0.3), (0.01, 0.1, -0.4), (0.0, 0.11, 0.1)), (0.2, 0.3, 0.1)),
 }
 MOTIONS = {
     "sinusoids 1 rad/s": lambda: sinusoids(5.0, 20.0, 1.0),
@@ -49,9 +47,7 @@ def chain(body: InertialParameters, gravity) -> str:
     inertial = f'mass="{body.mass!r}" pos="{numbers(*body.center_of_mass)}" fullinertia="{tensor}"'
     bodies = f'<body {place(5)}><site name="sensor"/><inertial {inertial}/></body>'
     for i in reversed(range(6)):
-        link = (
-            '<joint type="hinge" axis="0 0 1"/><inertial mass="3" pos="0.1 0 0" diaginertia="0.1 0.1 0.1"/>'
-        )
+        link = '<joint type="hinge" axis="0 0 1"/><inertial mass="3" pos="0.1 0 0" diaginertia="0.1 0.1 0.1"/>'
         bodies = f"<body {place(i - 1) if i else ''}>{link}{bodies}</body>"
     frame = ("framepos", "framequat", "framelinvel", "frameangvel", "framelinacc", "frameangacc")
     shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in frame)

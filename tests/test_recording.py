@@ -87,9 +87,7 @@ def test_values_that_are_not_finite_are_named_by_row_and_column(bad):
 
 def test_time_increases_within_a_stream_and_not_across_them():
     recording(wrench=[0, 1, 2], orientation=[0, 0.5, 1])
-    with pytest.raises(
-        InputError, match="row 3, column time: time 1 s repeats that of row 2 in the wrench stream"
-    ):
+    with pytest.raises(InputError, match="row 3, column time: time 1 s repeats that of row 2 in the wrench stream"):
         recording(wrench=[0, 1, 1, 2])
     with pytest.raises(InputError, match=r"row 3, column time: time 0\.5 s is before 1 s of row 2"):
         recording(wrench=[0, 1, 0.5, 2])
@@ -112,9 +110,7 @@ def test_a_quaternion_of_another_norm_is_refused_with_its_row(scale, norm):
     orientation = stream("orientation", np.arange(4))
     values = orientation.values.copy()
     values[2] *= scale
-    with pytest.raises(
-        InputError, match=f"row 3, columns qx..qw: the quaternion qx qy qz qw has norm {norm}, not 1"
-    ):
+    with pytest.raises(InputError, match=f"row 3, columns qx..qw: the quaternion qx qy qz qw has norm {norm}, not 1"):
         Recording({"orientation": Stream(orientation.time, values)})
 
 

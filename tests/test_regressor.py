@@ -67,9 +67,7 @@ def test_wrench_equals_pinocchios_inertia():
     pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')")
     body = hammer().parameters
     inertia = pin.Inertia(body.mass, body.center_of_mass, body.inertia_at_com)
-    np.testing.assert_allclose(
-        inertia.toDynamicParameters()[FROM_PINOCCHIO], body.vector, rtol=1e-13, atol=1e-15
-    )
+    np.testing.assert_allclose(inertia.toDynamicParameters()[FROM_PINOCCHIO], body.vector, rtol=1e-13, atol=1e-15)
     measurements = random_measurements(20, seed=3)
     predicted = predict_wrench(measurements, body.vector)
     for k in range(20):
@@ -91,15 +89,9 @@ def test_wrench_of_point_masses_is_newtons():
     predicted = predict_wrench(measurements, InertialParameters.from_points(positions, masses).vector)
     for k in range(10):
         w, alpha = measurements.angular_velocity[k], measurements.angular_acceleration[k]
-        a = (
-            measurements.linear_acceleration[k]
-            + np.cross(alpha, positions)
-            + np.cross(w, np.cross(w, positions))
-        )
+        a = measurements.linear_acceleration[k] + np.cross(alpha, positions) + np.cross(w, np.cross(w, positions))
         forces = masses[:, None] * (a - measurements.gravity[k])
-        np.testing.assert_allclose(
-            predicted[k, :3], forces.sum(axis=0), atol=1e-12
-        )  # rounding of terms up to 40
+        np.testing.assert_allclose(predicted[k, :3], forces.sum(axis=0), atol=1e-12)  # rounding of terms up to 40
         np.testing.assert_allclose(predicted[k, 3:], np.cross(positions, forces).sum(axis=0), atol=1e-12)
 
 
@@ -168,9 +160,7 @@ def assert_same_sums(moments: Moments, measurements: Measurements, seed: int = 1
     root = np.random.default_rng(seed).normal(size=(6, 6))
     W = root @ root.T
     for reduced in (False, True):
-        for ours, expected in zip(
-            virtual(moments, W, reduced), direct(measurements, W, reduced), strict=True
-        ):
+        for ours, expected in zip(virtual(moments, W, reduced), direct(measurements, W, reduced), strict=True):
             # backward-stable factoring of 2,000 rows in double precision; the largest entry sets the scale
             np.testing.assert_allclose(ours, expected, atol=1e-13 * np.abs(expected).max(), rtol=0.0)
 
@@ -245,6 +235,4 @@ def test_moments_of_nothing():
     assert not empty.factor.any()
     one = Moments.of(wield(UR5.motion(sinusoids(1.0, 10.0)), hammer().parameters))
     both = empty.merge(one).factor
-    np.testing.assert_allclose(
-        both.T @ both, one.factor.T @ one.factor, atol=1e-12
-    )  # rounding of sums up to 1e3
+    np.testing.assert_allclose(both.T @ both, one.factor.T @ one.factor, atol=1e-12)  # rounding of sums up to 1e3

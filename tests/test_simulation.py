@@ -115,9 +115,7 @@ def test_stop_and_go_rests_between_its_moves():
 
 
 @pytest.mark.parametrize("generator", [sinusoids, random_smooth])
-@pytest.mark.parametrize(
-    "arguments", [(0.0, 100.0, 1.0), (1.0, -1.0, 1.0), (1.0, 100.0, 0.0), (np.inf, 1.0, 1.0)]
-)
+@pytest.mark.parametrize("arguments", [(0.0, 100.0, 1.0), (1.0, -1.0, 1.0), (1.0, 100.0, 0.0), (np.inf, 1.0, 1.0)])
 def test_impossible_motions_are_refused(generator, arguments):
     with pytest.raises(InputError, match="must be positive"):
         generator(*arguments)
@@ -145,9 +143,7 @@ def test_power_of_the_wrench_changes_the_energy(name):
     w = motion.angular_velocity
     v = motion.linear_velocity + np.cross(w, c)
     local = z.angular_velocity
-    kinetic = 0.5 * BODY.mass * (v * v).sum(1) + 0.5 * np.einsum(
-        "ki,ij,kj->k", local, BODY.inertia_at_com, local
-    )
+    kinetic = 0.5 * BODY.mass * (v * v).sum(1) + 0.5 * np.einsum("ki,ij,kj->k", local, BODY.inertia_at_com, local)
     energy = kinetic - BODY.mass * (motion.position + c) @ gravity
     force, torque = (np.einsum("kij,kj->ki", turned, part) for part in (z.force, z.torque))
     power = (force * motion.linear_velocity).sum(1) + (torque * w).sum(1)
@@ -267,9 +263,7 @@ def test_truth_has_the_keys_of_the_recordings():
     pose[:3, 3] = (0.1, 0.2, 0.3)
     body = hammer().parameters.moved(pose)
     facts = json.loads(json.dumps(truth(body, (0.125, 0.028, 0.292), pose, mesh_unit="mm", name="hammer")))
-    found = InertialParameters.from_origin(
-        facts["mass"], facts["center_of_mass_sensor"], facts["inertia_at_sensor"]
-    )
+    found = InertialParameters.from_origin(facts["mass"], facts["center_of_mass_sensor"], facts["inertia_at_sensor"])
     np.testing.assert_allclose(found.vector, body.vector, atol=1e-16)
     np.testing.assert_allclose(facts["inertia_at_com_sensor_axes"], body.inertia_at_com, atol=1e-16)
     if "HEFTING_DATA" not in os.environ:

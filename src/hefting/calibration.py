@@ -20,7 +20,7 @@ BIAS_CONFIDENCE = 3.0
 """Standard deviations a component must be away from zero for a bias to be kept."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FreeFit:
     """Unconstrained least squares, whitened by its own residuals: what the data say before any prior."""
 
@@ -162,6 +162,8 @@ def load_bias(path: str | Path) -> Array:
     try:
         data = json.loads(Path(path).read_text())
         values = np.asarray(data["bias"] if isinstance(data, dict) else data, dtype=float)
+        if isinstance(data, dict) and (data.get("provenance") or {}).get("wrench") == "on-sensor":
+            values = -values  # an estimate holds it in the project's sign, a log in the sensor's
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"holds no bias ({error})", where=path, fix='write {"bias": [fx,fy,fz,tx,ty,tz]}') from error
     if values.shape != (6,) or not np.isfinite(values).all():

@@ -38,7 +38,7 @@ class Certificate:
         return self.objective - self.bound
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """Inertial parameters found from measurements, in sensor axes about the sensor origin."""
 
@@ -81,7 +81,9 @@ class Estimate:
         if self.covariance is None:
             return None
         J = com_jacobian(self.parameters)
-        variance = np.einsum("ij,jk,ik->i", J, self.covariance, J)
+        open_ = np.isinf(self.covariance.diagonal())
+        variance = np.einsum("ij,jk,ik->i", J, np.where(np.isinf(self.covariance), 0.0, self.covariance), J)
+        variance[(J[:, open_] != 0.0).any(axis=1)] = np.inf
         std = np.sqrt(np.where(variance >= 0, variance, np.nan))
         return {"mass": std[0], "center_of_mass": std[1:4], "inertia_at_com": vector_to_tensor(std[4:])}
 
@@ -138,7 +140,7 @@ class Estimate:
             data = json.loads(Path(path).read_text())
         except OSError as error:
             raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"is not JSON ({error})", where=path) from error
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
             raise InputError(
@@ -148,7 +150,7 @@ class Estimate:
             )
         try:
             return cls._from_dict(data)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise InputError(f"is not a whole estimate ({type(error).__name__}: {error})", where=path) from error
 
     @classmethod
@@ -161,6 +163,11 @@ class Estimate:
                 n not in (None, m) for n, m in zip(shape, values.shape, strict=True)
             ):
                 raise ValueError(f"{name} has shape {values.shape}")
+            if name == "covariance":  # JSON has no infinity: null on the diagonal is an undetermined variance
+                undetermined = [i for i in range(10) if data[name][i][i] is None]
+                values[undetermined, undetermined] = np.inf
+            if np.isnan(values).any() or (name != "covariance" and np.isinf(values).any()):
+                raise ValueError(f"{name} holds what is no number")
             return values
 
         vector = array("vector", 10)
@@ -168,7 +175,12 @@ class Estimate:
             raise ValueError("vector is not ten finite numbers")
         certificate = data.get("certificate")
         if certificate is not None:
-            certificate = Certificate(**{k: v for k, v in certificate.items() if k != "gap"})
+            certificate = Certificate(
+                float(certificate["objective"]),
+                float(certificate["bound"]),
+                int(certificate["iterations"]),
+                bool(certificate["converged"]),
+            )
         return cls(
             method=str(data["method"]),
             parameters=InertialParameters(vector),

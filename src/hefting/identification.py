@@ -1,6 +1,6 @@
 """Recording -> Estimate: the whole way, with what has to be found out on it (sign, bias, weights) and told."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -40,7 +40,7 @@ HEAVIEST = 1000.0
 """No robot holds this much [kg]: the wrench's unit must be wrong."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Identification:
     """An estimate and the measurements it was made from."""
 
@@ -135,8 +135,14 @@ def identify(
         settings["noise"] = fit.noise
     if shape is not None:
         warnings.extend(shape.warnings)
+    known = [field.name for field in fields(METHODS[method])]
+    for name in hyperparameters:
+        if name not in known:
+            raise InputError(f"{method} has no '{name}'{nearest(name, known)}", fix=f"it has {', '.join(known)}")
     estimator = METHODS[method](**{**settings, **hyperparameters})
     estimate = estimator.fit(z)
+    if source == "static":
+        estimate = replace(estimate, duration=None)
     if estimate.covariance is not None:
         estimate = replace(estimate, covariance=estimate.covariance * fit.autocorrelation)
     if not estimate.parameters.mass > 0.0:

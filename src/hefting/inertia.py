@@ -50,7 +50,7 @@ EXPLANATIONS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class InertialParameters:
     """Mass, first moment and inertia tensor about a frame's origin, in that frame's axes.
 

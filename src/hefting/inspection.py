@@ -15,7 +15,7 @@ from hefting.regressor import dynamism
 from hefting.spatial import PARAMETERS, STANDARD_GRAVITY, Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inspection:
     """Findings about a recording."""
 

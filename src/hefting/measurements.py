@@ -1,5 +1,6 @@
 """Measurements: motion, gravity and wrench at K instants, all in sensor axes: what every estimator works from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -37,7 +38,7 @@ DIMENSIONS |= {"force": 2, "torque": 2, "weights": 1}
 """The arrays of `Measurements`: one dimension (K,) or two (K, 3)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measurements:
     """K samples of motion and wrench in sensor axes; see `hefting.spatial` for signs and frames."""
 
@@ -73,6 +74,8 @@ class Measurements:
             if not np.isfinite(array).all():
                 row = int(np.argwhere(~np.isfinite(array))[0][0])
                 raise InputError(f"sample {row} is not finite", where=f"Measurements.{name}")
+        if self.weights is not None and (self.weights < 0.0).any():
+            raise InputError("a weight is negative", where="Measurements.weights")
 
     def __len__(self) -> int:
         return len(self.time)
@@ -107,7 +110,7 @@ class Measurements:
             torque=torque,
         )
 
-    def with_noise(self, noise: Noise, seed: int) -> Self:
+    def with_noise(self, noise: Noise, seed: int | Sequence[int]) -> Self:
         """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau et al. 2022, sec. V-C)."""
         rng = np.random.default_rng(seed)
         levels = {

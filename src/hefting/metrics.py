@@ -65,12 +65,14 @@ def riemannian_distance(first: InertialParameters, second: InertialParameters) -
     Independent of frame and units. NaN unless both pseudo-inertias are positive definite.
     """
     P1, P2 = first.pseudo_inertia, second.pseudo_inertia
+    if not (P2.diagonal() > 0.0).all():
+        return float("nan")
     scale = 1.0 / np.sqrt(np.abs(P2.diagonal()))
     P1, P2 = P1 * np.outer(scale, scale), P2 * np.outer(scale, scale)
     try:
         values = np.asarray(eigh(P1, P2, eigvals_only=True))
     except (np.linalg.LinAlgError, ValueError):
         return float("nan")
-    if not (values > 0).all():
+    if not values.min() > 1e-14 * values.max():  # below it is rounding: a flat body
         return float("nan")
     return float(np.sqrt(0.5 * np.sum(np.log(values) ** 2)))

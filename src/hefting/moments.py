@@ -50,7 +50,7 @@ REDUCED_EQUATIONS = _equations(reduced_rows(np.eye(FEATURES))[:, :, :4])
 """(11, 6, 22): the same with the reduced regressor, without its six zero columns."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Moments:
     """Triangular factor of the features of all samples seen, with their number and time span.
 

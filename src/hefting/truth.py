@@ -15,7 +15,7 @@ from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Truth:
     """True parameters in the sensor frame, with the object's bounding box where it is known."""
 

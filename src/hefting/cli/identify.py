@@ -75,8 +75,6 @@ def run(arguments: argparse.Namespace) -> None:
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     known = load_truth(a.truth) if a.truth else None
     settings = {name: getattr(a, name) for name in ("c1", "regularization") if getattr(a, name) is not None}
-    if settings and a.method != "PMD":
-        raise InputError(f"{a.method} has no {' or '.join(settings)}", where="--method")
 
     with progress("identifying ..."):
         recording = read_log(a.log)

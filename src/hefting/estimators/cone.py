@@ -9,7 +9,7 @@ sqrt(q) <= q / (2 s) + s / 2. For given scales s the bounded problem has the dua
 
 in as many unknowns as the factored data has rows (16; with bias 22), whatever the number of points; the masses
 are m = sigma t. A semismooth Newton method solves it. The scales are the multipliers of the constraints
-v'K0 v <= 1, v'K1 v <= 1 and |t| <= lambda of the original problem's dual; Newton's method on their logarithms finds
+v'K0 v <= 1, v'K1 v <= 1 and |t| <= lambda of the original problem's dual; Newton's method on the inverse norms finds
 them, in two or three steps on ordinary data. Where a norm vanishes (noise-free data) its scale falls to a floor.
 Any v, scaled to satisfy the three constraints, certifies the lower bound -b'v.
 """
@@ -26,12 +26,12 @@ FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it in accuracy."""
 TOLERANCE = 1e-7
 """Gap at which to stop, relative to the objective (or to 1e-6 |b|, where the objective is smaller)."""
-MAX_STEPS = 100
+MAX_STEPS = 200
 UNDAMPED_STEPS = 10
 """Newton steps taken in full at one set of scales; ordinary problems need fewer, and a few would cycle."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ConeProblem:
     """One instance, without its bias columns (see `hefting.estimators.pmd`)."""
 
@@ -49,7 +49,7 @@ class ConeProblem:
     """|b| before the bias was taken out: what counts as zero is judged against it"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ConeSolution:
     """What `solve` found."""
 
@@ -77,9 +77,9 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
     logs = [0.5 * math.log(square) for square in squares]
     bounded = _Newton(problem, start > 0.0) if lam > 0.0 else _ActiveSet(problem)
 
-    total, lowest, last_logs, last_step = 0, np.inf, logs, logs
+    total, lowest, length = 0, np.inf, 1.0
+    s = base = newton = fixed = np.exp(logs)
     while True:
-        s = np.exp(logs)
         v, masses, norms, count = bounded.solve(s)
         total += count
         primal, value = float(s @ norms), float(b @ v)
@@ -88,25 +88,38 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
         scale = max(primal, 1e-6 * size)
         if primal - bound <= TOLERANCE * scale or total >= MAX_STEPS:
             break
-        squares = norms * norms
-        upper = 0.5 * float(s @ (1.0 - squares)) - value  # the bounded problem's optimum
-        floor = math.log(FLOOR * scale)
-        if upper > lowest * (1.0 + 1e-12):  # Newton overshot; the fixed-point step never does
-            logs, lowest = _moved(last_logs, last_step, -3.0, floor), np.inf
+        upper = 0.5 * float(s @ (1.0 - norms * norms)) - value  # the bounded problem's optimum
+        if upper > lowest * (1.0 + 1e-12):  # Newton overshot: go a part of the way, at last by the fixed-point step,
+            length *= 0.25  # which never overshoots
+            s, lowest = (base * (newton / base) ** length, lowest) if length > 0.05 else (fixed, np.inf)
             continue
-        log_norms = [math.log(max(norm, 1e-30)) for norm in norms.tolist()]
-        lowest, last_logs, last_step = upper, logs, log_norms.copy()
-        P = bounded.curvature() * s / np.maximum(squares, 1e-60)[:, None]
-        P.ravel()[:: len(s) + 1] += 1e-9
-        for i, log in enumerate(logs):
-            if log <= floor + 1e-6 and log_norms[i] < 0.0:  # a vanished norm stays where it is
-                P[i], P[i, i], log_norms[i] = 0.0, 1.0, 0.0
-        logs = _moved(logs, lapack.dgesv(P, log_norms)[2].tolist(), -12.0, floor)
+        floor = FLOOR * scale
+        lowest, base, length = upper, s, 1.0
+        fixed = np.maximum(s * np.clip(norms, 0.05, 20.0), floor)
+        s = newton = _secular(s, norms, bounded.curvature(), floor)
     return ConeSolution(masses, feasible, s[:2], bound, total)
 
 
-def _moved(logs: list[float], step: list[float], lowest_step: float, floor: float) -> list[float]:
-    return [max(log + min(max(move, lowest_step), 3.0), floor) for log, move in zip(logs, step, strict=True)]
+def _secular(s: Array, norms: Array, G: Array, floor: float) -> Array:
+    """Scales at which all norms are one, by a Newton step on 1 / norms, where G_ij = -d(norms_i² / 2)/ds_j.
+
+    A norm falls about as 1 / s, so its inverse is nearly linear. Scales that would fall below `floor` (their norms
+    vanish at the optimum) are held there, and the others found anew.
+    """
+    free, step = norms > 1e-9, floor - s
+    while True:
+        H, right = G + 1e-12 * np.diag(G.diagonal()), norms * norms * (norms - 1.0)
+        if not free.all():
+            held = ~free
+            right -= G[:, held] @ step[held]
+            H[held], H[:, held], right[held] = 0.0, 0.0, step[held]
+            H[held, held] = 1.0
+        step = lapack.dgesv(H, right)[2]
+        low = free & (s + step < floor)
+        if not low.any():
+            return np.clip(s + step, 1e-4 * s, 20.0 * s)
+        step[low] = floor - s[low]
+        free &= ~low
 
 
 class _Newton:
@@ -142,9 +155,8 @@ class _Newton:
             if failed:
                 J.ravel()[:: len(d) + 1] += 1e-14 * np.trace(J)
                 factor, step, failed = lapack.dposv(J, F)
-            if count > UNDAMPED_STEPS:
-                step *= self._damping(v, step, d, sigma)
-            v = v - step
+            damping = 1.0 if count <= UNDAMPED_STEPS else self._damping(v, step, float(F @ step), d, sigma)
+            v = v - damping * step
             t = np.maximum(v @ N, 0.0)
             Nt = N @ t
             F = d * v + b + sigma * Nt
@@ -152,7 +164,7 @@ class _Newton:
             active = t > 0.0
             if active.tobytes() != self._active:
                 self._activate(active)
-            elif error < negligible or error > 0.01 * last:
+            elif damping == 1.0 and (error < negligible or error > 0.01 * last):
                 break
             if count >= MAX_STEPS:
                 break
@@ -163,15 +175,17 @@ class _Newton:
         squares[2] = float(t @ t) / (lam * lam)  # without cancellation
         return v, sigma * t, np.sqrt(squares), count
 
-    def _damping(self, v: Array, step: Array, d: Array, sigma: float) -> float:
-        """First of 1, 1/2, 1/4, ... by which `step` lowers the dual's convex objective."""
+    def _damping(self, v: Array, step: Array, slope: float, d: Array, sigma: float) -> float:
+        """First of 1, 1/2, 1/4, ... by which `step` lowers the dual's convex objective; 1 where rounding decides."""
 
         def objective(v: Array) -> float:
             t = np.maximum(v @ self._N, 0.0)
             return float(self._problem.b @ v + 0.5 * (d * v) @ v + 0.5 * sigma * (t @ t))
 
         damping, now = 1.0, objective(v)
-        while damping > 1e-6 and objective(v - damping * step) > now:
+        if slope < 1e-12 * abs(now):
+            return 1.0
+        while damping > 1e-12 and objective(v - damping * step) > now - 1e-4 * damping * slope:
             damping *= 0.5
         return damping
 

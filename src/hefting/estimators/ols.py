@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.inertia import InertialParameters
@@ -31,6 +32,8 @@ class OLS(Estimator[Moments]):
 
     def __post_init__(self):
         require_bias_model(self.bias)
+        if self.noise is not None and not (self.noise.force > 0.0 and self.noise.torque > 0.0):
+            raise InputError("known noise must be positive in force and torque", fix="or give noise=None")
 
     def start(self) -> Moments:
         """The state before any sample."""
@@ -60,7 +63,7 @@ class OLS(Estimator[Moments]):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LeastSquares:
     """Least-squares fit of the full model: the ten parameters and, when it is free, the six of a constant bias."""
 
@@ -112,7 +115,7 @@ def least_squares(moments: Moments, free_bias: bool, noise: Noise | None) -> Lea
     covariance = half @ half.T
     free = np.flatnonzero(np.abs(V[~kept]).max(axis=0, initial=0.0) > 1e-6)
     if noise is None:
-        covariance *= square / max(6 * moments.samples - (n - len(free)), 1)
+        covariance *= square / max(6 * moments.samples - int(kept.sum()), 1)
     covariance[free], covariance[:, free] = 0.0, 0.0
     covariance[free, free] = np.inf
     return LeastSquares(solution, covariance, free, square, max(0.0, square - float(slack @ slack)))

@@ -18,7 +18,7 @@ from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PMDState:
     """Samples with their equations scaled by 1 - w for the reduced model and by w for the full one."""
 
@@ -26,7 +26,7 @@ class PMDState:
     full: Moments
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PMD(Estimator[PMDState]):
     """Non-negative masses at the shape's points that best explain the wrench:
 
@@ -47,10 +47,10 @@ class PMD(Estimator[PMDState]):
 
     def __post_init__(self):
         require_bias_model(self.bias)
-        if not self.c1 > 0.0:
-            raise InputError(f"c1 must be positive, not {self.c1}")
-        if not self.regularization >= 0.0:
-            raise InputError(f"the regularization must not be negative, but is {self.regularization}")
+        if not 0.0 < self.c1 < math.inf:
+            raise InputError(f"c1 must be positive and finite, not {self.c1}")
+        if not 0.0 <= self.regularization < math.inf:
+            raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
 
     @cached_property
     def _basis(self) -> tuple[Array, Array]:
@@ -84,10 +84,12 @@ class PMD(Estimator[PMDState]):
         T, V = self._basis
         problem = ConeProblem(rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size)
         masses = start.point_masses if start is not None else None
+        if masses is not None and len(masses) != self.shape.n:
+            raise InputError(f"the start has {len(masses)} masses, the shape {self.shape.n} points")
         if masses is None or not masses @ masses > 0.0:
             masses = _homogeneous(problem)
         solution = solve(problem, masses)
-        vector = T @ (V @ solution.masses)
+        vector = self.shape.matrix @ solution.masses
         bias = rows.bias(vector, solution.scales) if self.bias == "estimate" else None
         objective = rows.objective(vector, bias) + self.regularization * _norm(solution.masses)
         scale = max(objective, 1e-6 * rows.size)
@@ -120,7 +122,7 @@ def _norm(x: Array) -> float:
     return math.sqrt(x @ x)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Rows:
     """Both models' equations in triangular form, and the same with the bias taken out.
 
@@ -156,7 +158,7 @@ class _Rows:
         c0 = c1 = 0.0
         if free_bias:
             c0, c1 = float(reduced[0, 0]), float(full[0, 0])
-            c = np.hypot(c0, c1)
+            c = math.hypot(c0, c1) or 1.0
             A[:6] = -c0 / c * full[:6, 6:-1]
             A[:6, :4] += c1 / c * reduced[:6, 6:-1]
             b[:6] = c1 / c * reduced[:6, -1] - c0 / c * full[:6, -1]
@@ -169,7 +171,7 @@ class _Rows:
         g0 = self.reduced[:6, 6:-1] @ vector[:4] - self.reduced[:6, -1]
         g1 = self.full[:6, 6:-1] @ vector - self.full[:6, -1]
         weight0, weight1 = self.c0 / scales[0], self.c1 / scales[1]
-        return -(weight0 * g0 + weight1 * g1) / (weight0 * self.c0 + weight1 * self.c1)
+        return -(weight0 * g0 + weight1 * g1) / (weight0 * self.c0 + weight1 * self.c1 or 1.0)
 
     def objective(self, vector: Array, bias: Array | None) -> float:
         """Sum of both residual norms, from the factors themselves."""

@@ -71,6 +71,7 @@ class Steady(NamedTuple):
 
 @lru_cache(maxsize=32)
 def steady_filter(n: int, step: float, lag: int) -> Steady:
+    """The settled filter of `n` integrators for samples `step` apart [1/bandwidth], read out `lag` samples late."""
     transition, noise = _integrators(step, n)
     observe = np.eye(n)[:, :1]
     predicted = solve_discrete_are(transition.T, observe, step * noise, np.eye(1))
@@ -108,6 +109,7 @@ class Track:
 
     @classmethod
     def begin(cls, value: Array, n: int, cold: Steady | None) -> "Track":
+        """After the first sample `value` (d,): derivatives unknown, or, with `cold`, zero with a settled covariance."""
         mean = np.zeros((n, len(value)))
         mean[0] = value
         covariance = np.diag([1.0] + [DIFFUSE**2] * (n - 1)) if cold is None else cold.covariance
@@ -163,4 +165,5 @@ class Track:
         return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8)
 
     def drop(self, count: int) -> "Track":
+        """Without the `count` oldest states still kept."""
         return replace(self, past=self.past[count:], cross=self.cross[count:], variances=self.variances[count:])

@@ -29,7 +29,7 @@ DESCRIPTIONS = {
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measured:
     """Measurements and how their motion was found."""
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hefting.spatial import Array, frozen, rotation_matrices
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Pose, velocity and acceleration of the sensor frame; vectors in sensor axes, SI units.
 
