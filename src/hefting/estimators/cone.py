@@ -24,7 +24,7 @@ from hefting.spatial import Array, Mask
 
 FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it in accuracy."""
-TOLERANCE = 1e-7
+TOLERANCE = 3e-7
 """Gap at which to stop, relative to the objective (or to 1e-6 |b|, where the objective is smaller)."""
 MAX_STEPS = 200
 UNDAMPED_STEPS = 10

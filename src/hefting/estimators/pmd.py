@@ -9,13 +9,17 @@ import numpy as np
 from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.cone import TOLERANCE, ConeProblem, solve
+from hefting.estimators.cone import ConeProblem, solve
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
 from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.regressor import features, full_model_weight
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
+
+
+ACCURACY = 1e-6
+"""Gap up to which a solution counts as converged, relative to the objective (or to 1e-6 |b| where it is smaller)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +106,7 @@ class PMD(Estimator[PMDState]):
                 objective=objective,
                 bound=solution.bound,
                 iterations=solution.iterations,
-                converged=objective - solution.bound <= 10 * TOLERANCE * scale,
+                converged=objective - solution.bound <= ACCURACY * scale,
             ),
             bias=bias,
             point_masses=solution.masses,
