@@ -17,7 +17,6 @@ from hefting.regressor import features, full_model_weight
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
-
 ACCURACY = 1e-6
 """Gap up to which a solution counts as converged, relative to the objective (or to 1e-6 |b| where it is smaller)."""
 
