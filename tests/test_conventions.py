@@ -22,6 +22,7 @@ LAYERS = [
     {"estimate"},
     {"estimators"},
     {"calibration", "export"},
+    {"plausibility"},
     {"identification", "inspection", "truth"},
     {"simulation", "evaluation"},
     {"batch", "report", "viewer", "plotting"},

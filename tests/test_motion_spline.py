@@ -303,3 +303,22 @@ def test_bad_input_is_named(change, message):
     truth, p, q = noisy(17, 1.0)
     with pytest.raises(InputError, match=message):
         smooth(*change(truth.time, p, q))
+
+
+def test_positions_at_times_of_their_own():
+    """At a third of the orientations' rate and starting later: as near the truth as their noise allows."""
+    truth, position, orientation = noisy(5, duration=4.0)
+    apart = slice(7, None, 3)
+    at = truth.time[(truth.time >= truth.time[7]) & (truth.time <= truth.time[apart][-1])]
+    motion = smooth(truth.time, position[apart], orientation, at=at, position_time=truth.time[apart])
+    index = np.searchsorted(truth.time, at)
+    error = motion.linear_acceleration - truth.linear_acceleration[index]
+    square = np.mean((error / motion.linear_acceleration_std[:, None]) ** 2)
+    assert 0.1 < square < 4.0  # one window: few independent errors
+    together = smooth(truth.time, position, orientation)
+    np.testing.assert_array_equal(  # the orientation is smoothed alone
+        smooth(truth.time, position[apart], orientation, at=at, position_time=truth.time[apart]).angular_velocity,
+        together[index].angular_velocity,
+    )
+    with pytest.raises(InputError, match="known from"):
+        smooth(truth.time, position[apart], orientation, position_time=truth.time[apart])

@@ -155,3 +155,15 @@ def test_sign_given_or_found_is_the_same():
     np.testing.assert_array_equal(given.estimate.parameters.vector, found.estimate.parameters.vector)
     turned = replace(found.measurements, force=-found.measurements.force, torque=-found.measurements.torque)
     assert OLS("estimate").fit(turned).parameters.mass == pytest.approx(-0.932, rel=0.005)
+
+
+@pytest.mark.parametrize(("one", "other"), [("run1", "run3"), ("run3", "run1")])
+def test_identify_predicts_the_other_run(one, other):
+    """`identify` at its defaults (c1 = 1 for smoothed poses), a generous box, a bias estimated: the same bound."""
+    log = DATA / "panda-optoforce" / f"{one}.csv"
+    found = identify(log, PointMasses.from_box(*BOX), bias="estimate", gravity=(0.0, 0.0, -9.81))
+    assert found.sign is not None
+    assert found.sign.on_object
+    assert found.estimate.physically_consistent
+    z = panda(other)
+    assert (rms_with_bias_fitted(z, found.estimate.parameters.vector) <= 1.25 * least(z)).all()

@@ -32,6 +32,9 @@ _HOME = {
 }
 
 
+__all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
 def __getattr__(name: str):
     if name not in _HOME:
         raise AttributeError(f"module 'hefting' has no attribute '{name}'")

@@ -1,6 +1,5 @@
 """What must be known of the sensor before an object can be: the wrench's sign and its bias."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,14 +7,17 @@ import numpy as np
 
 from hefting.errors import InputError
 from hefting.estimators.ols import least_squares
+from hefting.files import read_json
 from hefting.measurements import Measurements, Noise
 from hefting.moments import Moments
 from hefting.recording import Recording
 from hefting.regressor import predict_wrench
-from hefting.spatial import Array, skew
+from hefting.spatial import PARAMETERS, Array, skew
 
 SIGN_CONFIDENCE = 10.0
 """|t| of the mass below which its sign is not trusted."""
+MASS_CONFIDENCE = 3.0
+"""|t| of the mass below which it is not determined."""
 BIAS_CONFIDENCE = 3.0
 """Standard deviations a component must be away from zero for a bias to be kept."""
 
@@ -40,6 +42,24 @@ class FreeFit:
         """Mass over its standard deviation; 0 when undetermined."""
         std = float(np.sqrt(self.covariance[0, 0]))
         return float(self.vector[0]) / max(std, 1e-12 * abs(float(self.vector[0])), 1e-300)
+
+    @property
+    def mass_is_open(self) -> bool:
+        """Whether the mass is within three standard deviations of zero, or not determined at all."""
+        return not abs(self.mass_t) >= MASS_CONFIDENCE
+
+    def open_parameters(self, size: float) -> tuple[str, ...]:
+        """Names of the parameters the data leave open for an object of `size` [m].
+
+        Those whose standard deviation is over a third of the mass, half the size for the COM, m size² / 12 for an
+        inertia.
+        """
+        std = np.sqrt(self.covariance.diagonal()[:10])
+        mass = abs(float(self.vector[0]))
+        limits = np.concatenate(
+            ([mass / MASS_CONFIDENCE], np.full(3, mass * size / 2), np.full(6, mass * size**2 / 12))
+        )
+        return tuple(PARAMETERS[i] for i in np.flatnonzero(~(std <= limits)))
 
     @property
     def bias_t(self) -> Array:
@@ -91,7 +111,7 @@ def wrench_sign(measurements: Measurements, free_bias: bool) -> WrenchSign:
     and t is 0: not certain.
     """
     fit = fit_freely(measurements, free_bias)
-    if np.isfinite(fit.covariance[0, 0]):
+    if not free_bias or not fit.mass_is_open:
         return WrenchSign(bool(fit.vector[0] >= 0.0), fit.mass_t)
     return WrenchSign(bool(fit_freely(measurements, False).vector[0] >= 0.0), 0.0)
 
@@ -101,14 +121,18 @@ def bias_is_significant(fit: FreeFit) -> bool:
 
     False where the motion cannot tell a bias from the object.
     """
-    return bool(np.isfinite(fit.covariance[10:, 10:]).all() and (np.abs(fit.bias_t) > BIAS_CONFIDENCE).any())
+    known = not fit.mass_is_open and np.isfinite(fit.covariance[10:, 10:]).all()
+    return bool(known and (np.abs(fit.bias_t) > BIAS_CONFIDENCE).any())
 
 
 def lever(measurements: Measurements, free_bias: bool) -> float:
     """Distance [m] of the COM from the sensor by gravity alone: first moment by the torque over mass by the force.
 
-    Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined.
+    Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined:
+    beside a bias, when gravity turns by less than about 3° in sensor axes.
     """
+    if free_bias and np.ptp(measurements.gravity, axis=0).max() < 0.1 * np.linalg.norm(measurements.gravity[0]):
+        return 0.0
     force = -measurements.gravity[:, :, None]
     torque = skew(measurements.gravity)
     wrench = measurements.force, measurements.torque
@@ -159,13 +183,15 @@ def tare(recording: Recording, start: float, end: float) -> Array:
 
 def load_bias(path: str | Path) -> Array:
     """Bias (6,) [N, N m] of a JSON file: its ``bias`` key, as in an estimate, or six numbers."""
+    data = read_json(path)
     try:
-        data = json.loads(Path(path).read_text())
         values = np.asarray(data["bias"] if isinstance(data, dict) else data, dtype=float)
         if isinstance(data, dict) and (data.get("provenance") or {}).get("wrench") == "on-sensor":
             values = -values  # an estimate holds it in the project's sign, a log in the sensor's
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"holds no bias ({error})", where=path, fix='write {"bias": [fx,fy,fz,tx,ty,tz]}') from error
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise InputError(
+            f"holds no bias ({str(error)[:80]})", where=path, fix='write {"bias": [fx,fy,fz,tx,ty,tz]}'
+        ) from error
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
     return values

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.files import write_atomically
+from hefting.files import read_json, write_atomically
 from hefting.inertia import InertialParameters
 from hefting.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 
@@ -55,7 +55,8 @@ class Estimate:
     certificate: Certificate | None = None
     """How close to the method's optimum."""
     bias: Array | None = None
-    """(6,) wrench bias [N, N m] found with it; None when it was not estimated."""
+    """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.spatial` (that of an on-sensor log is the
+    opposite); None when it was not estimated."""
     point_masses: Array | None = None
     """(n,) masses [kg] of the shape's points, for methods that find them."""
     residual: Array | None = None
@@ -63,7 +64,7 @@ class Estimate:
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict)
-    """What was assumed and read: file, gravity, wrench sign, shape, hyperparameters."""
+    """What was read and assumed: log, gravity, wrench sign, bias, motion, hyperparameters."""
 
     def __post_init__(self):
         for name in ("covariance", "bias", "point_masses", "residual"):
@@ -136,12 +137,7 @@ class Estimate:
 
         Raises `InputError` when the file cannot be read, is no estimate, or holds numbers that do not fit.
         """
-        try:
-            data = json.loads(Path(path).read_text())
-        except OSError as error:
-            raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"is not JSON ({error})", where=path) from error
+        data = read_json(path)
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
             raise InputError(
                 f"is not an estimate of schema {SCHEMA}",

@@ -12,7 +12,6 @@ from hefting.calibration import (
     WrenchSign,
     bias_is_significant,
     fit_freely,
-    lever,
     residuals,
     wrench_sign,
 )
@@ -23,6 +22,7 @@ from hefting.logs import read_log
 from hefting.measurements import Measurements
 from hefting.motion import Measured, measure, sample_weights
 from hefting.motion.measure import DESCRIPTIONS, Source
+from hefting.plausibility import check_shape, check_wrench, com_warnings, gravity_warnings, misfit_warnings
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
 from hefting.spatial import STANDARD_GRAVITY, frozen
@@ -34,10 +34,6 @@ SMOOTHED_C1 = 1.0
 """PMD's c1 for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's; with these it
 biases the answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, COM and inertia errors were
 2 to 10 times smaller at 1 to 3 than at 300."""
-LARGEST = 10.0
-"""No robot wields a thing this long [m]: the shape's unit must be wrong."""
-HEAVIEST = 1000.0
-"""No robot holds this much [kg]: the wrench's unit must be wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +85,7 @@ def identify(
         recording = read_log(recording)
     if method not in METHODS:
         raise InputError(f"unknown method '{method}'{nearest(method, METHODS)}", fix=f"use {', '.join(METHODS)}")
-    if shape is not None and float(shape.extents.max()) > LARGEST:
-        raise InputError(
-            f"the shape is {shape.extents.max():.3g} m long", fix="is its file in millimetres? give --unit mm"
-        )
+    check_shape(shape)
     if start or duration is not None:
         recording = recording.slice(start, duration)
     measured = measure(recording, gravity, motion)
@@ -106,18 +99,26 @@ def identify(
         z = replace(z, force=z.force - given[:3], torque=z.torque - given[3:])
     elif bias not in ("auto", "none", "estimate"):
         raise InputError(f"unknown bias model '{bias}'", fix="use auto, none, estimate or six numbers")
+    searched = given is None and bias == "auto"
     may_be_biased = given is None and bias != "none"
     if not np.any(z.wrench):
         raise InputError("the wrench is zero throughout", where=recording.source, fix="check its columns")
 
     z, sign = _with_sign(z, wrench, may_be_biased, warnings)
     fit = fit_freely(z, may_be_biased)
-    if may_be_biased and bias == "auto" and not bias_is_significant(fit):
-        if not np.isfinite(fit.covariance[0, 0]):
-            warnings.append("one orientation cannot tell a bias from the object's weight: assumed no bias")
+    if searched and not bias_is_significant(fit):
+        if fit.mass_is_open:
+            warnings.append("this motion cannot tell a bias from the object's weight: assumed no bias")
         fit, may_be_biased = fit_freely(z, False), False
-    _check_fit(z, fit, shape, recording.source, warnings)
-    if measured.motion is not None and len(z) > 1:
+    check_wrench(z, fit, shape, recording.source)
+    if fit.mass_is_open:
+        raise NotIdentifiableError(
+            "the motion is too poor to determine even the mass" + (" beside a bias" if may_be_biased else ""),
+            where=recording.source,
+            fix="turn the sensor to other orientations" + (", or give --bias none" if may_be_biased else ""),
+        )
+    warnings += [*com_warnings(fit, shape), *gravity_warnings(z, fit)]
+    if measured.motion is not None and source != "orientation" and len(z) > 1:
         z = replace(z, weights=_weights(fit, measured))
 
     settings: dict[str, Any] = {"bias": "estimate" if may_be_biased else "none"}
@@ -164,6 +165,7 @@ def identify(
                 "wrench": "on-object" if (sign.on_object if sign else wrench == "on-object") else "on-sensor",
                 "wrench_found": sign is not None,
                 "bias": "given" if given is not None else settings["bias"],
+                "bias_searched": searched,
                 "bias_subtracted": given,
                 "motion": DESCRIPTIONS[source],
                 "points": shape.n if shape is not None and method != "OLS" else None,
@@ -191,42 +193,13 @@ def _with_sign(
     return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
 
 
-def _check_fit(z: Measurements, fit: FreeFit, shape: PointMasses | None, source: str, warnings: list[str]) -> None:
-    """Refuse what no object could cause; warn of what the shape makes unlikely."""
-    if not np.isfinite(fit.covariance[0, 0]):
-        raise NotIdentifiableError(
-            "the motion is too poor to determine even the mass beside a bias",
-            where=source,
-            fix="turn the sensor to other orientations, or give --bias none",
-        )
-    mass = float(fit.vector[0])
-    if abs(mass) > HEAVIEST:
-        raise InputError(
-            f"the force would need {abs(mass):.3g} kg", where=source, fix="give it in newtons; check --gravity"
-        )
-    reach = 10.0 if shape is None else float(np.abs(shape.positions).max()) + 5.0 * float(np.linalg.norm(shape.extents))
-    distance = lever(z, fit.bias is not None)
-    if distance > max(reach, 0.5):
-        what = f"the torque puts the centre of mass {distance:.3g} m from the sensor"
-        raise InputError(what, where=source, fix="give torque in newton-metres; check the shape's unit and pose")
-    if shape is None or mass == 0.0 or not np.isfinite(fit.covariance.diagonal()[1:4]).all():
-        return
-    com = fit.vector[1:4] / mass
-    spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / abs(mass)
-    local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
-    outside = float(np.max(np.abs(local) - 0.75 * shape.extents))
-    if fit.mass_t > 10.0 and outside > 3.0 * spread:
-        place = ", ".join(f"{1e3 * x:.0f}" for x in com)
-        warnings.append(
-            f"without the shape the COM would be at ({place}) mm, well outside it: check the shape's pose and unit, "
-            "the wrench's sign and its bias"
-        )
-
-
 def _weights(fit: FreeFit, measured: Measured) -> np.ndarray:
-    """Weights of the samples from the spread of the smoothed motion."""
+    """Weights (K,) of the samples from the spread of the smoothed motion, one on average: PMD's lambda keeps its
+    meaning. What the data leave open counts as zero."""
     assert measured.motion is not None
-    return sample_weights(fit.vector, measured.motion, fit.noise.force, fit.noise.torque)
+    known = np.where(np.isfinite(fit.covariance.diagonal()[:10]), fit.vector, 0.0)
+    weights = sample_weights(known, measured.motion, fit.noise.force, fit.noise.torque)
+    return weights / weights.mean()
 
 
 def _finished(
@@ -240,11 +213,13 @@ def _finished(
     """The estimate with residual, warnings and provenance."""
     r = residuals(z, estimate.parameters.vector, estimate.bias)
     rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-    free = np.flatnonzero(~np.isfinite(fit.covariance.diagonal()[:10]))
+    warnings += misfit_warnings(estimate, rms, z, fit)
     if isinstance(estimator, PMD):
+        free = fit.open_parameters(float(np.linalg.norm(estimator.shape.extents)))
         provenance |= {"c1": estimator.c1, "regularization": estimator.regularization}
-        if len(free):
-            warnings.append("the motion leaves the inertia open: it follows from the shape and equal masses alone")
+        if free:
+            names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
+            warnings.append(f"the motion leaves {names} open: what is shown follows from the shape and equal masses")
         if estimate.certificate is not None and not estimate.certificate.converged:
             warnings.append(f"the solver stopped {estimate.certificate.gap:.2g} above its lower bound")
     consistency = estimate.parameters.consistency()

@@ -12,7 +12,10 @@ from hefting.motion import measure
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.recording import Recording
 from hefting.regressor import dynamism
-from hefting.spatial import PARAMETERS, STANDARD_GRAVITY, Array
+from hefting.spatial import STANDARD_GRAVITY, Array
+
+TYPICAL_SIZE = 0.2
+"""Size of a held object [m], by which to judge what is known well enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,7 @@ class Inspection:
     noise: tuple[float, float]
     """root-mean-square residual of force [N] and torque [N m]"""
     undetermined: tuple[str, ...]
-    """parameters the motion leaves open"""
+    """parameters the motion leaves open for an object of `TYPICAL_SIZE`"""
     advice: tuple[str, ...]
     """what to do next, one sentence each"""
     warnings: tuple[str, ...]
@@ -65,12 +68,12 @@ def inspect(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) -> Insp
     z, motion = measured.measurements, measured.motion
     sign = wrench_sign(z, True)
     fit = fit_freely(z, True)
-    determined = bool(np.isfinite(fit.covariance[0, 0]))
+    determined = not fit.mass_is_open
     if not determined:
         fit = fit_freely(z, False)
-    free = tuple(PARAMETERS[i] for i in np.flatnonzero(~np.isfinite(fit.covariance.diagonal()[:10])))
+    free = fit.open_parameters(TYPICAL_SIZE)
     mass = abs(float(fit.vector[0]))
-    speed = np.linalg.norm(z.angular_velocity, axis=1)
+    speed = np.linalg.norm(z.angular_velocity if motion is None else motion.angular_velocity, axis=1)
     linear = None
     if recording.has("linear_velocity"):
         linear = np.linalg.norm(recording["linear_velocity"].values, axis=1)

@@ -45,6 +45,8 @@ def errors_between(
         raise InputError(f"bounding-box sides must be three positive lengths, not {a.tolist()}")
     R = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     m = truth.mass
+    if not m > 0.0:
+        raise InputError(f"the true mass must be positive, not {m:g}")
     scale = tensor_to_vector(m / 12.0 * (np.eye(3) * (a @ a) - np.outer(a, a)))
 
     def inertia_error(difference: np.ndarray) -> float:

@@ -89,10 +89,13 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
     settings = [f"{k} = {made[k]:g}" for k in ("points", "c1", "regularization") if made.get(k) is not None]
     if settings:
         yield Text(", ".join(settings))
+    if made.get("bias_searched") and made.get("bias") == "none":
+        yield Text("wrench bias: none beyond three standard deviations, so none assumed")
     if estimate.bias is not None:
-        f, t = estimate.bias[:3], estimate.bias[3:]
+        recorded = -estimate.bias if made.get("wrench") == "on-sensor" else estimate.bias
+        f, t = recorded[:3], recorded[3:]
         force, torque = ", ".join(f"{x:.3g}" for x in f), ", ".join(f"{x:.3g}" for x in t)
-        yield Text(f"wrench bias found with it: ({force}) N, ({torque}) N m")
+        yield Text(f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m")
     if estimate.residual is not None:
         yield Text(f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square")
     consistency = estimate.parameters.consistency()
@@ -132,7 +135,7 @@ def inspection_report(found: Inspection) -> RenderableType:
     if found.bias is not None and found.bias_t is not None:
         force = ", ".join(f"{x:.3g}" for x in found.bias[:3])
         torque = ", ".join(f"{x:.3g}" for x in found.bias[3:])
-        say(f"wrench bias ({force}) N, ({torque}) N m; largest t {np.abs(found.bias_t).max():.3g}")
+        say(f"wrench bias as recorded ({force}) N, ({torque}) N m; largest t {np.abs(found.bias_t).max():.3g}")
     else:
         say("wrench bias: cannot be told from the object here")
     say(f"residual {found.noise[0]:.3g} N, {found.noise[1]:.3g} N m root mean square")

@@ -39,7 +39,10 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
     """Read-only copy of `values` as a contiguous array of floats with at least so many dimensions."""
-    array = np.array(values, dtype=float, order="C", ndmin=dimensions)
+    try:
+        array = np.array(values, dtype=float, order="C", ndmin=dimensions)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"these are not numbers in an array ({error})") from error
     array.setflags(write=False)
     return array
 

@@ -1,14 +1,13 @@
 """Truth: parameters known from elsewhere, to compare an estimate with."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hefting.errors import InputError
 from hefting.estimate import SCHEMA, Estimate
+from hefting.files import read_json
 from hefting.inertia import InertialParameters
 from hefting.metrics import Errors, errors_between
 from hefting.shapes import PointMasses
@@ -46,12 +45,7 @@ def load_truth(path: str | Path) -> Truth:
 
     Raises `InputError` when the file cannot be read or a key is missing or malformed.
     """
-    try:
-        data: Any = json.loads(Path(path).read_text())
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-    except ValueError as error:
-        raise InputError(f"is not JSON ({error})", where=path) from error
+    data = read_json(path)
     if isinstance(data, dict) and data.get("schema") == SCHEMA:
         return Truth(Estimate.load(path).parameters)
     if not isinstance(data, dict):
@@ -62,13 +56,15 @@ def load_truth(path: str | Path) -> Truth:
             values = np.array(data[key], dtype=float)
         except KeyError as error:
             raise InputError(f"has no '{key}'", where=path) from error
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"'{key}' is not an array of numbers", where=path) from error
         if values.shape != shape or not np.isfinite(values).all():
             raise InputError(f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)", where=path)
         return values
 
     mass, com = float(array("mass")), array("center_of_mass_sensor", 3)
+    if not mass > 0.0:
+        raise InputError(f"'mass' must be positive, not {mass:g}", where=path)
     if "inertia_at_sensor" in data:
         parameters = InertialParameters.from_origin(mass, com, array("inertia_at_sensor", 3, 3))
     else:

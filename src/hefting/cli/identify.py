@@ -55,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Identify, save what was asked for, and print the result."""
+    from dataclasses import replace
     from pathlib import Path
 
     from hefting.export import SUFFIXES, export
@@ -70,6 +71,9 @@ def run(arguments: argparse.Namespace) -> None:
             raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {', '.join(SUFFIXES)}")
         if not Path(path).absolute().parent.is_dir():
             raise InputError("the folder does not exist", where=path)
+        inputs = (a.log, a.shape, a.truth, a.bias, a.object_pose)
+        if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
+            raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
     gravity = numbers(a.gravity, 3, "--gravity")
     pose = parse_pose(a.object_pose) if a.object_pose else None
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
@@ -78,7 +82,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     with progress("identifying ..."):
         recording = read_log(a.log)
-        shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape else None
+        shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape is not None else None
         found = identify(
             recording,
             shape,
@@ -91,7 +95,8 @@ def run(arguments: argparse.Namespace) -> None:
             duration=a.duration,
             **settings,
         )
-    estimate = found.estimate
+    made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
+    estimate = replace(found.estimate, provenance=found.estimate.provenance | made)
     errors = known.errors(estimate.parameters, shape) if known else None
     texts = [(path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in a.output]
     for path, exported in texts:
@@ -104,6 +109,7 @@ def run(arguments: argparse.Namespace) -> None:
         result = estimate.to_dict()
         if errors is not None:
             result["errors"] = json_ready(errors.to_dict())
+        result["warnings"] += [f"{path}: {line}" for path, exported in texts for line in exported.warnings]
         print(json.dumps(result))
         return
     from hefting.report import estimate_report, print_report

@@ -58,5 +58,5 @@ def require_samples(count: int) -> None:
 
 def require_bias_model(bias: str) -> None:
     """`InputError` unless `bias` names a bias model."""
-    if bias not in ("none", "estimate"):
+    if not isinstance(bias, str) or bias not in ("none", "estimate"):
         raise InputError(f"unknown bias model '{bias}'", fix="use 'none' or 'estimate'")

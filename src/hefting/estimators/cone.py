@@ -73,7 +73,7 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
     r = problem.A @ (problem.M @ start) - b
     squares = [max(square, (1e-3 * size) ** 2) for square in (K @ (r * r)).tolist()]
     if lam > 0.0:
-        squares.append(lam * lam * float(start @ start))
+        squares.append(max(lam * lam * float(start @ start), 1e-200))
     logs = [0.5 * math.log(square) for square in squares]
     bounded = _Newton(problem, start > 0.0) if lam > 0.0 else _ActiveSet(problem)
 

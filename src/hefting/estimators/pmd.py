@@ -50,6 +50,8 @@ class PMD(Estimator[PMDState]):
 
     def __post_init__(self):
         require_bias_model(self.bias)
+        if not isinstance(self.shape, PointMasses):
+            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
         if not 0.0 < self.c1 < math.inf:
             raise InputError(f"c1 must be positive and finite, not {self.c1}")
         if not 0.0 <= self.regularization < math.inf:

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_discrete_are
-from scipy.signal import lfilter
 
 from hefting.spatial import Array
 
@@ -138,6 +137,8 @@ class Track:
 
     def block(self, values: Array, steady: Steady) -> "Track":
         """Take in regular samples (K, d) at once, the filter being steady."""
+        from scipy.signal import lfilter  # slow to import, and not needed for finished recordings
+
         lag = len(steady.gains) - 1
         modal = np.linalg.solve(steady.shapes, self.mean.astype(complex))
         states = np.zeros((len(values), *self.mean.shape))

@@ -1,7 +1,7 @@
 """Recording -> Measurements: motion and wrench brought to common instants, in sensor axes."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,9 +12,12 @@ from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import smooth
 from hefting.motion.state import Motion
 from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, Array, rotation_matrices
+from hefting.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
 
 Source = Literal["auto", "columns", "smooth", "filter"]
+SOURCES = get_args(Source)
+ABSURD = 1e9
+"""No wrench [N, N m] and no gravity [m/s²] is as large."""
 
 DESCRIPTIONS = {
     "static": "static poses: gravity only",
@@ -26,6 +29,7 @@ DESCRIPTIONS = {
 }
 """What each way to get the motion uses."""
 
+POSE = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 
@@ -56,30 +60,39 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
     and an accelerometer (specific force a - g), the latter gives the acceleration.
     Raises `InputError` when wrench or orientation is missing, or what `source` asks for is.
     """
-    g_world = np.asarray(gravity, dtype=float)
+    g_world = frozen(gravity)
     if g_world.shape != (3,) or not np.isfinite(g_world).all() or not g_world.any():
         raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g_world.tolist()}")
+    if source not in SOURCES:
+        raise InputError(f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}")
     wrench, orientation = recording["wrench"], recording["orientation"]
+    if not (np.abs(wrench.values) < ABSURD).all() or not (np.abs(g_world) < ABSURD).all():
+        raise InputError(f"wrench or gravity is above {ABSURD:g}", recording.source, "give newtons and m/s²")
     if recording.static:
         if not np.array_equal(wrench.rows, orientation.rows):
             raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
         return Measured(_still(wrench, orientation.values, g_world), "static", None)
 
     inside, warnings = _inside(recording, wrench)
+    if not any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name)):
+        held = np.repeat(orientation.values[:1], len(inside), axis=0)
+        return Measured(_still(inside, held, g_world), "static", None, warnings)
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings)
-    position = _position(recording)
     at = inside.time
     if source == "filter":
-        motion, inside = _filtered(recording, position, inside)
+        motion, inside = _filtered(recording, inside)
     elif len(orientation) < 8:
         raise InputError(
             f"{len(orientation)} poses are too few to find velocities from",
             where=recording.source,
             fix="give a longer recording, or static poses without the time column",
         )
+    elif recording.has("position"):
+        position = recording["position"]
+        motion = smooth(orientation.time, position.values, orientation.values, at=at, position_time=position.time)
     else:
-        motion = smooth(orientation.time, position, orientation.values, at=at)
+        motion = smooth(orientation.time, None, orientation.values, at=at)
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
         warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
@@ -93,7 +106,7 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
         w, alpha, kind = motion.angular_velocity, motion.angular_acceleration, "accelerometer"
     else:
         a = w = alpha = np.zeros_like(g)
-        kind, motion = "orientation", None
+        kind = "orientation"
         warnings += ("no position and no accelerometer: only gravity is modelled, so mass and COM at most",)
     force, torque = inside.values[:, :3], inside.values[:, 3:]
     return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings)
@@ -108,28 +121,15 @@ def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
 
 def _inside(recording: Recording, wrench: Stream) -> tuple[Stream, tuple[str, ...]]:
     """The wrench samples between the first and the last pose."""
-    poses = recording["orientation"]
-    kept = (wrench.time >= poses.time[0]) & (wrench.time <= poses.time[-1])
+    poses = [recording[name].time for name in POSE if recording.has(name)]
+    first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
+    kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():
         raise InputError("no wrench was measured while the pose was", where=recording.source)
     left_out = int(np.sum(~kept))
     if left_out:
         return wrench[kept], (f"{left_out} wrench samples before the first or after the last pose were left out",)
     return wrench, ()
-
-
-def _position(recording: Recording) -> Array | None:
-    """Positions at the orientation's instants, or None."""
-    if not recording.has("position"):
-        return None
-    position, orientation = recording["position"], recording["orientation"]
-    if np.array_equal(position.time, orientation.time):
-        return position.values
-    if position.time[0] > orientation.time[0] or position.time[-1] < orientation.time[-1]:
-        raise InputError(
-            "position and orientation cover different times", where=recording.source, fix="give both in each row"
-        )
-    return _interpolated(position, orientation.time)
 
 
 def _interpolated(stream: Stream, at: Array) -> Array:
@@ -159,10 +159,18 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
     return Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
 
 
-def _filtered(recording: Recording, position: Array | None, wrench: Stream) -> tuple[Motion, Stream]:
-    """Motion as a live filter gives it, and the wrench at its instants."""
+def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
+    """Motion as a live filter gives it (tuned on the same recording), and the wrench at its instants."""
     orientation = recording["orientation"]
-    time, values = orientation.time, orientation.values
+    time, values, position = orientation.time, orientation.values, None
+    if recording.has("position"):
+        position = recording["position"].values
+        if not np.array_equal(recording["position"].time, time):
+            raise InputError(
+                "the live filter takes position and orientation together, but they come at different times",
+                where=recording.source,
+                fix="use --motion smooth",
+            )
     live = PoseFilter.tuned(time, position, values)
     _, motion = live.update(live.start(), time, position, values)
     kept = (motion.time >= wrench.time[0]) & (motion.time <= wrench.time[-1])

@@ -35,13 +35,20 @@ TUNED_COEFFICIENTS = 10_000
 """Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
 
 
-def smooth(time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, at: ArrayLike | None = None) -> Motion:
+def smooth(
+    time: ArrayLike,
+    position: ArrayLike | None,
+    orientation: ArrayLike,
+    at: ArrayLike | None = None,
+    position_time: ArrayLike | None = None,
+) -> Motion:
     """Motion of the sensor from its measured poses.
 
     time:        (K,) s, increasing, any spacing
     position:    (K, 3) m, sensor origin in world, or None
     orientation: (K, 4) quaternions xyzw, sensor in world; signs and lengths do not matter
     at:          (L,) s, where the motion is wanted; `time` by default
+    position_time: (P,) s, when positions (P, 3) come at times of their own; `time` by default
 
     The variances are those of the spline as a Gaussian process of the smoothness found: in the interior, at
     the ends and beside gaps. Inside a gap too long to bridge the motion is NaN, its deviation infinite.
@@ -50,14 +57,21 @@ def smooth(time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, 
     Raises `InputError` for arrays that do not fit, times that do not increase, fewer than eight poses, and
     times `at` outside the recording.
     """
-    time, position, orientation = check_poses(time, position, orientation)
-    if len(time) < FEWEST:
-        raise InputError(f"{len(time)} poses are too few to differentiate", fix=f"record at least {FEWEST}")
+    if position is None or position_time is None:
+        time, position, orientation = check_poses(time, position, orientation)
+        own_time = time
+    else:
+        still = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
+        own_time, position, _ = check_poses(position_time, position, still)
+        time, _, orientation = check_poses(time, None, orientation)
+    if min(len(time), len(own_time)) < FEWEST:
+        few = min(len(time), len(own_time))
+        raise InputError(f"{few} poses are too few to differentiate", fix=f"record at least {FEWEST}")
     at = time if at is None else np.atleast_1d(np.asarray(at, dtype=float))
-    if len(at) and (at.min() < time[0] or at.max() > time[-1]):
+    first, last = max(time[0], own_time[0]), min(time[-1], own_time[-1])
+    if len(at) and (at.min() < first or at.max() > last):
         raise InputError(
-            f"the motion is wanted from {at.min():.6g} to {at.max():.6g} s, but known from {time[0]:.6g} to "
-            f"{time[-1]:.6g} s",
+            f"the motion is wanted from {at.min():.6g} to {at.max():.6g} s, but known from {first:.6g} to {last:.6g} s",
             fix="ask only for times inside the recording",
         )
     q = _Curve.fit(time, aligned(orientation), "orientation")
@@ -65,7 +79,7 @@ def smooth(time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, 
     quaternion = (*channels[:3], channels[3], channels[4])
     if position is None:
         return motion_from_channels(at, None, quaternion, q.smoothness.bandwidth)
-    p = _Curve.fit(time, position, "position")
+    p = _Curve.fit(own_time, position, "position")
     p0, p1, p2, _, p2_std = p.evaluate(at)
     bandwidth = np.sqrt(p.smoothness.bandwidth * q.smoothness.bandwidth)
     return motion_from_channels(at, (p0, p1, p2, p2_std), quaternion, bandwidth)

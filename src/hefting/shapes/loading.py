@@ -1,12 +1,12 @@
 """What the command line says of a shape: `--shape`, `--object-pose`."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
+from hefting.files import read_json
 from hefting.shapes.point_masses import LABELS, PointMasses
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES, read_ply_vertices
 from hefting.spatial import Array, check_pose, pose_matrix
@@ -83,6 +83,6 @@ def _json_numbers(path: Path):
             raise InputError("neither seven numbers nor a file", path, "give x,y,z,qx,qy,qz,qw or a JSON file")
         if path.stat().st_size > 100_000:
             raise InputError("too large for a pose", path, "give a JSON file with a 4 x 4 matrix")
-        return json.loads(path.read_text())
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
         raise InputError("not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers") from error
+    return read_json(path)

@@ -190,7 +190,7 @@ class PointMasses:
         if points is not None and points_per_cm3 is not None:
             raise InputError("points and points_per_cm3 are both given", fix="give one of them")
         pitch = None if points_per_cm3 is None else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
-        chosen, pitch = voxel_representatives(p, point_count(points or DEFAULT_POINTS), pitch)
+        chosen, pitch = voxel_representatives(p, point_count(DEFAULT_POINTS if points is None else points), pitch)
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
         positions = p[chosen] @ pose[:3, :3].T + pose[:3, 3]
@@ -237,6 +237,8 @@ class PointMasses:
         low, high = np.array([x0, y0, z0], dtype=float), np.array([x1, y1, z1], dtype=float)
         if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
             raise InputError("a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
+        if max(-low.min(), high.max()) > 1e3:
+            raise InputError("a box is at most a kilometre from the sensor", "box", "give its sides in metres")
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
         solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
         return cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
