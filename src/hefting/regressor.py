@@ -12,6 +12,8 @@ because [w]x [w]x = w w' - |w|² I and w x (J w) are linear in w w'. With d = a 
 where L(v) (Jxx..Jzz) = J v. See Atkeson, An & Hollerbach 1986 for the full model.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from hefting.measurements import Measurements
@@ -97,11 +99,6 @@ def full_model_weight(measurements: Measurements, c1: float) -> Array:
 
 def predict_wrench(measurements: Measurements, vector: Array) -> Array:
     """Wrench (K, 6) [N, N m] that a body with the ten parameters `vector` needs for the measured motion."""
-    x = features(measurements if measurements.weights is None else _unweighted(measurements))
-    return full_rows(x) @ np.asarray(vector)
-
-
-def _unweighted(measurements: Measurements) -> Measurements:
-    from dataclasses import replace
-
-    return replace(measurements, weights=None)
+    if measurements.weights is not None:
+        measurements = replace(measurements, weights=None)
+    return full_rows(features(measurements)) @ np.asarray(vector)
