@@ -33,7 +33,7 @@ DEFAULT_BOX_POINTS = 512
 SMOOTHED_C1 = 1.0
 """PMD's c1 for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's; with these it
 biases the answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean COM and inertia errors
-were up to 18 times smaller at 1 than at 300, and nowhere more than 6 % larger."""
+were up to 18 times smaller at 1 than at 300, and nowhere more than a tenth larger."""
 
 
 @dataclass(frozen=True, eq=False)
