@@ -45,7 +45,7 @@ def test_ratios_are_above_one(quick_run):
     _, report = quick_run
     every = [row for section in report["sections"] for row in section["rows"]]
     ratios = [row["figure"] for row in every if row["unit"] == "x"]
-    assert len(ratios) == 9
+    assert len(ratios) == 11
     assert min(ratios) > 1.0
 
 
