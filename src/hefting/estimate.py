@@ -1,7 +1,7 @@
 """Estimate: what an estimator found, how sure it is, and how it can be checked."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
@@ -92,16 +92,7 @@ class Estimate:
         """The estimate as JSON-ready values; keys as documented for ``hefting identify --json``."""
         p = self.parameters
         std = self.std
-        certificate = None
-        if self.certificate is not None:
-            c = self.certificate
-            certificate = {
-                "objective": c.objective,
-                "bound": c.bound,
-                "gap": c.gap,
-                "iterations": c.iterations,
-                "converged": c.converged,
-            }
+        certificate = None if self.certificate is None else asdict(self.certificate) | {"gap": self.certificate.gap}
         return json_ready(
             {
                 "schema": SCHEMA,

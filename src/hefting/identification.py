@@ -32,8 +32,8 @@ DEFAULT_BOX = (-0.25, 0.25, -0.25, 0.25, -0.25, 0.25)
 DEFAULT_BOX_POINTS = 512
 SMOOTHED_C1 = 1.0
 """PMD's c1 for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's; with these it
-biases the answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean COM and inertia errors
-were up to 18 times smaller at 1 than at 300, and nowhere more than a tenth larger."""
+biases the answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean errors at 300 over those
+at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.8 to 4 for that about the COM."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def identify(
             raise InputError(f"{method} has no '{name}'{nearest(name, known)}", fix=f"it has {', '.join(known)}")
     estimator = METHODS[method](**{**settings, **hyperparameters})
     estimate = estimator.fit(z)
-    if source == "static":
+    if recording.static:
         estimate = replace(estimate, duration=None)
     if estimate.covariance is not None:
         estimate = replace(estimate, covariance=estimate.covariance * fit.autocorrelation)

@@ -1,5 +1,6 @@
 """Results as tables a person can read, with units."""
 
+import sys
 from collections.abc import Iterable
 
 import numpy as np
@@ -16,12 +17,9 @@ from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
 AXES = "xyz"
 
 
-def print_report(report: RenderableType, console: Console | None = None) -> None:
+def print_report(report: RenderableType) -> None:
     """Print on standard output, no wider than the terminal; 100 columns where there is none."""
-    console = console or Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=100)
-    console.print(report)
+    Console(highlight=False, width=None if sys.stdout.isatty() else 100).print(report)
 
 
 def estimate_report(

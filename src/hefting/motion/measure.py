@@ -56,8 +56,8 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
     source : ``"auto"`` takes twist and acceleration columns where the log has them, else smooths the poses;
         ``"columns"``, ``"smooth"`` and ``"filter"`` (a fixed-lag Kalman filter, as live) ask for one of them.
 
-    A recording of static poses, or of orientation alone, gives zero motion: the reduced model. With orientation
-    and an accelerometer (specific force a - g), the latter gives the acceleration.
+    A recording of static poses, of one held pose, or of orientation alone, gives zero motion: the reduced model.
+    With orientation and an accelerometer (specific force a - g), the latter gives the acceleration.
     Raises `InputError` when wrench or orientation is missing, or what `source` asks for is.
     """
     g_world = frozen(gravity)
@@ -74,11 +74,13 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
         return Measured(_still(wrench, orientation.values, g_world), "static", None)
 
     inside, warnings = _inside(recording, wrench)
-    if not any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name)):
-        held = np.repeat(orientation.values[:1], len(inside), axis=0)
-        return Measured(_still(inside, held, g_world), "static", None, warnings)
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings)
+    may_move_unseen = recording.has("accelerometer") and not recording.has("position")
+    turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
+    if not turns_or_moves and not may_move_unseen:
+        held = np.repeat(orientation.values[:1], len(inside), axis=0)
+        return Measured(_still(inside, held, g_world), "static", None, warnings)
     at = inside.time
     if source == "filter":
         motion, inside = _filtered(recording, inside)
