@@ -11,13 +11,13 @@ import pytest
 
 from hefting.calibration import residuals
 from hefting.estimators import OLS, PMD
+from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.identification import identify
 from hefting.inertia import InertialParameters
 from hefting.logs import read_log
 from hefting.measurements import NOISE_LEVELS, Measurements
 from hefting.metrics import errors_between
-from hefting.moments import Moments
 from hefting.motion import measure
 from hefting.shapes import PointMasses, load_shape
 
@@ -94,7 +94,7 @@ def rms_with_bias_fitted(z: Measurements, vector: np.ndarray) -> np.ndarray:
 
 def least(z: Measurements) -> np.ndarray:
     """The same for unconstrained least squares on `z` itself: what no constant parameters do much better than."""
-    return rms_with_bias_fitted(z, least_squares(Moments.of(z), True, None).solution[:10])
+    return rms_with_bias_fitted(z, least_squares(Blend.of(z), True, None).solution[:10])
 
 
 @pytest.mark.parametrize(("one", "other"), [("run1", "run3"), ("run3", "run1")])

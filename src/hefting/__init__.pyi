@@ -4,8 +4,12 @@ from hefting.errors import HeftingError as HeftingError
 from hefting.errors import InputError as InputError
 from hefting.estimate import Certificate as Certificate
 from hefting.estimate import Estimate as Estimate
+from hefting.estimators import GEO as GEO
+from hefting.estimators import HPS as HPS
+from hefting.estimators import LMI as LMI
 from hefting.estimators import OLS as OLS
 from hefting.estimators import PMD as PMD
+from hefting.estimators import RTLS as RTLS
 from hefting.identification import Identification as Identification
 from hefting.identification import identify as identify
 from hefting.inertia import Consistency as Consistency

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from hefting.errors import InputError
+from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.files import read_json
 from hefting.measurements import Measurements, Noise
-from hefting.moments import Moments
 from hefting.recording import Recording
 from hefting.regressor import predict_wrench
 from hefting.spatial import PARAMETERS, Array, skew
@@ -75,8 +75,8 @@ def fit_freely(measurements: Measurements, free_bias: bool) -> FreeFit:
 
     The noise is the residual of the full model, so it holds what the motion's errors add to the wrench's own.
     """
-    moments = Moments.of(measurements)
-    fit = least_squares(moments, free_bias, None)
+    state = Blend.of(measurements)
+    fit = least_squares(state, free_bias, None)
     for _ in range(2):
         vector, bias = fit.solution[:10], fit.solution[10:] if free_bias else None
         r = residuals(measurements, vector, bias)
@@ -84,7 +84,7 @@ def fit_freely(measurements: Measurements, free_bias: bool) -> FreeFit:
         size = np.sqrt(np.mean(measurements.wrench**2)) or 1.0
         force, torque = (max(float(np.sqrt(np.mean(part**2) / spent)), 1e-9 * size) for part in (r[:, :3], r[:, 3:]))
         noise = Noise(force=force, torque=torque)
-        fit = least_squares(moments, free_bias, noise)
+        fit = least_squares(state, free_bias, noise)
     tau = autocorrelation_time(r / np.repeat((force, torque), 3))
     return FreeFit(fit.solution[:10], fit.solution[10:] if free_bias else None, fit.covariance * tau, noise, tau)
 

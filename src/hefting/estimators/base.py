@@ -10,38 +10,64 @@ An estimator is a frozen dataclass whose fields are its hyperparameters. Its sta
 """
 
 from dataclasses import dataclass
-from typing import Generic, Literal, TypeVar
+from typing import ClassVar, Literal
 
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
+from hefting.estimators.blend import Blend
 from hefting.measurements import Measurements
+from hefting.spatial import Array
 
-State = TypeVar("State")
 BiasModel = Literal["none", "estimate"]
+Needs = Literal["nothing", "a bounding box", "a shape", "labelled parts"]
+
+INVARIANCES = {
+    "world frame": "another world frame",
+    "sample order": "the samples in another order",
+    "merging": "samples seen apart and merged",
+    "sensor rotation": "another orientation of the sensor's axes",
+    "sensor origin": "another point of reference, the noise covariance moved along",
+    "units": "other units of length, mass and time, the noise covariance converted along",
+    "wrench scale": "a wrench so many times as large: a body so many times as heavy",
+}
+"""What an estimator may be indifferent to: the estimate is the same body."""
 
 
-@dataclass(frozen=True)
-class Estimator(Generic[State]):
-    """Base of all estimators; a method implements `start`, `update`, `merge` and `estimate`."""
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """Base of all estimators; a method implements `estimate`, and `weight` if it uses the reduced model."""
+
+    needs: ClassVar[Needs] = "nothing"
+    """What the method must know of the object beforehand."""
+    consistent: ClassVar[bool] = False
+    """Whether every estimate is a body that can exist."""
+    invariances: ClassVar[frozenset[str]] = frozenset()
+    """Which of `INVARIANCES` hold at the default hyperparameters, or with those stated in the class's docstring."""
+    source: ClassVar[str] = ""
+    """Where the method was published."""
 
     @property
     def name(self) -> str:
         """The method's name, as the command line spells it."""
         return type(self).__name__
 
-    def start(self) -> State:
+    def start(self) -> Blend:
         """The state before any sample."""
-        raise NotImplementedError
+        return Blend.empty()
 
-    def update(self, state: State, measurements: Measurements) -> State:
+    def weight(self, measurements: Measurements) -> Array | float:
+        """Share w of the full model in each sample (K,), or one number for all."""
+        return 1.0
+
+    def update(self, state: Blend, measurements: Measurements) -> Blend:
         """The state with the samples of `measurements` added."""
-        raise NotImplementedError
+        return state.fold(measurements, self.weight(measurements))
 
-    def merge(self, first: State, second: State) -> State:
+    def merge(self, first: Blend, second: Blend) -> Blend:
         """The state of an estimator that has seen the samples of both."""
-        raise NotImplementedError
+        return first.merge(second)
 
-    def estimate(self, state: State) -> Estimate:
+    def estimate(self, state: Blend) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         raise NotImplementedError
 

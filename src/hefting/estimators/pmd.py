@@ -9,11 +9,11 @@ import numpy as np
 from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.blend import Blend, Model, model_weight, require_model
 from hefting.estimators.cone import ConeProblem, solve
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
 from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
-from hefting.regressor import features, full_model_weight
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
@@ -22,15 +22,7 @@ ACCURACY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PMDState:
-    """Samples with their equations scaled by 1 - w for the reduced model and by w for the full one."""
-
-    reduced: Moments
-    full: Moments
-
-
-@dataclass(frozen=True, eq=False)
-class PMD(Estimator[PMDState]):
+class PMD(Estimator):
     """Non-negative masses at the shape's points that best explain the wrench:
 
         minimise  |D(1-w) (Ã M m - b)| + |D(w) (A M m - b)| + lambda |m|   over m >= 0
@@ -38,6 +30,11 @@ class PMD(Estimator[PMDState]):
     with the reduced (gravity-only) regressor Ã, the full one A, and each sample's weight w = tanh(3 nu / c1) of its
     dynamism nu. With ``bias="estimate"`` one constant wrench is added to both models and is free.
     """
+
+    needs = "a shape"
+    consistent = True
+    source = "Nadeau, Giamou & Kelly, ICRA 2022"
+    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
 
     shape: PointMasses
     """The points, in the sensor frame."""
@@ -47,13 +44,14 @@ class PMD(Estimator[PMDState]):
     """lambda [N/kg]: pull towards equal masses."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
+    model: Model = "blended"
+    """``"blended"``, as published; ``"full"`` or ``"reduced"`` throughout."""
 
     def __post_init__(self):
         require_bias_model(self.bias)
+        require_model(self.model, self.c1)
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
-        if not 0.0 < self.c1 < math.inf:
-            raise InputError(f"c1 must be positive and finite, not {self.c1}")
         if not 0.0 <= self.regularization < math.inf:
             raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
 
@@ -65,26 +63,16 @@ class PMD(Estimator[PMDState]):
         rank = int(np.sum(1e-12 * S[0] < S))
         return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
 
-    def start(self) -> PMDState:
-        """The state before any sample."""
-        return PMDState(Moments.empty(), Moments.empty())
+    def weight(self, measurements: Measurements) -> Array | float:
+        """Share of the full model in each sample (K,), or one number for all."""
+        return model_weight(measurements, self.model, self.c1)
 
-    def update(self, state: PMDState, measurements: Measurements) -> PMDState:
-        """The state with the samples of `measurements` added."""
-        x, time = features(measurements), measurements.time
-        w = full_model_weight(measurements, self.c1)
-        return PMDState(state.reduced.fold_features(x, time, 1.0 - w), state.full.fold_features(x, time, w))
-
-    def merge(self, first: PMDState, second: PMDState) -> PMDState:
-        """The state of an estimator that has seen the samples of both."""
-        return PMDState(first.reduced.merge(second.reduced), first.full.merge(second.full))
-
-    def estimate(self, state: PMDState, start: Estimate | None = None) -> Estimate:
+    def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
 
         Raises `NotIdentifiableError` when there are no samples.
         """
-        require_samples(state.full.samples)
+        require_samples(state.samples)
         rows = _Rows.of(state, self.bias == "estimate")
         T, V = self._basis
         problem = ConeProblem(rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size)
@@ -101,8 +89,8 @@ class PMD(Estimator[PMDState]):
         return Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
-            samples=state.full.samples,
-            duration=state.full.duration,
+            samples=state.samples,
+            duration=state.duration,
             certificate=Certificate(
                 objective=objective,
                 bound=solution.bound,
@@ -150,7 +138,7 @@ class _Rows:
     c1: float
 
     @classmethod
-    def of(cls, state: PMDState, free_bias: bool) -> "_Rows":
+    def of(cls, state: Blend, free_bias: bool) -> "_Rows":
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0

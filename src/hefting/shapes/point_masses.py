@@ -47,6 +47,8 @@ class PointMasses:
     """Pose of the object in the sensor frame (4, 4); by default the identity."""
     homogeneous: InertialParameters = None  # type: ignore[assignment]
     """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else made of the points."""
+    hull: Array = None  # type: ignore[assignment]
+    """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by default `positions`."""
     warnings: tuple[str, ...] = ()
     """What looks wrong with the shape, one line each."""
 
@@ -84,6 +86,9 @@ class PointMasses:
         if self.homogeneous is None:
             shares = np.full(self.n, 1 / self.n) if self.volumes is None else self.volumes
             keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
+        keep("hull", self.positions if self.hull is None else frozen(self.hull))
+        if self.hull.ndim != 2 or self.hull.shape[1:] != (3,) or not np.isfinite(self.hull).all():
+            raise InputError(f"the hull of point masses is a finite array (V, 3), not {self.hull.shape}")
         keep("warnings", tuple(self.warnings))
 
     # accessors
@@ -194,7 +199,8 @@ class PointMasses:
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
         positions = p[chosen] @ pose[:3, :3].T + pose[:3, 3]
-        return cls(positions, cell_inertia=cell, extents=np.ptp(p, axis=0), pose=pose, warnings=warnings)
+        hull = p @ pose[:3, :3].T + pose[:3, 3]
+        return cls(positions, cell_inertia=cell, extents=np.ptp(p, axis=0), pose=pose, hull=hull, warnings=warnings)
 
     @classmethod
     def from_parts(cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None) -> Self:
@@ -282,5 +288,6 @@ class PointMasses:
             extents=solid.extents,
             pose=matrix,
             homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(matrix),
+            hull=solid.vertices @ rotation.T + matrix[:3, 3],
             warnings=tuple(warnings),
         )

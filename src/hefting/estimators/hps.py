@@ -1,0 +1,120 @@
+"""HPS: homogeneous part segmentation (Nadeau, Giamou & Kelly, ICRA 2023)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hefting.errors import InputError, NotIdentifiableError
+from hefting.estimate import Certificate, Estimate
+from hefting.estimators.base import BiasModel, Estimator, require_bias_model
+from hefting.estimators.blend import Blend
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
+from hefting.inertia import InertialParameters
+from hefting.measurements import Measurements
+from hefting.shapes import PointMasses
+from hefting.spatial import Array
+
+IDENTIFIABLE_PARTS = 4
+"""Gravity alone determines the mass and the first moment: four numbers."""
+REACH = 10.0
+"""The bound holds for bodies up to so many times as heavy."""
+
+
+@dataclass(frozen=True, eq=False)
+class HPS(Estimator):
+    """One non-negative mass for each part of the object, each part homogeneous, from gravity alone:
+
+        minimise  |S^-1/2 (Ã M m - b)|²   over m >= 0,   samples with |a| and |alpha| below their limits
+
+    Column i of M holds the inertial parameters of part i with 1 kg. For stop-and-go motion; of more than four parts
+    gravity does not tell all masses. The choice of samples depends on the sensor's origin and on units.
+    """
+
+    needs = "labelled parts"
+    consistent = True
+    source = "Nadeau, Giamou & Kelly, ICRA 2023"
+    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
+
+    shape: PointMasses
+    """Points with the label of the part each belongs to, and its share of the volume."""
+    bias: BiasModel = "none"
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
+    noise: WrenchNoise = None
+    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
+    max_acceleration: float = 1.0
+    """Samples count as static below it [m/s²]."""
+    max_angular_acceleration: float = 1.0
+    """Samples count as static below it [rad/s²]."""
+
+    def __post_init__(self):
+        require_bias_model(self.bias)
+        whitening(self.noise)
+        if not isinstance(self.shape, PointMasses):
+            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if self.shape.labels is None:
+            raise InputError(
+                "HPS needs labelled parts", fix="give a .ply file of points with a 'segmentation' property"
+            )
+        for name in ("max_acceleration", "max_angular_acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"{name} must be positive, not {getattr(self, name)}")
+
+    @cached_property
+    def _shares(self) -> Array:
+        """(n, parts) mass of each point for 1 kg in each part."""
+        _, part = np.unique(np.asarray(self.shape.labels), return_inverse=True)
+        volumes = self.shape.volumes if self.shape.volumes is not None else np.full(self.shape.n, 1.0 / self.shape.n)
+        shares = np.zeros((self.shape.n, int(part.max()) + 1))
+        shares[np.arange(self.shape.n), part] = volumes
+        totals = shares.sum(axis=0)
+        return shares[:, totals > 0.0] / totals[totals > 0.0]
+
+    @cached_property
+    def _matrix(self) -> Array:
+        """M (10, parts)"""
+        return self.shape.matrix @ self._shares
+
+    def update(self, state: Blend, measurements: Measurements) -> Blend:
+        """The state with the near-static samples of `measurements` added."""
+        a = np.linalg.norm(measurements.linear_acceleration, axis=1)
+        alpha = np.linalg.norm(measurements.angular_acceleration, axis=1)
+        chosen = (a < self.max_acceleration) & (alpha < self.max_angular_acceleration)
+        return state.fold(measurements if chosen.all() else measurements[chosen], 0.0)
+
+    def estimate(self, state: Blend) -> Estimate:
+        """The estimate from the near-static samples seen. Raises `NotIdentifiableError` when there are none."""
+        from scipy.optimize import nnls
+
+        if state.samples == 0:
+            raise NotIdentifiableError("no near-static samples to estimate from", fix="stop and go, or use GEO or PMD")
+        problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        G, g = problem.A @ self._matrix, problem.b
+        masses, _ = nnls(G, g, maxiter=100 * G.shape[1])
+        vector = self._matrix @ masses
+        r = G @ masses - g
+        return Estimate(
+            method=self.name,
+            parameters=InertialParameters(vector),
+            samples=state.samples,
+            duration=state.duration,
+            certificate=Certificate(float(r @ r), _bound(G, g, masses), iterations=1),
+            bias=problem.bias(vector),
+            point_masses=self._shares @ masses,
+            warnings=self._warnings(),
+        )
+
+    def _warnings(self) -> tuple[str, ...]:
+        count = self._matrix.shape[1]
+        if count <= IDENTIFIABLE_PARTS:
+            return ()
+        return (f"gravity does not tell the masses of {count} parts apart, only of {IDENTIFIABLE_PARTS}",)
+
+
+def _bound(G: Array, g: Array, masses: Array) -> float:
+    """Lower bound on |G m - g|² over m >= 0, by the residual made orthogonal to the columns in use."""
+    U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
+    U = U[:, 1e-12 * S.max(initial=0.0) < S]
+    u = -(g - U @ (U.T @ g))
+    slope = min(0.0, float((G.T @ u).min()))
+    return max(0.0, -float(u @ u + 2.0 * (g @ u)) + 2.0 * REACH * float(masses.sum()) * slope)

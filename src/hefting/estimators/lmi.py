@@ -1,0 +1,125 @@
+"""LMI: least squares over bodies that can exist (Wensing, Kim & Slotine 2018)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.estimate import Certificate, Estimate
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.blend import Blend
+from hefting.estimators.quadratic import Quadratic, ScaledSVD, WrenchNoise, whitening
+from hefting.estimators.semidefinite import PARAMETERS_OF, congruence, solve, vec
+from hefting.inertia import InertialParameters
+from hefting.shapes import PointMasses
+from hefting.spatial import PARAMETERS, Array, vector_to_tensor
+
+TYPICAL_RADIUS = 0.1
+"""Radius of gyration [m] of what is taken for an object where the data say nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class LMI(Estimator):
+    """Parameters of a body that explain the wrench best; needs no shape:
+
+        minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
+
+    P is the 4 x 4 pseudo-inertia. With a shape, the mass must also lie in the ellipsoid around its bounding box, in
+    the mean: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
+    """
+
+    consistent = True
+    source = "Wensing, Kim & Slotine, IEEE RA-L 3(1), 2018"
+    invariances = frozenset(INVARIANCES)
+
+    shape: PointMasses | None = None
+    """If given, its bounding box's circumscribed ellipsoid must be able to hold the mass."""
+    bias: BiasModel = "none"
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
+    noise: WrenchNoise = None
+    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
+
+    def __post_init__(self):
+        require_bias_model(self.bias)
+        whitening(self.noise)
+        if self.shape is not None and not isinstance(self.shape, PointMasses):
+            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+
+    def estimate(self, state: Blend) -> Estimate:
+        """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
+        require_samples(state.samples)
+        problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        half_space = None
+        if self.shape is None:
+            G = _typical(problem)
+        else:
+            ellipsoid = bounding_ellipsoid(self.shape)
+            G = _scaled(problem, _inside(ellipsoid))
+            half_space = vec(G.T @ ellipsoid @ G)
+            half_space /= np.sqrt(half_space @ half_space)
+        T = PARAMETERS_OF @ congruence(G)
+        solution = solve(problem.A @ T, problem.b, half_space=half_space)
+        vector = T @ solution.q
+        open_ = ScaledSVD.of(problem.A).open
+        warnings = ()
+        if len(open_):
+            names = ", ".join(PARAMETERS[i] for i in open_)
+            warnings = (f"the motion does not determine {names}: shown are those of a compact body",)
+        return Estimate(
+            method=self.name,
+            parameters=InertialParameters(vector),
+            samples=state.samples,
+            duration=state.duration,
+            certificate=Certificate(solution.objective, solution.bound, solution.iterations, solution.converged),
+            bias=problem.bias(vector),
+            warnings=warnings,
+        )
+
+
+def _typical(problem: Quadratic) -> Array:
+    """G (4, 4) with G G' the pseudo-inertia of a body like that of least squares: where the solver starts."""
+    vector = problem.least_squares()
+    mass = float(vector[0])
+    com, radius = np.zeros(3), TYPICAL_RADIUS
+    if mass > 0.0:
+        com = vector[1:4] / mass
+        com *= min(1.0, 1.0 / max(float(np.linalg.norm(com)), 1e-300))
+        second = abs(float(np.trace(vector_to_tensor(vector[4:])))) / (2.0 * mass)
+        if second > 0.0:
+            radius = float(np.clip(np.sqrt(second), 0.01, 1.0))
+    G = np.diag((radius, radius, radius, 1.0))
+    G[:3, 3] = com
+    return _scaled(problem, G)
+
+
+def _scaled(problem: Quadratic, G: Array) -> Array:
+    """`G` for the mass with which its body would cause a wrench as large as the measured one."""
+    wrench = problem.A @ (PARAMETERS_OF @ vec(G @ G.T))
+    size = float(np.sqrt(wrench @ wrench))
+    return G * np.sqrt(problem.size / size if problem.size > 0.0 and size > 0.0 else 1.0)
+
+
+def bounding_ellipsoid(shape: PointMasses) -> Array:
+    """Q (4, 4) with x'Q x >= 0, x = (point, 1), inside the least ellipsoid around the shape's bounding box, by volume.
+
+    Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018, eq. 16). Sides of no length count as 1 mm.
+    """
+    R = shape.pose[:3, :3]
+    local = shape.hull @ R
+    low, high = local.min(axis=0), local.max(axis=0)
+    axes = np.sqrt(3.0) * np.maximum(0.5 * (high - low), 0.5e-3)
+    centre = R @ (0.5 * (low + high))
+    S = (R / axes**2) @ R.T
+    Q = np.empty((4, 4))
+    Q[:3, :3], Q[:3, 3], Q[3, :3] = -S, S @ centre, S @ centre
+    Q[3, 3] = 1.0 - centre @ S @ centre
+    return Q
+
+
+def _inside(ellipsoid: Array) -> Array:
+    """G (4, 4) with G G' the pseudo-inertia of a kilogram well inside the ellipsoid."""
+    centre = np.linalg.solve(ellipsoid[:3, :3], -ellipsoid[:3, 3])
+    half = 0.4 * np.linalg.cholesky(np.linalg.inv(-ellipsoid[:3, :3]))  # of three axes, each 0.4² of 1: sum below 1
+    G = np.eye(4)
+    G[:3, :3], G[:3, 3] = half, centre
+    return G

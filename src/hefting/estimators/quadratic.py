@@ -1,0 +1,157 @@
+"""Quadratic: the sum of squared residuals as a function of the ten parameters, a free constant bias minimised out.
+
+    |S^-1/2 (D(1-w) (Ã phi + beta - b))|² + |S^-1/2 (D(w) (A phi + beta - b))|²
+
+All samples together reduce to one triangular factor of [bias columns | regressor | wrench]: its last rows are the
+problem that is left when the bias takes its best value, whatever the parameters.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.estimators.blend import Blend
+from hefting.lapack import lapack
+from hefting.measurements import Noise
+from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
+from hefting.spatial import Array, Indices
+
+WrenchNoise = Noise | Array | None
+"""Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None: newtons weigh like N m."""
+
+RANK_TOLERANCE = 1e-9
+"""Singular values of the column-scaled regressor below this, relative to the largest, count as zero."""
+
+_REDUCED = np.zeros_like(FULL_EQUATIONS)
+_REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
+
+
+def whitening(noise: WrenchNoise) -> Array | None:
+    """S^-1/2 (6, 6), such that wrench noise multiplied by it has unit covariance; None for no known noise.
+
+    Raises `InputError` unless the noise is positive in force and torque (definite, for a covariance).
+    """
+    if noise is None:
+        return None
+    if isinstance(noise, Noise):
+        if not (0.0 < noise.force < np.inf and 0.0 < noise.torque < np.inf):
+            raise InputError("known noise must be positive in force and torque", fix="or give noise=None")
+        return np.diag(np.repeat((1.0 / noise.force, 1.0 / noise.torque), 3))
+    S = np.asarray(noise, dtype=float)
+    if S.shape != (6, 6) or not np.isfinite(S).all() or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max():
+        raise InputError("a noise covariance of the wrench is a symmetric matrix (6, 6)", fix="or give noise=None")
+    try:
+        scale = 1.0 / np.sqrt(np.where(S.diagonal() > 0.0, S.diagonal(), 1.0))
+        return np.linalg.inv(np.linalg.cholesky(S * np.outer(scale, scale))) * scale
+    except np.linalg.LinAlgError as error:
+        raise InputError("the noise covariance of the wrench is not positive definite") from error
+
+
+def stacked_factor(state: Blend, noise: WrenchNoise = None, free_bias: bool = True) -> Array:
+    """Triangular factor (17, 17) of [bias columns | ten parameters | wrench] of both models' (whitened) equations.
+
+    Without a free bias its six columns and rows are left out: (11, 11).
+    """
+    W, first = whitening(noise), 0 if free_bias else 6
+    parts = []
+    for moments, equations in ((state.full, FULL_EQUATIONS), (state.reduced, _REDUCED)):
+        if moments.samples:
+            chosen = equations[first:]
+            parts.append(moments.factor_of(chosen if W is None else W @ chosen))
+    if not parts:
+        return np.zeros((17 - first, 17 - first))
+    return parts[0] if len(parts) == 1 else triangular(np.vstack(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledSVD:
+    """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one length: A = U S V / scale."""
+
+    U: Array
+    """(r, k) for the k singular values above `RANK_TOLERANCE`"""
+    S: Array
+    """(k,)"""
+    V: Array
+    """(k, n)"""
+    kernel: Array
+    """(n - k, n) directions, in scaled unknowns, that A does not see"""
+    scale: Array
+    """(n,) the columns' lengths; 1 for those that vanish"""
+
+    @classmethod
+    def of(cls, A: Array) -> "ScaledSVD":
+        """Of `A`."""
+        norms = np.sqrt((A * A).sum(axis=0))
+        scale = np.where(norms > 0.0, norms, 1.0)
+        U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
+        kept = RANK_TOLERANCE * S[0] < S
+        return cls(U[:, kept], S[kept], V[kept], V[~kept], scale)
+
+    def solve(self, b: Array) -> Array:
+        """(n,) least squares |A x - b|², the shortest such x in scaled unknowns."""
+        return self.V.T @ ((self.U.T @ b) / self.S) / self.scale
+
+    @property
+    def open(self) -> Indices:
+        """Indices of the unknowns that A leaves open."""
+        return np.flatnonzero(np.abs(self.kernel).max(axis=0, initial=0.0) > 1e-6)
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """|A phi - b|², the bias at its best; see the module."""
+
+    A: Array
+    """(11, 10)"""
+    b: Array
+    """(11,)"""
+    bias_rows: Array
+    """(6, 17) rows [C | A | b] that the best bias satisfies exactly; (0, 17) where none is free"""
+
+    @classmethod
+    def of(cls, state: Blend, noise: WrenchNoise = None, free_bias: bool = False) -> "Quadratic":
+        """Of all samples in `state`."""
+        R = stacked_factor(state, noise, free_bias)
+        if free_bias:
+            return cls(R[6:, 6:16], R[6:, 16], R[:6])
+        return cls(R[:, :10], R[:, 10], np.zeros((0, 17)))
+
+    @property
+    def size(self) -> float:
+        """|b|: what is left of the (whitened) wrench when the bias takes all it can."""
+        return float(np.sqrt(self.b @ self.b))
+
+    def residual(self, vector: Array) -> Array:
+        """A phi - b (11,) at parameters (10,)."""
+        return self.A @ vector - self.b
+
+    def square(self, vector: Array) -> float:
+        """|A phi - b|² at parameters (10,)."""
+        r = self.residual(vector)
+        return float(r @ r)
+
+    def bias(self, vector: Array) -> Array | None:
+        """(6,) best bias [N, N m] beside parameters (10,); None where none is free."""
+        if not len(self.bias_rows):
+            return None
+        C, right = self.bias_rows[:, :6], self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector
+        solution, failed = lapack.dtrtrs(C, right)
+        return solution if not failed else np.zeros(6)
+
+    def least_squares(self) -> Array:
+        """(10,) unconstrained least squares; of directions the data leave open the smallest solution."""
+        return ScaledSVD.of(self.A).solve(self.b)
+
+    def measured_mass(self, homogeneous: Array) -> float:
+        """Mass [kg] that unconstrained least squares measures; where that is no mass, of `homogeneous` (10,) scaled.
+
+        `homogeneous` are the parameters of 1 kg spread over the shape. Never zero or less.
+        """
+        mass = float(self.least_squares()[0])
+        if mass > 0.0:
+            return mass
+        column = self.A @ homogeneous
+        square = float(column @ column)
+        mass = float(column @ self.b) / square if square else 0.0
+        return mass if mass > 0.0 else 1e-3 * self.size / (square**0.5 or 1.0) or 1e-3

@@ -1,0 +1,285 @@
+"""Quadratics over bodies that can exist: positive semidefinite 4 x 4 pseudo-inertias, ten unknowns.
+
+    minimise   |A q - b|² + gamma (tr Q - log det Q - 4)    over Q = mat(q) >= 0 (and e'q >= 0)
+
+q (10,) are the entries of Q in an orthonormal basis. For gamma > 0 this is a point of the central path of the problem
+without the logarithm, so one path-following method serves both: primal-dual, with Nesterov & Todd's scaling (1997) and
+Mehrotra's predictor and corrector, following the path down to gamma. Iterates are kept as factors Q = L L', Z = K K',
+so no matrix near the boundary is ever decomposed. Every u (r,) certifies a lower bound: with 2 A'u = vec S (+ y e),
+
+    |A q - b|² >= -|u|² - 2 b'u + <S, Q>   and   <S, Q> + gamma (tr Q - log det Q - 4) >= gamma log det(I + S / gamma).
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.estimators.quadratic import ScaledSVD
+from hefting.inertia import InertialParameters
+from hefting.lapack import lapack
+from hefting.spatial import Array
+
+VANISHING = 1e-14
+"""gamma where no prior is asked for, relative to |b|²: decides what the data leave open, and nothing else."""
+TOLERANCE = 1e-6
+"""Certified gap at which a solution counts as converged, relative to the objective (or 1e-6 |b|², if it is smaller)."""
+REACH = 10.0
+"""The bound without logarithm holds for bodies whose pseudo-inertia has up to so many times the trace found."""
+MAX_STEPS = 60
+NEARNESS = 1e-3
+"""Least product of an eigenvalue of Q with that of Z, relative to their mean: further from the path steps get short."""
+
+_ROWS, _COLUMNS = np.triu_indices(4)
+
+
+def _basis() -> Array:
+    basis = np.zeros((10, 4, 4))
+    for matrix, i, j in zip(basis, _ROWS, _COLUMNS, strict=True):
+        matrix[i, j] = matrix[j, i] = 1.0 if i == j else math.sqrt(0.5)
+    return basis
+
+
+BASIS = _basis().reshape(10, 16)
+"""(10, 16) orthonormal basis of the symmetric 4 x 4 matrices."""
+DIAGONAL = np.ascontiguousarray(BASIS[:, ::5])
+"""(10, 4) takes s to vec(diag(s))."""
+_EYE = np.eye(4)
+IDENTITY = BASIS @ _EYE.ravel()
+"""(10,) coordinates of the identity."""
+PARAMETERS_OF = np.stack([InertialParameters.from_pseudo_inertia(m.reshape(4, 4)).vector for m in BASIS], axis=1)
+"""(10, 10) takes q to the inertial parameters of the body with pseudo-inertia mat(q)."""
+
+
+def mat(q: Array) -> Array:
+    """Symmetric matrix (4, 4) of coordinates (10,)."""
+    return (q @ BASIS).reshape(4, 4)
+
+
+def vec(Q: Array) -> Array:
+    """Coordinates (10,) of a symmetric matrix (4, 4)."""
+    return BASIS @ Q.ravel()
+
+
+def congruence(G: Array) -> Array:
+    """(10, 10) takes vec(X) to vec(G X G')."""
+    product = G[:, None, :, None] * G[None, :, None, :]
+    return BASIS @ product.reshape(16, 16) @ BASIS.T
+
+
+def _eigenvalues(X: Array) -> Array:
+    return lapack.dsyevd(X, 0)[0]
+
+
+def _svd(X: Array) -> tuple[Array, Array, Array]:
+    return lapack.dgesdd(X)[:3]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What `solve` found."""
+
+    q: Array
+    """(10,) of a positive definite Q"""
+    objective: float
+    bound: float
+    """lower bound on the optimum"""
+    iterations: int
+    converged: bool
+
+
+def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = None) -> Solution:
+    """Solve for `A` (r, 10), `b` (r,), `gamma` >= 0 and, if given, e (10,) with e'q >= 0 and e'vec(I) > 0.
+
+    Starts from Q = I, which should be of the order of the answer: see `congruence`. With gamma = 0 what the data leave
+    open is taken as close to I as the rest allows; a half space is for gamma = 0 only.
+    """
+    size = math.sqrt(b @ b) or 1.0
+    A, b = A / size, b / size
+    if gamma == 0.0:
+        inside = _unconstrained(A, b, half_space)
+        if inside is not None:
+            return Solution(inside[0], inside[1] * size**2, inside[2] * size**2, 1, True)
+    prior = gamma / size**2
+    path = _Path(A, b, max(prior, VANISHING), half_space)
+    best, objective, multiplier = path.L, math.inf, path.multiplier
+    while path.advance():
+        now = path.objective(prior)
+        if now <= objective:
+            best, objective, multiplier = path.L, now, path.multiplier
+        if path.steps == MAX_STEPS:
+            break
+    q = vec(best @ best.T)
+    r = A @ q - b
+    objective = float(r @ r) + (prior * divergence(mat(q)) if prior else 0.0)
+    bound = _bound(A, b, q, prior, multiplier)
+    converged = objective - bound <= TOLERANCE * max(objective, 1e-6)
+    return Solution(q, objective * size**2, bound * size**2, path.steps, converged)
+
+
+def _unconstrained(A: Array, b: Array, half_space: Array | None) -> tuple[Array, float, float] | None:
+    """q, objective and bound of least squares, when that determines a body; else None."""
+    svd = ScaledSVD.of(A)
+    if len(svd.kernel):
+        return None
+    q = svd.solve(b)
+    if _eigenvalues(mat(q))[0] < 1e-9 * np.abs(q).max() or (half_space is not None and half_space @ q < 0.0):
+        return None
+    r = A @ q - b
+    slack = svd.U.T @ r
+    square = float(r @ r)
+    return q, square, max(0.0, square - float(slack @ slack))
+
+
+def divergence(Q: Array) -> float:
+    """tr Q - log det Q - 4 of a positive definite Q (4, 4): the entropic distance from I (Lee et al. 2020, eq. 24)."""
+    values = _eigenvalues(Q)
+    if values[0] <= 0.0:
+        return math.inf
+    excess = values - 1.0
+    return float(np.sum(excess - np.log1p(excess)))
+
+
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float) -> float:
+    """Largest lower bound that the residual at q gives; `multiplier` (10,) is y e."""
+    u = A @ q - b
+    S = mat(2.0 * (A.T @ u) - multiplier)
+    value, values = -float(u @ u + 2.0 * (b @ u)), _eigenvalues(S)
+    bound = value + REACH * float(q[_ROWS == _COLUMNS].sum()) * min(0.0, float(values[0]))
+    if gamma > 0.0 and values[0] > -gamma:
+        bound = max(bound, value + gamma * float(np.sum(np.log1p(values / gamma))))
+    return max(0.0, bound)
+
+
+class _Path:
+    """The central path: Q Z = mu I (and e'q y = mu), where Z, y are the gradient's multipliers, down to `target`."""
+
+    def __init__(self, A: Array, b: Array, target: float, half_space: Array | None):
+        self._A, self._b = A * math.sqrt(2.0), b * math.sqrt(2.0)
+        self._target = target
+        self._e = half_space
+        gradient = self._A.T @ (self._A @ IDENTITY - self._b) + target * IDENTITY
+        mu = max(target, float(np.abs(gradient).max()))
+        self.L, self._K = _EYE, math.sqrt(mu) * _EYE
+        self._log_det = 0.0  # of L
+        self._svd = _svd(self._K)
+        self._slack, self._y = 1.0, 0.0
+        if half_space is not None:
+            self._slack = float(half_space @ IDENTITY)
+            self._y = mu / self._slack
+        self.steps = self._arrived = 0
+
+    def objective(self, gamma: float) -> float:
+        """Objective where the path has come to."""
+        r = self._A @ vec(self.L @ self.L.T) - self._b
+        square = 0.5 * float(r @ r)
+        if not gamma:
+            return square
+        return square + gamma * (float(np.vdot(self.L, self.L)) - 2.0 * self._log_det - 4.0)
+
+    @property
+    def multiplier(self) -> Array | float:
+        """y e (10,)"""
+        return 0.0 if self._e is None else self._y * self._e
+
+    def advance(self) -> bool:
+        """Take one step; False when the end is reached or rounding forbids further ones."""
+        U, s, V = self._svd
+        roots = np.sqrt(s)
+        R, Rt = (self.L @ V.T) / roots, (self._K @ U) / roots  # R^-1 Q R^-T = R'Z R = diag(s), Rt = R^-T
+        T = congruence(R)
+        At, scaled = self._A @ T, DIAGONAL @ s
+        mismatch = At.T @ (At @ scaled - self._b) + T.T @ (self._target * IDENTITY - self.multiplier) - scaled
+        if self._arrive(s, mismatch):
+            return False
+        N = At.T @ At
+        N.ravel()[::11] += 1.0
+        et = None
+        if self._e is not None:
+            et = T.T @ self._e
+            N += (self._y / self._slack) * np.outer(et, et)
+        factor, failed = lapack.dpotrf(N)
+        if failed:
+            return False
+        step = _Step(s, self._slack, self._y, factor, mismatch, et)
+        return any(self._take(step, R, Rt, *goal) for goal in self._goals(step))
+
+    def _arrive(self, s: Array, mismatch: Array) -> bool:
+        """Whether the path's end is reached, as nearly as rounding allows."""
+        target = self._target
+        off = float(np.abs(s * s - target).max())
+        if self._e is not None:
+            off = max(off, abs(self._slack * self._y - target))
+        if off > 1e-6 * target:
+            return False
+        self._arrived += 1
+        return self._arrived > 2 or float(mismatch @ mismatch) < 1e-14 * target
+
+    def _goals(self, step: "_Step") -> Iterator[tuple[float, Array | float, float]]:
+        """mu to aim at, with corrections of second order: Mehrotra's; then, should that fail, ever more central."""
+        target, mu = self._target, step.mu
+        dQ, dZ, ds, dy = step.towards(target)
+        sigma = 0.0
+        if mu > target:
+            ahead = step.mu_after(min(1.0, step.length(dQ, dZ, ds, dy)), dQ, dZ, ds, dy)
+            sigma = min(1.0, max(ahead - target, 0.0) / (mu - target)) ** 3
+        cross = dQ @ dZ
+        yield target + sigma * (mu - target), 0.5 * (cross + cross.T), ds * dy
+        yield 0.5 * (mu + target), 0.0, 0.0
+        yield mu, 0.0, 0.0
+
+    def _take(self, step: "_Step", R: Array, Rt: Array, goal: float, cross: Array | float, cross_y: float) -> bool:
+        """Move towards `goal` as far as the iterates stay inside and near the path; False where that is nowhere."""
+        dQ, dZ, ds, dy = step.towards(goal, cross, cross_y)
+        a = min(1.0, 0.98 * step.length(dQ, dZ, ds, dy))
+        while a > 1e-4:
+            left, failed = lapack.dpotrf(step.diagonal + a * dQ, lower=1)
+            right, failed_too = lapack.dpotrf(step.diagonal + a * dZ, lower=1)
+            if not (failed or failed_too):
+                L, K = R @ left, Rt @ right
+                svd = _svd(K.T @ L)
+                squares = svd[1] * svd[1]
+                if squares[3] > NEARNESS * 0.25 * float(squares.sum()):
+                    self.L, self._K, self._svd = L, K, svd
+                    self._log_det += float(np.log(left.diagonal()).sum() - 0.5 * np.log(step.s).sum())
+                    self._slack, self._y = self._slack + a * ds, self._y + a * dy
+                    self.steps += 1
+                    return True
+            a *= 0.7
+        return False
+
+
+class _Step:
+    """Newton's equations at one iterate, in coordinates in which Q = Z = diag(s)."""
+
+    def __init__(self, s: Array, slack: float, y: float, factor: Array, mismatch: Array, e: Array | None):
+        self.s, self._slack, self._y, self._factor, self._mismatch, self._e = s, slack, y, factor, mismatch, e
+        self.diagonal = s * _EYE
+        self._sums = 0.5 * (s[:, None] + s)
+        self._roots = np.sqrt(s[:, None] * s)
+        total = float(s @ s)
+        self.mu = total / 4.0 if e is None else (total + slack * y) / 5.0
+
+    def towards(self, mu: float, cross: Array | float = 0.0, cross_y: float = 0.0) -> tuple[Array, Array, float, float]:
+        """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu`, less corrections."""
+        right = vec(((mu - self.s * self.s) * _EYE - cross) / self._sums)
+        if self._e is None:
+            dq = lapack.dpotrs(self._factor, right - self._mismatch)[0]
+            return mat(dq), mat(right - dq), 0.0, 0.0
+        goal = mu - self._slack * self._y - cross_y
+        dq = lapack.dpotrs(self._factor, right - self._mismatch + self._e * (goal / self._slack))[0]
+        ds = float(self._e @ dq)
+        return mat(dq), mat(right - dq), ds, (goal - self._y * ds) / self._slack
+
+    def length(self, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
+        """Largest step that stays inside, at most 1 / 0.98."""
+        low = min(_eigenvalues(dQ / self._roots)[0], _eigenvalues(dZ / self._roots)[0])
+        if self._e is not None:
+            low = min(low, ds / self._slack, dy / self._y)
+        return min(1.0 / 0.98, -1.0 / low) if low < 0.0 else 1.0 / 0.98
+
+    def mu_after(self, a: float, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
+        """Mean product after a step of length `a`."""
+        total = float(np.vdot(self.diagonal + a * dQ, self.diagonal + a * dZ))
+        return total / 4.0 if self._e is None else (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0
