@@ -18,6 +18,7 @@ def main() -> None:
     quick = arguments.quick
 
     from benchmarks.conic import against_conic_solver
+    from benchmarks.estimators import from_the_moments, geo_against_conic_solver, lmi_against_conic_solver
     from benchmarks.least_squares import against_pinocchio
     from benchmarks.memory import folding_memory
     from benchmarks.points import many_points
@@ -28,6 +29,9 @@ def main() -> None:
         against_conic_solver(150, rounds=3 if quick else 20),
         against_conic_solver(300 if quick else 3500, rounds=1 if quick else 5),
         one_sample_at_a_time(300 if quick else 3000),
+        *geo_against_conic_solver(1000, rounds=1 if quick else 10),
+        *lmi_against_conic_solver(1000, rounds=1 if quick else 10),
+        *from_the_moments(1000, 2_000 if quick else 100_000, rounds=5 if quick else 50),
         many_points(2_000 if quick else 100_000, rounds=2 if quick else 7),
         against_pinocchio(1000, rounds=5 if quick else 50),
         folding_memory(200_000 if quick else 10_000_000),

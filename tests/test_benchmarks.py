@@ -33,7 +33,7 @@ def rows(report: dict, title: str) -> list[dict]:
 
 def test_every_section_is_printed(quick_run):
     table, report = quick_run
-    assert len(report["sections"]) == 6
+    assert len(report["sections"]) == 16
     for section in report["sections"]:
         assert section["title"].split(",")[0] in table
         for row in section["rows"]:
@@ -45,7 +45,7 @@ def test_ratios_are_above_one(quick_run):
     _, report = quick_run
     every = [row for section in report["sections"] for row in section["rows"]]
     ratios = [row["figure"] for row in every if row["unit"] == "x"]
-    assert len(ratios) == 11
+    assert len(ratios) == 29
     assert min(ratios) > 1.0
 
 
@@ -56,6 +56,22 @@ def test_both_parties_solve_the_same_problem(quick_run):
     assert abs(differences[0]) < 1e-6
     parameters = next(row for row in rows(report, "OLS") if "difference" in row["what"])
     assert parameters["figure"] < 1e-9  # both are exact least squares: rounding alone
+
+
+@pytest.mark.parametrize("title", ["GEO, known noise, 1,000", "GEO, unknown noise, 1,000", "LMI, constraint"])
+def test_geo_and_lmi_solve_the_problem_as_stated(quick_run, title):
+    """Clarabel's default tolerance is 1e-8, relative to the objective; both do better than 1e-8 here."""
+    _, report = quick_run
+    differences = [row["figure"] for row in rows(report, title) if "difference" in row["what"]]
+    assert differences
+    assert max(differences) < 1e-6
+
+
+def test_the_constraint_of_lmi_is_active_where_it_is_said_to_be(quick_run):
+    _, report = quick_run
+    for title, sign in (("constraint active, 1,000", -1.0), ("constraint inactive", 1.0)):
+        margin = next(row["figure"] for row in rows(report, title) if "margin" in row["what"])
+        assert sign * margin > 0.0
 
 
 def test_memory_does_not_grow(quick_run):

@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.errors import InputError
 from hefting.files import read_json, write_atomically
-from hefting.inertia import InertialParameters
+from hefting.inertia import Consistency, InertialParameters
 from hefting.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 
 SCHEMA = "hefting.estimate/1"
@@ -61,6 +61,8 @@ class Estimate:
     """(n,) masses [kg] of the shape's points, for methods that find them."""
     residual: Array | None = None
     """(2,) root-mean-square force [N] and torque [N m] residual of the full model."""
+    hull_margin: float | None = None
+    """Depth of the COM in the shape's convex hull over its largest side; None where no shape is known."""
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -72,9 +74,14 @@ class Estimate:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
+    def consistency(self) -> Consistency:
+        """Margins of every condition of physical consistency, the COM's place in the shape included."""
+        return self.parameters.consistency(self.hull_margin)
+
+    @property
     def physically_consistent(self) -> bool:
-        """Whether a body with these parameters can exist."""
-        return self.parameters.consistency().is_consistent
+        """Whether a body with these parameters, and this shape if it is known, can exist."""
+        return self.consistency.is_consistent
 
     @property
     def std(self) -> dict[str, Array] | None:
@@ -107,6 +114,7 @@ class Estimate:
                 "covariance": self.covariance,
                 "std": std if std else {"mass": None, "center_of_mass": None, "inertia_at_com": None},
                 "physically_consistent": self.physically_consistent,
+                "consistency": {"margins": self.consistency.margins, "violated": self.consistency.violated},
                 "certificate": certificate,
                 "bias": self.bias,
                 "residual": self.residual,
@@ -168,6 +176,7 @@ class Estimate:
                 int(certificate["iterations"]),
                 bool(certificate["converged"]),
             )
+        hull = data.get("consistency", {}).get("margins", {}).get("hull")
         return cls(
             method=str(data["method"]),
             parameters=InertialParameters(vector),
@@ -178,6 +187,7 @@ class Estimate:
             bias=array("bias", 6),
             point_masses=array("point_masses", None),
             residual=array("residual", 2),
+            hull_margin=None if hull is None else float(hull),
             warnings=tuple(str(w) for w in data.get("warnings", ())),
             provenance=dict(data.get("provenance", {})),
         )

@@ -14,7 +14,7 @@ from hefting.spatial import Array, check_pose, frozen, skew, tensor_to_vector, v
 class Consistency:
     """Margins of the conditions of physical consistency; a body exists if and only if all are positive.
 
-    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018, eq. 9) implies the others;
+    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018, eq. 9) implies those before it;
     they are kept apart because they say what is wrong in words.
     """
 
@@ -22,7 +22,7 @@ class Consistency:
     """``mass``: sign of the mass. ``inertia``: smallest principal moment at the COM over the largest.
     ``triangle``: slack of the triangle inequality, smallest of (J1 + J2 - J3) over the largest moment.
     ``pseudo_inertia``: smallest eigenvalue of the second-moment matrix at the COM over the largest, times the
-    sign of the mass."""
+    sign of the mass. ``hull``, where the shape is known: depth of the COM in its convex hull over its largest side."""
 
     @property
     def violated(self) -> str | None:
@@ -47,6 +47,7 @@ EXPLANATIONS = {
     "inertia": "the inertia tensor at the COM is not positive definite",
     "triangle": "the principal moments break the triangle inequality",
     "pseudo_inertia": "the pseudo-inertia is not positive definite",
+    "hull": "the COM is outside the shape's convex hull",
 }
 
 
@@ -136,10 +137,11 @@ class InertialParameters:
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         return moments, axes
 
-    def consistency(self) -> Consistency:
-        """Margins of every condition of physical consistency."""
+    def consistency(self, hull: float | None = None) -> Consistency:
+        """Margins of every condition of physical consistency; `hull` is that of the COM in a known shape."""
+        known = {} if hull is None else {"hull": hull}
         if not (self.vector[0] and np.isfinite(self.vector).all()):
-            return Consistency(dict.fromkeys(EXPLANATIONS, float("nan")))
+            return Consistency(dict.fromkeys(("mass", "inertia", "triangle", "pseudo_inertia"), float("nan")) | known)
         sign = float(np.sign(self.mass))
         moments = np.linalg.eigvalsh(self.inertia_at_com)
         second = 0.5 * moments.sum() - moments  # eigenvalues of the second-moment matrix about the COM
@@ -152,6 +154,7 @@ class InertialParameters:
                 "triangle": float(moments[0] + moments[1] - moments[2]) / largest,
                 "pseudo_inertia": sign * float(second.min()) / (max(float(np.abs(second).max()), floor) or 1.0),
             }
+            | known
         )
 
     # operations

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from hefting.calibration import WrenchSign, fit_freely, wrench_sign
 from hefting.estimate import json_ready
+from hefting.identifiability import Identifiability, identifiability
 from hefting.motion import measure
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.recording import Recording
@@ -47,16 +48,23 @@ class Inspection:
     """(6,) the bias over its standard deviation"""
     noise: tuple[float, float]
     """root-mean-square residual of force [N] and torque [N m]"""
-    undetermined: tuple[str, ...]
-    """parameters the motion leaves open for an object of `TYPICAL_SIZE`"""
+    identifiability: Identifiability
+    """what the motion can tell of an object of `TYPICAL_SIZE`, and why not the rest"""
     advice: tuple[str, ...]
     """what to do next, one sentence each"""
     warnings: tuple[str, ...]
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Parameters the motion leaves open for an object of `TYPICAL_SIZE`."""
+        return tuple(self.identifiability.open)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values."""
         out = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "sign"}
         out["streams"] = {k: {"samples": n, "rate": rate} for k, (n, rate) in self.streams.items()}
+        out["undetermined"] = self.undetermined
+        out["identifiability"] = self.identifiability.to_dict()
         out["wrench"] = "on-object" if self.sign.on_object else "on-sensor"
         out["wrench_t"] = self.sign.t
         return json_ready(out)
@@ -71,7 +79,7 @@ def inspect(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) -> Insp
     determined = not fit.mass_is_open
     if not determined:
         fit = fit_freely(z, False)
-    free = fit.open_parameters(TYPICAL_SIZE)
+    found = identifiability(z, fit, TYPICAL_SIZE)
     mass = abs(float(fit.vector[0]))
     speed = np.linalg.norm(z.angular_velocity if motion is None else motion.angular_velocity, axis=1)
     linear = None
@@ -94,22 +102,21 @@ def inspect(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) -> Insp
         bias=fit.bias,
         bias_t=None if fit.bias is None else fit.bias_t,
         noise=(fit.noise.force, fit.noise.torque),
-        undetermined=free,
-        advice=_advice(recording.source, sign, determined, free),
+        identifiability=found,
+        advice=_advice(recording.source, sign, determined, found),
         warnings=(*recording.warnings, *measured.warnings),
     )
 
 
-def _advice(source: str, sign: WrenchSign, determined: bool, free: tuple[str, ...]) -> tuple[str, ...]:
+def _advice(source: str, sign: WrenchSign, determined: bool, found: Identifiability) -> tuple[str, ...]:
     advice = []
     if not determined:
         advice.append("record other orientations: a bias cannot be told from the object's weight in this one")
     if not sign.certain:
         advice.append("the wrench's sign is not certain: give --wrench on-object or on-sensor")
-    if any(name.startswith("mc") for name in free):
-        advice.append("turn the sensor about another axis: the COM is not determined")
-    if any(name.startswith("J") for name in free):
-        advice.append("the inertia tensor needs rotation that speeds up and slows down; with a shape, PMD fills it in")
+    advice.extend(found.summary)
+    if any(name.startswith("J") for name in found.open):
+        advice.append("with a shape, PMD fills the inertia tensor in")
     if not advice:
         advice.append(f"ready: hefting identify {source} --shape MESH")
     return tuple(advice)

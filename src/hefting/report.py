@@ -4,17 +4,39 @@ import sys
 from collections.abc import Iterable
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hefting.comparison import Comparison
 from hefting.estimate import Estimate
+from hefting.estimators import VARIANTS, describe_methods
 from hefting.inertia import InertialParameters
 from hefting.inspection import Inspection
 from hefting.metrics import Errors
-from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
+from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 
 AXES = "xyz"
+SETTINGS = ("points", "c1", "regularization", "gamma")
+"""Hyperparameters that are shown."""
+
+
+def methods_report() -> RenderableType:
+    """Every method: what it does, needs, guarantees and is indifferent to."""
+    table = Table(show_lines=True)
+    for name in ("method", "what it does", "needs", "consistent", "does not depend on"):
+        table.add_column(name)
+    for name, description in describe_methods().items():
+        table.add_row(
+            f"[bold]{name}[/bold]",
+            f"{description['summary']}\n[dim]{description['source']}[/dim]",
+            description["needs"],
+            "always" if description["consistent"] else "not always",
+            ", ".join(description["invariances"]),
+        )
+    variants = ", ".join(VARIANTS)
+    return Group(table, Text(f"with another model of the motion: {variants}"))
 
 
 def print_report(report: RenderableType) -> None:
@@ -73,7 +95,7 @@ def _number(value: float, row: int) -> str:
     return f"{value:.4f}" if row == 0 else f"{value:.2f}" if row < 4 else f"{value:.3e}"
 
 
-def _facts(estimate: Estimate) -> Iterable[Text]:
+def _assumptions(estimate: Estimate) -> Iterable[Text]:
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
     what = f"{estimate.samples} samples{when}"
@@ -84,9 +106,6 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
         how = "found from gravity" if made.get("wrench_found") else "as given"
         g = ", ".join(f"{x:g}" for x in made["gravity"])
         yield Text(f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes")
-    settings = [f"{k} = {made[k]:g}" for k in ("points", "c1", "regularization") if made.get(k) is not None]
-    if settings:
-        yield Text(", ".join(settings))
     if made.get("bias_searched") and made.get("bias") == "none":
         yield Text("wrench bias: none beyond three standard deviations, so none assumed")
     if estimate.bias is not None:
@@ -94,9 +113,17 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
         f, t = recorded[:3], recorded[3:]
         force, torque = ", ".join(f"{x:.3g}" for x in f), ", ".join(f"{x:.3g}" for x in t)
         yield Text(f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m")
+
+
+def _facts(estimate: Estimate) -> Iterable[Text]:
+    yield from _assumptions(estimate)
+    made = estimate.provenance
+    settings = [f"{k} = {made[k]:g}" for k in SETTINGS if isinstance(made.get(k), float | int)]
+    if settings:
+        yield Text(", ".join(settings))
     if estimate.residual is not None:
         yield Text(f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square")
-    consistency = estimate.parameters.consistency()
+    consistency = estimate.consistency
     yield Text("physically consistent" if consistency.is_consistent else f"not physically consistent: {consistency}")
     if estimate.certificate is not None:
         c = estimate.certificate
@@ -105,6 +132,74 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
 
 def _warnings(warnings: Iterable[str]) -> Iterable[Text]:
     return [Text(f"warning: {line}", style="yellow") for line in warnings]
+
+
+def comparison_report(comparison: Comparison, errors: dict[str, Errors] | None = None) -> RenderableType:
+    """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and which one to trust."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("method", no_wrap=True)
+    for name in ("mass\nkg", "COM x, y, z\nmm", "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²", "residual\nN, N m"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("consistent", no_wrap=True)
+    table.add_column("time\nms", justify="right", no_wrap=True)
+    names = list(comparison.results)
+    for name, following in zip(names, [*names[1:], None], strict=True):
+        e = comparison.results[name]
+        p, r = e.parameters, e.residual
+        row = [
+            f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
+            f"{p.mass:.4f}",
+            ", ".join(f"{1e3 * x:.1f}" for x in p.center_of_mass),
+            ", ".join(_milli(x, s) for x, s in zip(p.inertia_at_com.diagonal(), _spread(e), strict=True)),
+            "" if r is None else f"{r[0]:.3f}, {r[1]:.4f}",
+        ]
+        row.append("yes" if e.physically_consistent else f"no: {FAILURES[e.consistency.violated or 'mass']}")
+        row.append(f"{1e3 * comparison.seconds[name]:.2g}")
+        table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
+    lines: list[RenderableType] = [table]
+    if errors:
+        lines.append(_errors_table(errors))
+    if any(name in VARIANTS for name in names):
+        lines.append(Text("below the line: the same methods with another model of the motion (hefting methods)"))
+    lines.extend(Text(f"{name}: left out, {why}") for name, why in comparison.skipped.items())
+    lines.append(Text(f"recommended: {comparison.recommended}, {comparison.reason}", style="bold"))
+    best = comparison.results[comparison.recommended]
+    return Group(*lines, *_assumptions(best), *_warnings(best.warnings))
+
+
+def _errors_table(errors: dict[str, Errors]) -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("error in %", no_wrap=True)
+    for name in ("mass", "COM", "inertia, sensor", "inertia, COM"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, e in errors.items():
+        found = (e.mass, e.center_of_mass, e.inertia_at_origin, e.inertia_at_com)
+        table.add_row(name, *map(_percent, found))
+    return table
+
+
+def _spread(estimate: Estimate) -> Array:
+    """Standard deviations (3,) of Jxx, Jyy, Jzz at the COM; zeros where the method has none."""
+    std = estimate.std
+    return np.zeros(3) if std is None else std["inertia_at_com"].diagonal()
+
+
+def _milli(value: float, std: float) -> str:
+    return f"{1e3 * value:.2g}" if np.isfinite(std) else "open"
+
+
+def _percent(value: float) -> str:
+    return "< 0.01" if value < 0.01 else f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
+
+
+FAILURES = {
+    "mass": "mass",
+    "inertia": "inertia",
+    "triangle": "triangle",
+    "pseudo_inertia": "pseudo-inertia",
+    "hull": "COM outside shape",
+}
+"""The condition of consistency that fails, in a word or two."""
 
 
 def inspection_report(found: Inspection) -> RenderableType:
@@ -137,8 +232,11 @@ def inspection_report(found: Inspection) -> RenderableType:
     else:
         say("wrench bias: cannot be told from the object here")
     say(f"residual {found.noise[0]:.3g} N, {found.noise[1]:.3g} N m root mean square")
+    motion = found.identifiability
     say(
-        "not determined by the motion: " + ", ".join(found.undetermined) if found.undetermined else "all ten determined"
+        f"rank {motion.rank_full} of 10, condition number {motion.condition_full:.3g}; by gravity alone "
+        f"{motion.rank_reduced} of 4, {motion.condition_reduced:.3g}"
     )
+    say("not determined by the motion: " + ", ".join(motion.open) if motion.open else "all ten determined")
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
     return Group(*lines, *_warnings(found.warnings))

@@ -1,15 +1,28 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from hefting.cli.options import POSE, add_json, add_log, add_sensor_pose, numbers, progress
 from hefting.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.comparison import Comparison
+    from hefting.estimate import Estimate
+    from hefting.recording import Recording
+    from hefting.shapes import PointMasses
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
     add_log(parser)
-    parser.add_argument("--method", default="PMD", help="PMD (default) or OLS")
+    parser.add_argument(
+        "--method",
+        metavar="NAME[,NAME...]|all",
+        help="see hefting methods; default PMD, without a shape LMI. Of several, one is recommended",
+    )
     shape = parser.add_argument_group("the object's shape")
     shape.add_argument(
         "--shape",
@@ -35,11 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
-    pmd = parser.add_argument_group("PMD")
-    pmd.add_argument(
-        "--c1", type=float, help="dynamism at which the full model takes over; default 300, 1 with smoothed poses"
+    method = parser.add_argument_group("methods")
+    method.add_argument(
+        "--c1", type=float, help="PMD: dynamism at which the full model takes over; default 300, 1 with smoothed poses"
     )
-    pmd.add_argument("--regularization", type=float, metavar="LAMBDA", help="pull to equal masses; default 0.1")
+    method.add_argument("--regularization", type=float, metavar="LAMBDA", help="PMD: pull to equal masses; default 0.1")
+    method.add_argument("--gamma", type=float, help="GEO: weight of the homogeneous prior; default 30")
     results = parser.add_argument_group("results")
     results.add_argument("--truth", metavar="FILE", help="true parameters or another estimate, to compare with (JSON)")
     results.add_argument(
@@ -55,17 +69,89 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Identify, save what was asked for, and print the result."""
-    from dataclasses import replace
-    from pathlib import Path
-
     from hefting.export import SUFFIXES, export
     from hefting.files import write_atomically
-    from hefting.identification import identify
     from hefting.logs import read_log
     from hefting.shapes import load_shape, parse_pose
     from hefting.truth import load_truth
 
     a = arguments
+    _check_outputs(a)
+    gravity = numbers(a.gravity, 3, "--gravity")
+    pose = parse_pose(a.object_pose) if a.object_pose else None
+    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    known = load_truth(a.truth) if a.truth else None
+
+    with progress("identifying ..."):
+        recording = read_log(a.log)
+        shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape is not None else None
+        reading = {
+            "gravity": gravity,
+            "wrench": a.wrench,
+            "bias": _bias(a.bias, recording),
+            "motion": a.motion,
+            "start": a.start,
+            "duration": a.duration,
+        }
+        comparison, estimates = _identify(a, recording, shape, reading)
+    made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
+    estimates = {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
+    errors = {k: known.errors(e.parameters, shape) for k, e in estimates.items()} if known else {}
+    best = comparison.recommended if comparison else next(iter(estimates))
+    texts = [(path, export(estimates[best], SUFFIXES[Path(path).suffix], flange)) for path in a.output]
+    for path, exported in texts:
+        write_atomically(path, exported.text)
+    if a.json:
+        import json
+
+        from hefting.estimate import json_ready
+
+        results = {k: e.to_dict() for k, e in estimates.items()}
+        for name, found in errors.items():
+            results[name]["errors"] = json_ready(found.to_dict())
+        results[best]["warnings"] += [f"{path}: {line}" for path, exported in texts for line in exported.warnings]
+        out = results[best]
+        if comparison:
+            out = {
+                "results": [r | {"seconds": comparison.seconds[name]} for name, r in results.items()],
+                "recommended": best,
+                "reason": comparison.reason,
+                "skipped": comparison.skipped,
+            }
+        print(json.dumps(out))
+        return
+    from hefting.report import comparison_report, estimate_report, print_report
+
+    if comparison:
+        print_report(comparison_report(comparison, errors))
+    else:
+        print_report(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)))
+    for path, exported in texts:
+        print(f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)")
+        for line in exported.warnings:
+            print(f"warning: {line}")
+
+
+def _identify(
+    a: argparse.Namespace, recording: "Recording", shape: "PointMasses | None", reading: dict[str, Any]
+) -> "tuple[Comparison | None, dict[str, Estimate]]":
+    """Estimates by method; with their comparison, where several were asked for."""
+    from hefting.comparison import compare
+    from hefting.identification import identify
+
+    settings = {k: getattr(a, k) for k in ("c1", "regularization", "gamma") if getattr(a, k) is not None}
+    names = [name.strip() for name in a.method.split(",")] if a.method is not None else [None]
+    if len(names) > 1 or (names[0] or "").lower() == "all":
+        comparison = compare(recording, shape, names, hyperparameters=settings, **reading)  # type: ignore[arg-type]
+        return comparison, comparison.results
+    estimate = identify(recording, shape, method=names[0], **reading, **settings).estimate
+    return None, {estimate.method: estimate}
+
+
+def _check_outputs(a: argparse.Namespace) -> None:
+    """`InputError` for an output that cannot or must not be written."""
+    from hefting.export import SUFFIXES
+
     for path in a.output:
         if Path(path).suffix not in SUFFIXES:
             raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {', '.join(SUFFIXES)}")
@@ -74,51 +160,6 @@ def run(arguments: argparse.Namespace) -> None:
         inputs = (a.log, a.shape, a.truth, a.bias, a.object_pose)
         if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
             raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
-    gravity = numbers(a.gravity, 3, "--gravity")
-    pose = parse_pose(a.object_pose) if a.object_pose else None
-    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
-    known = load_truth(a.truth) if a.truth else None
-    settings = {name: getattr(a, name) for name in ("c1", "regularization") if getattr(a, name) is not None}
-
-    with progress("identifying ..."):
-        recording = read_log(a.log)
-        shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape is not None else None
-        found = identify(
-            recording,
-            shape,
-            method=a.method,
-            gravity=gravity,
-            wrench=a.wrench,
-            bias=_bias(a.bias, recording),
-            motion=a.motion,
-            start=a.start,
-            duration=a.duration,
-            **settings,
-        )
-    made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
-    estimate = replace(found.estimate, provenance=found.estimate.provenance | made)
-    errors = known.errors(estimate.parameters, shape) if known else None
-    texts = [(path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in a.output]
-    for path, exported in texts:
-        write_atomically(path, exported.text)
-    if a.json:
-        import json
-
-        from hefting.estimate import json_ready
-
-        result = estimate.to_dict()
-        if errors is not None:
-            result["errors"] = json_ready(errors.to_dict())
-        result["warnings"] += [f"{path}: {line}" for path, exported in texts for line in exported.warnings]
-        print(json.dumps(result))
-        return
-    from hefting.report import estimate_report, print_report
-
-    print_report(estimate_report(estimate, known.parameters if known else None, errors))
-    for path, exported in texts:
-        print(f"wrote {path} ({exported.frame} axes)")
-        for line in exported.warnings:
-            print(f"warning: {line}")
 
 
 def _bias(text: str, recording):

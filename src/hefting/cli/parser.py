@@ -3,10 +3,10 @@
 import argparse
 
 from hefting import __version__
-from hefting.cli import demo, export, identify, inspect
+from hefting.cli import demo, export, identify, inspect, methods
 from hefting.errors import InputError
 
-COMMANDS = {"demo": demo, "inspect": inspect, "identify": identify, "export": export}
+COMMANDS = {"demo": demo, "inspect": inspect, "identify": identify, "methods": methods, "export": export}
 """A command's module has a docstring for its help, `add_arguments(parser)` and `run(arguments)`."""
 
 

@@ -1,6 +1,10 @@
 """Estimators: one file a method, one small contract (`hefting.estimators.base`)."""
 
-from hefting.estimators.base import Estimator
+from dataclasses import MISSING, Field, fields
+from typing import Any
+
+from hefting.errors import InputError
+from hefting.estimators.base import INVARIANCES, Estimator
 from hefting.estimators.geo import GEO
 from hefting.estimators.hps import HPS
 from hefting.estimators.lmi import LMI
@@ -9,6 +13,64 @@ from hefting.estimators.pmd import PMD
 from hefting.estimators.rtls import RTLS
 
 METHODS: dict[str, type[Estimator]] = {"PMD": PMD, "GEO": GEO, "HPS": HPS, "LMI": LMI, "OLS": OLS, "RTLS": RTLS}
-"""Every method by its name."""
+"""Every method by its name, those first that use most of what is known."""
 
-__all__ = ["GEO", "HPS", "LMI", "METHODS", "OLS", "PMD", "RTLS", "Estimator"]
+VARIANTS: dict[str, tuple[str, str]] = {
+    f"{name}-{model}": (name, model)
+    for name, models in (
+        ("PMD", ("full", "reduced")),
+        ("GEO", ("blended", "reduced")),
+        ("OLS", ("blended", "reduced")),
+    )
+    for model in models
+}
+"""The same with another model of the motion than their own: an ablation."""
+
+
+def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
+    """Estimator of a method or variant, in any case, and the hyperparameters that make it so.
+
+    Raises `InputError` for an unknown name.
+    """
+    known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
+    key = known.get(name.lower())
+    if key is None:
+        raise InputError(f"unknown method '{name}'", fix=f"use {', '.join(METHODS)}; see hefting methods")
+    if key in METHODS:
+        return METHODS[key], {}
+    base, model = VARIANTS[key]
+    return METHODS[base], {"model": model}
+
+
+def describe_methods() -> dict[str, dict[str, Any]]:
+    """What every method does, needs, guarantees and is indifferent to, by name; JSON-ready."""
+    return {
+        name: {
+            "summary": " ".join((kind.__doc__ or "").split("\n\n")[0].split()).rstrip(":;."),
+            "needs": kind.needs,
+            "consistent": kind.consistent,
+            "invariances": [i for i in INVARIANCES if i in kind.invariances],
+            "source": kind.source,
+            "hyperparameters": {f.name: _default(f) for f in fields(kind)},
+        }
+        for name, kind in METHODS.items()
+    }
+
+
+def _default(field: Field) -> Any:
+    return None if field.default is MISSING else field.default
+
+
+__all__ = [
+    "GEO",
+    "HPS",
+    "LMI",
+    "METHODS",
+    "OLS",
+    "PMD",
+    "RTLS",
+    "VARIANTS",
+    "Estimator",
+    "describe_methods",
+    "method_named",
+]

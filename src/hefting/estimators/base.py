@@ -48,8 +48,9 @@ class Estimator:
 
     @property
     def name(self) -> str:
-        """The method's name, as the command line spells it."""
-        return type(self).__name__
+        """The method's name, as the command line spells it; with the model, where that is not its own."""
+        name, model = type(self).__name__, getattr(self, "model", None)
+        return name if model == getattr(type(self), "model", None) else f"{name}-{model}"
 
     def start(self) -> Blend:
         """The state before any sample."""

@@ -9,14 +9,12 @@ from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model
 from hefting.estimators.blend import Blend
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
+from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise, whitening
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
-IDENTIFIABLE_PARTS = 4
-"""Gravity alone determines the mass and the first moment: four numbers."""
 REACH = 10.0
 """The bound holds for bodies up to so many times as heavy."""
 
@@ -83,14 +81,27 @@ class HPS(Estimator):
         return state.fold(measurements if chosen.all() else measurements[chosen], 0.0)
 
     def estimate(self, state: Blend) -> Estimate:
-        """The estimate from the near-static samples seen. Raises `NotIdentifiableError` when there are none."""
+        """The estimate from the near-static samples seen.
+
+        Raises `NotIdentifiableError` when there are none, when they do not tell the mass from a bias, or when no
+        mass at all explains the wrench best.
+        """
         from scipy.optimize import nnls
 
         if state.samples == 0:
             raise NotIdentifiableError("no near-static samples to estimate from", fix="stop and go, or use GEO or PMD")
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         G, g = problem.A @ self._matrix, problem.b
-        masses, _ = nnls(G, g, maxiter=100 * G.shape[1])
+        lengths = np.sqrt((G * G).sum(axis=0) + ((problem.bias_rows[:, 6:16] @ self._matrix) ** 2).sum(axis=0))
+        lengths[lengths == 0.0] = 1.0
+        U, S, V = np.linalg.svd(G / lengths, full_matrices=False)
+        told = int((RANK_TOLERANCE < S).sum())  # what is less, a bias and rounding explain as well
+        if told == 0:
+            raise NotIdentifiableError("the poses do not tell the mass from a bias", fix="record more orientations")
+        masses, _ = nnls((V * lengths)[:told] * S[:told, None], U[:, :told].T @ g, maxiter=100 * len(lengths))
+        if not masses.any():
+            fix = "check the object's pose and the signs of wrench and gravity"
+            raise NotIdentifiableError("the wrench is best explained by no mass at all", fix=fix)
         vector = self._matrix @ masses
         r = G @ masses - g
         return Estimate(
@@ -101,14 +112,12 @@ class HPS(Estimator):
             certificate=Certificate(float(r @ r), _bound(G, g, masses), iterations=1),
             bias=problem.bias(vector),
             point_masses=self._shares @ masses,
-            warnings=self._warnings(),
+            warnings=_warnings(len(lengths), told),
         )
 
-    def _warnings(self) -> tuple[str, ...]:
-        count = self._matrix.shape[1]
-        if count <= IDENTIFIABLE_PARTS:
-            return ()
-        return (f"gravity does not tell the masses of {count} parts apart, only of {IDENTIFIABLE_PARTS}",)
+
+def _warnings(parts: int, told: int) -> tuple[str, ...]:
+    return () if told == parts else (f"gravity does not tell the masses of {parts} parts apart, only of {told}",)
 
 
 def _bound(G: Array, g: Array, masses: Array) -> float:

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import NotIdentifiableError
+from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
-from hefting.estimators.quadratic import ScaledSVD, stacked_factor, whitening
+from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor, whitening
 from hefting.inertia import InertialParameters
 from hefting.measurements import Noise
-from hefting.moments import triangular
 from hefting.spatial import PARAMETERS, Array
 
 
@@ -22,13 +21,14 @@ class RTLS(Estimator):
         minimise  |[dA D^-1, db]|_F   such that  (A + dA) phi = b + db
 
     Unconstrained, so they may be those of no body. Without known noise every column of [A | b] is taken to carry as
-    much of it as every other (D = I), as published; the columns of a constant bias are exact. As sensor axes turn, so
-    do products of inertia into moments, of which one counts twice in the sum and the other once: the answer depends
-    on the axes, and on units and origin.
+    much of it as every other (D = I), as published, and the answer depends on units and axes: turned, products of
+    inertia become moments, and a tensor holds those twice and these once. With known noise it depends on neither, and
+    its mean error vanishes as samples grow in number. It always depends on the sensor's origin: noise there is not
+    noise elsewhere. The columns of a constant bias are exact.
     """
 
     source = "Kubus, Kröger & Wahl, IROS 2008"
-    invariances = frozenset({"world frame", "sample order", "merging"})
+    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "units"})
 
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
@@ -38,7 +38,14 @@ class RTLS(Estimator):
 
     def __post_init__(self):
         require_bias_model(self.bias)
+        if self.noise is None:
+            return
+        if not isinstance(self.noise, Noise):
+            raise InputError("RTLS wants the noise as levels of wrench and accelerations", fix="give a Noise, or None")
         whitening(self.noise)
+        for level in (self.noise.linear_acceleration, self.noise.angular_acceleration):
+            if not 0.0 <= level < np.inf:
+                raise InputError(f"known noise of the accelerations must be zero or positive, not {level}")
 
     def estimate(self, state: Blend) -> Estimate:
         """The estimate from the samples seen.
@@ -46,25 +53,26 @@ class RTLS(Estimator):
         Raises `NotIdentifiableError` when there are none, or when no finite parameters are best.
         """
         require_samples(state.samples)
-        R = stacked_factor(state, self.noise)
-        first = 0 if self.bias == "estimate" else 6
-        if first:
-            R = triangular(R[:, 6:])
+        n = 6 if self.bias == "estimate" else 0
+        R = stacked_factor(state, self.noise, n > 0)
         levels = np.ones(10) if self.noise is None else column_levels(self.noise)
-        exact = [*range(6 - first), *(6 - first + np.flatnonzero(levels == 0.0))]
-        noisy = 6 - first + np.flatnonzero(levels > 0.0)
-        n, k = len(exact), len(noisy)
-        scale = np.concatenate((np.ones(n), levels[levels > 0.0], (1.0,)))
-        C = triangular(R[:, [*exact, *noisy, len(R) - 1]] * scale)
-        y, square, bound = _total_least_squares(C[n:, n : n + k], C[n:, -1])
-        x = ScaledSVD.of(C[:n, :n]).solve(C[:n, -1] - C[:n, n : n + k] @ y) if n else np.zeros(0)
-        solution = np.empty(16 - first)
-        solution[exact], solution[noisy] = x, y * levels[levels > 0.0]
-        vector = solution[6 - first :]
+        exact = np.concatenate((np.arange(n), n + np.flatnonzero(levels == 0.0)))
+        noisy, levels = n + np.flatnonzero(levels > 0.0), levels[levels > 0.0]
+        E, A, b = R[:, exact], R[:, noisy] / levels, R[:, -1]
+        svd = ScaledSVD.of(E) if len(exact) else None
+        U = np.empty((len(R), 0)) if svd is None else svd.U
+        lengths = np.sqrt((A * A).sum(axis=0))
+        lengths[lengths == 0.0] = 1.0
+        y, square, bound = _total_least_squares(A - U @ (U.T @ A), b - U @ (U.T @ b), lengths)
+        solution = np.empty(n + 10)
+        solution[noisy] = y / levels
+        if svd is not None:
+            solution[exact] = svd.solve(b - A @ y)
+        vector = solution[n:]
         open_ = ScaledSVD.of(R[:, :-1]).open
         warnings = ()
-        if (open_ >= 6 - first).any():
-            names = ", ".join(PARAMETERS[i - 6 + first] for i in open_ if i >= 6 - first)
+        if (open_ >= n).any():
+            names = ", ".join(PARAMETERS[i - n] for i in open_ if i >= n)
             warnings = (f"the motion does not determine {names}: shown are the smallest values that fit",)
         return Estimate(
             method=self.name,
@@ -72,7 +80,7 @@ class RTLS(Estimator):
             samples=state.samples,
             duration=state.duration,
             certificate=Certificate(square, bound, iterations=1),
-            bias=None if first else solution[:6],
+            bias=solution[:6] if n else None,
             warnings=warnings,
         )
 
@@ -86,15 +94,17 @@ def column_levels(noise: Noise) -> Array:
     return np.sqrt(np.array(squares) / 6.0)
 
 
-def _total_least_squares(A: Array, b: Array) -> tuple[Array, float, float]:
+def _total_least_squares(A: Array, b: Array, lengths: Array) -> tuple[Array, float, float]:
     """x (k,) by the smallest right singular vector of [A | b], its squared singular value, and a bound below that.
 
-    Directions that A does not see are left out: of these the smallest solution.
+    Directions that A does not see, its columns taken relative to `lengths` (k,), are left out: of these the smallest
+    solution.
     """
-    svd = ScaledSVD.of(A) if A.shape[1] else None
     basis = np.eye(A.shape[1])
-    if svd is not None and len(svd.kernel):
-        basis = np.linalg.qr((svd.V * svd.scale).T)[0]
+    if A.shape[1]:
+        _, S, V = np.linalg.svd(A / lengths)
+        if S[-1] <= RANK_TOLERANCE:
+            basis = np.linalg.qr((V[RANK_TOLERANCE < S] * lengths).T)[0]
     C = np.column_stack((A @ basis, b))
     _, S, V = np.linalg.svd(C)
     v = V[-1]
@@ -103,4 +113,4 @@ def _total_least_squares(A: Array, b: Array) -> tuple[Array, float, float]:
     x = basis @ (-v[:-1] / v[-1])
     r = A @ x - b
     square = float(r @ r) / (1.0 + float(x @ x))
-    return x, square, max(0.0, float(S[-1]) - 16.0 * np.finfo(float).eps * float(S[0])) ** 2
+    return x, square, max(0.0, float(S[-1]) - 16.0 * float(np.finfo(float).eps * S[0])) ** 2

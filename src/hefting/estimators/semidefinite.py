@@ -12,7 +12,7 @@ so no matrix near the boundary is ever decomposed. Every u (r,) certifies a lowe
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,11 @@ TOLERANCE = 1e-6
 """Certified gap at which a solution counts as converged, relative to the objective (or 1e-6 |b|², if it is smaller)."""
 REACH = 10.0
 """The bound without logarithm holds for bodies whose pseudo-inertia has up to so many times the trace found."""
+THINNEST = 1e-15
+"""Least eigenvalue of Q relative to its trace: below it rounding would decide whether this is a body."""
 MAX_STEPS = 60
+RESTARTS = 2
+"""Times that a solution without logarithm is begun anew from the body found, if it is not proven to be one."""
 NEARNESS = 1e-3
 """Least product of an eigenvalue of Q with that of Z, relative to their mean: further from the path steps get short."""
 
@@ -96,30 +100,58 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
     open is taken as close to I as the rest allows; a half space is for gamma = 0 only.
     """
     size = math.sqrt(b @ b) or 1.0
-    A, b = A / size, b / size
-    if gamma == 0.0:
-        inside = _unconstrained(A, b, half_space)
-        if inside is not None:
-            return Solution(inside[0], inside[1] * size**2, inside[2] * size**2, 1, True)
-    prior = gamma / size**2
-    path = _Path(A, b, max(prior, VANISHING), half_space)
+    A, b, prior = A / size, b / size, gamma / size**2
+    if prior >= VANISHING:
+        found = _follow(A, b, prior, half_space)
+    else:
+        found = _unconstrained(A, b, half_space) or _follow(A, b, 0.0, half_space)
+        for _ in range(RESTARTS):
+            if not found.converged:
+                found = _again(A, b, half_space, found)
+        if prior:
+            objective = found.objective + prior * divergence(mat(found.q))
+            found = replace(found, objective=objective, converged=found.bound >= _sufficient(objective))
+    return replace(found, objective=found.objective * size**2, bound=found.bound * size**2)
+
+
+def _sufficient(objective: float) -> float:
+    """The lower bound that proves an objective."""
+    return objective - TOLERANCE * max(objective, 1e-6)
+
+
+def _follow(A: Array, b: Array, gamma: float, half_space: Array | None) -> Solution:
+    """The point of the central path at gamma, or the best found on the way."""
+    path = _Path(A, b, max(gamma, VANISHING), half_space)
     best, objective, multiplier = path.L, math.inf, path.multiplier
     while path.advance():
-        now = path.objective(prior)
+        now = path.objective(gamma)
         if now <= objective:
             best, objective, multiplier = path.L, now, path.multiplier
         if path.steps == MAX_STEPS:
             break
     q = vec(best @ best.T)
+    bound = _bound(A, b, q, gamma, multiplier, A @ q - b)
+    lowest = float(_eigenvalues(mat(q))[0])
+    q = q + max(0.0, THINNEST * float(q @ IDENTITY) - lowest) * IDENTITY
     r = A @ q - b
-    objective = float(r @ r) + (prior * divergence(mat(q)) if prior else 0.0)
-    bound = _bound(A, b, q, prior, multiplier)
-    converged = objective - bound <= TOLERANCE * max(objective, 1e-6)
-    return Solution(q, objective * size**2, bound * size**2, path.steps, converged)
+    objective = float(r @ r) + (gamma * divergence(mat(q)) if gamma else 0.0)
+    if bound < _sufficient(objective):
+        bound = max(bound, _mended_bound(A, b, q, multiplier))
+    return Solution(q, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
-def _unconstrained(A: Array, b: Array, half_space: Array | None) -> tuple[Array, float, float] | None:
-    """q, objective and bound of least squares, when that determines a body; else None."""
+def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
+    """The better of `found` and what is found from there: the start may have been far off."""
+    T = congruence(np.linalg.cholesky(mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE))
+    second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
+    steps = found.iterations + second.iterations
+    if second.objective - second.bound < found.objective - found.bound:
+        found = replace(second, q=T @ second.q)
+    return replace(found, iterations=steps)
+
+
+def _unconstrained(A: Array, b: Array, half_space: Array | None) -> Solution | None:
+    """Least squares, when that determines a body; else None."""
     svd = ScaledSVD.of(A)
     if len(svd.kernel):
         return None
@@ -129,7 +161,7 @@ def _unconstrained(A: Array, b: Array, half_space: Array | None) -> tuple[Array,
     r = A @ q - b
     slack = svd.U.T @ r
     square = float(r @ r)
-    return q, square, max(0.0, square - float(slack @ slack))
+    return Solution(q, square, max(0.0, square - float(slack @ slack)), 1, True)
 
 
 def divergence(Q: Array) -> float:
@@ -141,15 +173,25 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float) -> float:
-    """Largest lower bound that the residual at q gives; `multiplier` (10,) is y e."""
-    u = A @ q - b
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, u: Array) -> float:
+    """Largest lower bound that `u` (r,), the residual at q or near it, gives; `multiplier` (10,) is y e."""
     S = mat(2.0 * (A.T @ u) - multiplier)
     value, values = -float(u @ u + 2.0 * (b @ u)), _eigenvalues(S)
     bound = value + REACH * float(q[_ROWS == _COLUMNS].sum()) * min(0.0, float(values[0]))
     if gamma > 0.0 and values[0] > -gamma:
         bound = max(bound, value + gamma * float(np.sum(np.log1p(values / gamma))))
     return max(0.0, bound)
+
+
+def _mended_bound(A: Array, b: Array, q: Array, multiplier: Array | float) -> float:
+    """The same without logarithm, by the nearest u for which no eigenvalue of S is negative."""
+    svd = ScaledSVD.of(A)
+    u = A @ q - b
+    S = 2.0 * (A.T @ u) - multiplier
+    values, axes, _ = lapack.dsyevd(mat(S))
+    lack = vec((axes * np.maximum(-values, 0.0)) @ axes.T)
+    u = u + svd.U @ ((svd.V @ (0.5 * lack / svd.scale)) / svd.S)
+    return _bound(A, b, q, 0.0, multiplier, u)
 
 
 class _Path:
@@ -195,10 +237,7 @@ class _Path:
             return False
         N = At.T @ At
         N.ravel()[::11] += 1.0
-        et = None
-        if self._e is not None:
-            et = T.T @ self._e
-            N += (self._y / self._slack) * np.outer(et, et)
+        et = None if self._e is None else T.T @ self._e
         factor, failed = lapack.dpotrf(N)
         if failed:
             return False
@@ -264,13 +303,15 @@ class _Step:
     def towards(self, mu: float, cross: Array | float = 0.0, cross_y: float = 0.0) -> tuple[Array, Array, float, float]:
         """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu`, less corrections."""
         right = vec(((mu - self.s * self.s) * _EYE - cross) / self._sums)
-        if self._e is None:
-            dq = lapack.dpotrs(self._factor, right - self._mismatch)[0]
-            return mat(dq), mat(right - dq), 0.0, 0.0
-        goal = mu - self._slack * self._y - cross_y
-        dq = lapack.dpotrs(self._factor, right - self._mismatch + self._e * (goal / self._slack))[0]
-        ds = float(self._e @ dq)
-        return mat(dq), mat(right - dq), ds, (goal - self._y * ds) / self._slack
+        dq = lapack.dpotrs(self._factor, right - self._mismatch)[0]
+        ds = dy = 0.0
+        if self._e is not None:  # y by elimination: dividing by the slack would magnify rounding as it vanishes
+            per_y = lapack.dpotrs(self._factor, self._e)[0]
+            goal = mu - self._slack * self._y - cross_y
+            dy = (goal - self._y * float(self._e @ dq)) / (self._slack + self._y * float(self._e @ per_y))
+            dq = dq + dy * per_y
+            ds = (goal - self._slack * dy) / self._y
+        return mat(dq), mat(right - dq), ds, dy
 
     def length(self, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
         """Largest step that stays inside, at most 1 / 0.98."""

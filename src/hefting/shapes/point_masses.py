@@ -114,6 +114,13 @@ class PointMasses:
         matrix[4:] += self.cell_inertia.T
         return frozen(matrix)
 
+    def margin(self, center_of_mass: ArrayLike) -> float:
+        """Depth of a point (3,) [m] in the object's convex hull over its largest side; negative outside."""
+        from hefting.shapes.hull import depth_in_hull
+
+        largest = float(self.extents.max())
+        return depth_in_hull(self.hull, np.asarray(center_of_mass, dtype=float)) / (largest or 1.0)
+
     # factories
 
     @classmethod

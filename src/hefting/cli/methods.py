@@ -1,0 +1,24 @@
+"""hefting methods: list the methods, what each needs and what it guarantees."""
+
+import argparse
+
+from hefting.cli.options import add_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting methods``."""
+    add_json(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print every method."""
+    if arguments.json:
+        import json
+
+        from hefting.estimators import describe_methods
+
+        print(json.dumps(describe_methods()))
+        return
+    from hefting.report import methods_report, print_report
+
+    print_report(methods_report())

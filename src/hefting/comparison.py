@@ -1,0 +1,85 @@
+"""Comparison: several methods on one recording, and which of them to trust."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hefting.errors import HeftingError, InputError
+from hefting.estimate import Estimate
+from hefting.estimators import METHODS, VARIANTS, method_named
+from hefting.identification import estimator_for, finished, hyperparameters_of
+from hefting.preparation import Prepared, prepare
+from hefting.recommendation import recommend
+from hefting.recording import Recording
+from hefting.shapes import PointMasses
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Estimates of several methods from one recording."""
+
+    results: dict[str, Estimate]
+    """By method; variants after the methods proper."""
+    seconds: dict[str, float]
+    """How long each took from the measurements [s]."""
+    skipped: dict[str, str]
+    """Methods that could not be used, and why."""
+    recommended: str
+    """Name of the one to trust."""
+    reason: str
+    """Why that one."""
+    prepared: Prepared
+    """The recording as all of them took it."""
+
+
+def compare(
+    recording: Recording | str | Path,
+    shape: PointMasses | None = None,
+    methods: Sequence[str] = ("all",),
+    *,
+    hyperparameters: dict[str, Any] | None = None,
+    **reading: Any,
+) -> Comparison:
+    """Identify the object by several methods from one recording.
+
+    Parameters
+    ----------
+    methods : names of methods and variants; ``"all"`` stands for all that can be used, variants included.
+    hyperparameters : fields of estimators, such as ``c1``, for those that have them.
+    reading : gravity, wrench, bias, motion, start, duration as for `hefting.identification.identify`.
+
+    Raises `InputError` for an unknown method or hyperparameter, or one named that needs what is not given; and as
+    `identify` does.
+    """
+    everything = any(name.lower() == "all" for name in methods)
+    names = (*METHODS, *VARIANTS) if everything else tuple(dict.fromkeys(methods))
+    kinds = {name: method_named(name) for name in names}
+    wanted = hyperparameters or {}
+    taken = {name: hyperparameters_of(kind, settings.get("model")) for name, (kind, settings) in kinds.items()}
+    for key in wanted:
+        if not any(key in known for known in taken.values()):
+            raise InputError(f"none of {', '.join(names)} has a '{key}'")
+    prepared = prepare(recording, shape, **reading)
+    results, seconds, skipped = {}, {}, {}
+    for name, (kind, settings) in kinds.items():
+        own = {key: value for key, value in wanted.items() if key in taken[name]}
+        try:
+            estimator = estimator_for(kind, prepared, shape, own | settings)
+            start = time.perf_counter()
+            estimate = estimator.fit(prepared.measurements)
+            elapsed = time.perf_counter() - start
+            results[estimator.name] = finished(estimate, estimator, prepared, shape)
+            seconds[estimator.name] = elapsed
+        except HeftingError as error:
+            if not everything:
+                raise
+            if name in METHODS:
+                skipped[name] = str(error)
+    if not results:
+        raise InputError("no method could be used", prepared.log, next(iter(skipped.values())))
+    recommended, reason = recommend(
+        {name: results[name] for name in results if name not in VARIANTS} or results, prepared
+    )
+    return Comparison(results, seconds, skipped, recommended, reason, prepared)
