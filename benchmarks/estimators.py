@@ -60,7 +60,7 @@ def solved(problem: cp.Problem) -> Conic:
 
 
 def lmi_as_stated(A: Array, b: Array) -> Conic:
-    """|A phi - b|² over P >= 0 (Wensing et al. 2018, eq. 22)."""
+    """|A phi - b|² over P >= 0 (Wensing et al. 2018)."""
     P, phi = body()
     return solved(cp.Problem(cp.Minimize(cp.sum_squares(A @ phi - b)), [P >> 0]))
 

@@ -1,4 +1,4 @@
-"""Independent oracle for GEO and LMI: their problems as published, from every sample, through a general conic solver."""
+"""Independent oracle for GEO and LMI: the published problems, from every sample, through a general conic solver."""
 
 import warnings
 from dataclasses import dataclass
@@ -239,7 +239,7 @@ def geo_case(seed: int) -> tuple[str, GEO, Measurements, Problem]:
 
 
 def measured_mass(A: np.ndarray, b: np.ndarray, homogeneous: np.ndarray) -> float:
-    """Mass by least squares; if that is none, over multiples of a body (10,); if none either, 1/1000 of what explains |b|."""
+    """Mass by least squares; if that is none, over multiples of a body (10,); or else 1/1000 of what explains |b|."""
     scale = np.linalg.norm(A, axis=0)
     scale[scale == 0.0] = 1.0
     mass = (np.linalg.lstsq(A / scale, b, rcond=1e-9)[0] / scale)[0]
@@ -268,7 +268,7 @@ def lmi_case(seed: int) -> tuple[str, LMI, Measurements, Problem]:
 
 
 def lowest(vector: np.ndarray) -> float:
-    """Least eigenvalue of the pseudo-inertia at 1 kg, in axes in which its mean square distance from the origin is one."""
+    """Least eigenvalue of the pseudo-inertia of 1 kg, in units of its root-mean-square distance from the origin."""
     P = pseudo_inertia(vector)
     if not (P[3, 3] > 0.0 and np.trace(P[:3, :3]) >= 0.0):
         return -np.inf
@@ -288,7 +288,8 @@ def assert_optimal(label: str, found: Estimate, problem: Problem) -> tuple[bool,
     if problem.gamma > 0.0:
         rounding += 1e-16 * np.linalg.cond(problem.P0) * objective
     assert abs(certificate.objective - objective) <= rounding, label
-    assert certificate.converged and certificate.gap <= problem.tolerance(certificate.objective), (label, certificate)
+    assert certificate.converged, (label, certificate)
+    assert certificate.gap <= problem.tolerance(certificate.objective), (label, certificate)
     assert found.physically_consistent, label
     assert lowest(found.parameters.vector) >= -1e-13, label  # rounding of ten parameters, whose P has size one
     optimum = solve(problem)

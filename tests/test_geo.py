@@ -115,7 +115,7 @@ def test_priors_of_any_thickness(z, distance, layout):
     else:
         points = np.random.default_rng(6).uniform(-0.1, 0.1, (1 if layout == "point" else 12, 3))
         points[:, {"flat": 2, "rod": 1, "point": 3}[layout] :] = 0.0
-        shape = PointMasses(points + (0.05, 0.0, 0.1))
+        shape = PointMasses(points + np.array((0.05, 0.0, 0.1)))
     found = GEO(shape, distance=distance, noise=NOISE).fit(z)
     assert found.certificate.converged
     assert lowest(found.parameters.vector) >= -1e-13  # rounding of a P of size one
@@ -124,7 +124,7 @@ def test_priors_of_any_thickness(z, distance, layout):
 
 
 def test_a_prior_of_no_weight_that_can_be_measured(shape):
-    """The wrench pulls the wrong way: least squares finds -1 kg, but the prior and the answer are bodies, light ones."""
+    """The wrench pulls the wrong way: least squares finds -1 kg, but prior and answer are (light) bodies."""
     rng = np.random.default_rng(7)
     z = with_wrench(random_motion(rng, 50), random_body(rng))
     found = GEO(shape, noise=NOISE).fit(replace(z, force=-z.force, torque=-z.torque))

@@ -281,7 +281,7 @@ def test_noise_is_said_with_its_size():
     assert found.summary == (
         f"Jxx, Jxy, Jxz, Jyy, Jyz, Jzz are lost in the noise: the largest standard deviation is "
         f"{max(std[4:]) / (fit.vector[0] * SIZE**2 / 12):.2g} times what a body of 0.2 m would have; turn faster or "
-        "longer about x and y and z",
+        "longer about x, y and z",
     )
     # as it says: as many times faster or longer does it
     assert not judged(random_motion(rng, 200, 1.0), torque=0.05).open
@@ -302,7 +302,6 @@ def test_accelerations_within_their_known_noise_are_none():
     rng = np.random.default_rng(5)
     still = at_rest((0, 0, -1), (1, 0, 0), (0, 1, 0))
     noise = Noise(0.05, 0.0025, 0.0, 0.05)
-    z = replace(still, angular_acceleration=0.05 * rng.normal(size=(60, 3)), noise=noise)
     z = with_wrench(still, random_body(rng), 0.0, rng, 0.05, 0.02)
     z = replace(z, angular_acceleration=0.05 * rng.normal(size=(60, 3)), noise=noise)
     found = identifiability(z, fit_freely(z, False), SIZE)

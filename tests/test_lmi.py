@@ -92,7 +92,8 @@ def test_the_ellipsoid_keeps_the_mass_near():
     z = with_wrench(random_motion(rng, 100, 2.0), body)
     shape = PointMasses.from_box(-0.05, 0.05, -0.05, 0.05, -0.05, 0.05, points=27)
     for offset in (0.0, 0.5):
-        moved = PointMasses(shape.positions + (offset, 0.0, 0.0), hull=shape.hull + (offset, 0.0, 0.0))
+        shift = np.array((offset, 0.0, 0.0))
+        moved = PointMasses(shape.positions + shift, hull=shape.hull + shift)
         found = LMI(moved).fit(z)
         assert found.certificate.converged
         centre = moved.positions.mean(axis=0)
@@ -160,4 +161,4 @@ def test_no_inconsistent_body_counts_as_consistent():
                 assert margin >= -1e-9, (method.name, known.label, margin)
             else:
                 inconsistent[method.name] += 1
-    assert inconsistent["OLS"] > 10 and inconsistent["RTLS"] > 10, inconsistent  # or this would prove nothing
+    assert min(inconsistent["OLS"], inconsistent["RTLS"]) > 10, inconsistent  # or this would prove nothing

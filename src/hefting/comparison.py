@@ -79,7 +79,6 @@ def compare(
                 skipped[name] = str(error)
     if not results:
         raise InputError("no method could be used", prepared.log, next(iter(skipped.values())))
-    recommended, reason = recommend(
-        {name: results[name] for name in results if name not in VARIANTS} or results, prepared
-    )
+    proper = {name: estimate for name, estimate in results.items() if name not in VARIANTS}
+    recommended, reason = recommend(proper or results, prepared, shape)
     return Comparison(results, seconds, skipped, recommended, reason, prepared)

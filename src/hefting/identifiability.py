@@ -25,8 +25,10 @@ STILL = 0.01
 """Root-mean-square turn of gravity [rad] up to which it kept its direction."""
 NARROW = 0.2
 """The same [rad] up to which it turned by only a little."""
-IDLE = 0.02
-"""Angular acceleration [rad/s²], or its share of the largest axis's, up to which there was none; root mean square."""
+IDLE = 0.005
+"""Root-mean-square angular acceleration [rad/s²] up to which there was none."""
+IDLE_SHARE = 0.02
+"""The same relative to that about the axis of most."""
 
 RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
@@ -140,7 +142,8 @@ def _sentence(group: list[_Finding]) -> str:
     if first.reason:
         return f"{subjects} not observable: {first.reason}"
     excess = max(finding.excess for finding in group)
-    axes = (" or " if one else " and ").join(sorted(set("".join(finding.axes for finding in group))))
+    names = sorted(set("".join(finding.axes for finding in group)))
+    axes = (" or " if one else " and ").join((*[", ".join(names[:-1])] * (len(names) > 1), *names[-1:]))
     return (
         f"{subjects} {'is' if one else 'are'} lost in the noise: {'its' if one else 'the largest'} standard deviation "
         f"is {excess:.2g} times {first.yardstick}; {first.remedy.format(axes)}"
@@ -248,8 +251,9 @@ class _Reasons:
     def _idle_directions(self) -> Array:
         """(k, 3) orthonormal directions about which there was no angular acceleration, k = 0 to 3.
 
-        None means: as little as `IDLE`, or as the known noise of it, and less than what would show the inertia of
-        a body of the given size through the torque's noise.
+        None means: less than would show the inertia of a body of the given size through the torque's noise, and as
+        little as its own known noise, `IDLE_SHARE`, or `IDLE`; the latter unless all of the motion is lost in noise,
+        as one axis is then no worse than the others.
         """
         alpha = self._z.angular_acceleration * np.sqrt(self._weights / self._weights.mean())[:, None]
         _, S, V = np.linalg.svd(np.vstack((alpha, np.zeros((3, 3)))) / np.sqrt(len(alpha)), full_matrices=False)
@@ -259,7 +263,9 @@ class _Reasons:
         noise = self._fit.noise.torque * np.sqrt(self._fit.autocorrelation / len(alpha))
         needed = noise / max(mass * self._size**2 / 12.0, 1e-300)
         known = self._z.noise.angular_acceleration if self._z.noise is not None else 0.0
-        return V[min(needed, max(IDLE, IDLE * float(S[0]), 1.2 * known)) > S]
+        most = float(S[0])
+        idle = 0.0 if IDLE < most < needed else IDLE
+        return V[min(needed, max(idle, IDLE_SHARE * most, 1.2 * known)) > S]
 
     def _idle_reason(self, idle: Array) -> str:
         if not self._z.angular_acceleration.any():

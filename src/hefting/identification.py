@@ -17,7 +17,7 @@ from hefting.plausibility import misfit_warnings
 from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
-from hefting.spatial import STANDARD_GRAVITY
+from hefting.spatial import STANDARD_GRAVITY, vector_to_tensor
 
 SMOOTHED_C1 = 1.0
 """c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
@@ -152,12 +152,25 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
 
 
 def _motion_noise(prepared: Prepared) -> Noise | None:
-    """The wrench's noise with that of the accelerations, where the motion was found here; else None."""
-    motion = prepared.motion
+    """The wrench's own noise and that of the accelerations, where the motion was found here; else None.
+
+    The free fit's residual holds both: what the motion adds, E S E' at its parameters, is taken out again.
+    """
+    motion, fit = prepared.motion, prepared.fit
     if motion is None or motion.linear_acceleration_std is None:
         return None
-    rms = [float(np.sqrt(np.mean(s**2))) for s in (motion.linear_acceleration_std, motion.angular_acceleration_std)]
-    return replace(prepared.fit.noise, linear_acceleration=rms[0], angular_acceleration=rms[1])
+    a, alpha = (float(np.mean(s**2)) for s in (motion.linear_acceleration_std, motion.angular_acceleration_std))
+    known = np.where(np.isfinite(fit.covariance.diagonal()[:10]), fit.vector, 0.0)
+    lever = 2.0 * float(known[1:4] @ known[1:4]) / 3.0  # mean square of a component of mc x noise
+    inertia = float(np.sum(vector_to_tensor(known[4:]) ** 2)) / 3.0
+    force = fit.noise.force**2 - known[0] ** 2 * a - lever * alpha
+    torque = fit.noise.torque**2 - lever * a - inertia * alpha
+    return Noise(
+        force=max(force, 0.01 * fit.noise.force**2) ** 0.5,
+        torque=max(torque, 0.01 * fit.noise.torque**2) ** 0.5,
+        linear_acceleration=a**0.5,
+        angular_acceleration=alpha**0.5,
+    )
 
 
 def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, fit: FreeFit) -> list[str]:

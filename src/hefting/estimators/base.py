@@ -40,7 +40,7 @@ class Estimator:
     needs: ClassVar[Needs] = "nothing"
     """What the method must know of the object beforehand."""
     consistent: ClassVar[bool] = False
-    """Whether every estimate is a body that can exist."""
+    """Whether every estimate of a positive mass is a body that can exist."""
     invariances: ClassVar[frozenset[str]] = frozenset()
     """Which of `INVARIANCES` hold at the default hyperparameters, or with those stated in the class's docstring."""
     source: ClassVar[str] = ""

@@ -8,7 +8,7 @@ from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
-from hefting.estimators.quadratic import Quadratic, ScaledSVD, WrenchNoise, whitening
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
 from hefting.estimators.semidefinite import PARAMETERS_OF, congruence, solve, vec
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
@@ -60,7 +60,7 @@ class LMI(Estimator):
         T = PARAMETERS_OF @ congruence(G)
         solution = solve(problem.A @ T, problem.b, half_space=half_space)
         vector = T @ solution.q
-        open_ = ScaledSVD.of(problem.A).open
+        open_ = problem.svd.open
         warnings = ()
         if len(open_):
             names = ", ".join(PARAMETERS[i] for i in open_)

@@ -7,6 +7,7 @@ problem that is left when the bias takes its best value, whatever the parameters
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def stacked_factor(state: Blend, noise: WrenchNoise = None, free_bias: bool = Tr
 
 @dataclass(frozen=True, eq=False)
 class ScaledSVD:
-    """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one length: A = U S V / scale."""
+    """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one length: A = (U S V) scale."""
 
     U: Array
     """(r, k) for the k singular values above `RANK_TOLERANCE`"""
@@ -80,12 +81,15 @@ class ScaledSVD:
     """(n,) the columns' lengths; 1 for those that vanish"""
 
     @classmethod
-    def of(cls, A: Array) -> "ScaledSVD":
-        """Of `A`."""
-        norms = np.sqrt((A * A).sum(axis=0))
+    def of(cls, A: Array, lengths: Array | None = None) -> "ScaledSVD":
+        """Of `A`; given the columns' `lengths` (n,) before something was taken out of them, rounding of that is none.
+
+        Without them the columns' own lengths serve.
+        """
+        norms = np.sqrt((A * A).sum(axis=0)) if lengths is None else lengths
         scale = np.where(norms > 0.0, norms, 1.0)
         U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
-        kept = RANK_TOLERANCE * S[0] < S
+        kept = RANK_TOLERANCE * (S[0] if lengths is None else 1.0) < S
         return cls(U[:, kept], S[kept], V[kept], V[~kept], scale)
 
     def solve(self, b: Array) -> Array:
@@ -114,8 +118,17 @@ class Quadratic:
         """Of all samples in `state`."""
         R = stacked_factor(state, noise, free_bias)
         if free_bias:
-            return cls(R[6:, 6:16], R[6:, 16], R[:6])
+            A, lengths = R[6:, 6:16], np.sqrt((R[:, 6:16] ** 2).sum(axis=0))
+            svd = ScaledSVD.of(A, lengths)
+            if len(svd.kernel):  # what a bias explains as well leaves but rounding
+                A = ((svd.U * svd.S) @ svd.V) * svd.scale
+            return cls(A, R[6:, 16], R[:6])
         return cls(R[:, :10], R[:, 10], np.zeros((0, 17)))
+
+    @cached_property
+    def svd(self) -> ScaledSVD:
+        """Of A."""
+        return ScaledSVD.of(self.A)
 
     @property
     def size(self) -> float:
@@ -141,7 +154,7 @@ class Quadratic:
 
     def least_squares(self) -> Array:
         """(10,) unconstrained least squares; of directions the data leave open the smallest solution."""
-        return ScaledSVD.of(self.A).solve(self.b)
+        return self.svd.solve(self.b)
 
     def measured_mass(self, homogeneous: Array) -> float:
         """Mass [kg] that unconstrained least squares measures; where that is no mass, of `homogeneous` (10,) scaled.

@@ -122,22 +122,21 @@ def _sufficient(objective: float) -> float:
 def _follow(A: Array, b: Array, gamma: float, half_space: Array | None) -> Solution:
     """The point of the central path at gamma, or the best found on the way."""
     path = _Path(A, b, max(gamma, VANISHING), half_space)
-    best, objective, multiplier = path.L, math.inf, path.multiplier
-    while path.advance():
-        now = path.objective(gamma)
-        if now <= objective:
-            best, objective, multiplier = path.L, now, path.multiplier
-        if path.steps == MAX_STEPS:
-            break
-    q = vec(best @ best.T)
-    bound = _bound(A, b, q, gamma, multiplier, A @ q - b)
-    lowest = float(_eigenvalues(mat(q))[0])
-    q = q + max(0.0, THINNEST * float(q @ IDENTITY) - lowest) * IDENTITY
-    r = A @ q - b
-    objective = float(r @ r) + (gamma * divergence(mat(q)) if gamma else 0.0)
+    q, multiplier, least = IDENTITY, path.multiplier, math.inf
+    while path.steps < MAX_STEPS and path.advance():
+        now = vec(path.L @ path.L.T)
+        r = A @ now - b
+        square = float(r @ r)
+        if gamma or square <= least:  # else rounding has led astray
+            q, multiplier, least = now, path.multiplier, square
+    lack = THINNEST * float(q @ IDENTITY) - float(_eigenvalues(mat(q))[0])
+    thicker = q + lack * IDENTITY if lack > 0.0 else q
+    r = A @ thicker - b
+    objective = float(r @ r) + (gamma * divergence(mat(thicker)) if gamma else 0.0)
+    bound = _bound(A, b, q, gamma, multiplier)
     if bound < _sufficient(objective):
-        bound = max(bound, _mended_bound(A, b, q, multiplier))
-    return Solution(q, objective, bound, path.steps, bound >= _sufficient(objective))
+        bound = max(bound, _bound(A, b, q, gamma, multiplier, mended=True))
+    return Solution(thicker, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
 def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
@@ -173,25 +172,24 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, u: Array) -> float:
-    """Largest lower bound that `u` (r,), the residual at q or near it, gives; `multiplier` (10,) is y e."""
-    S = mat(2.0 * (A.T @ u) - multiplier)
-    value, values = -float(u @ u + 2.0 * (b @ u)), _eigenvalues(S)
-    bound = value + REACH * float(q[_ROWS == _COLUMNS].sum()) * min(0.0, float(values[0]))
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, mended: bool = False) -> float:
+    """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
+
+    If `mended`, by the nearest u for which no eigenvalue of S is negative, as far as A can tell.
+    """
+    u = A @ q - b
+    S = 2.0 * (A.T @ u) - multiplier
+    if mended:
+        values, axes, _ = lapack.dsyevd(mat(S))
+        svd = ScaledSVD.of(A)
+        lack = vec((axes * np.maximum(-values, 0.0)) @ axes.T)
+        u = u + svd.U @ ((svd.V @ (0.5 * lack / svd.scale)) / svd.S)
+        S = 2.0 * (A.T @ u) - multiplier
+    value, values = -float(u @ u + 2.0 * (b @ u)), _eigenvalues(mat(S))
+    bound = value + REACH * float(q @ IDENTITY) * min(0.0, float(values[0]))
     if gamma > 0.0 and values[0] > -gamma:
         bound = max(bound, value + gamma * float(np.sum(np.log1p(values / gamma))))
     return max(0.0, bound)
-
-
-def _mended_bound(A: Array, b: Array, q: Array, multiplier: Array | float) -> float:
-    """The same without logarithm, by the nearest u for which no eigenvalue of S is negative."""
-    svd = ScaledSVD.of(A)
-    u = A @ q - b
-    S = 2.0 * (A.T @ u) - multiplier
-    values, axes, _ = lapack.dsyevd(mat(S))
-    lack = vec((axes * np.maximum(-values, 0.0)) @ axes.T)
-    u = u + svd.U @ ((svd.V @ (0.5 * lack / svd.scale)) / svd.S)
-    return _bound(A, b, q, 0.0, multiplier, u)
 
 
 class _Path:
@@ -202,23 +200,14 @@ class _Path:
         self._target = target
         self._e = half_space
         gradient = self._A.T @ (self._A @ IDENTITY - self._b) + target * IDENTITY
-        mu = max(target, float(np.abs(gradient).max()))
+        mu = max(target, 0.1 * float(np.abs(gradient).max()))
         self.L, self._K = _EYE, math.sqrt(mu) * _EYE
-        self._log_det = 0.0  # of L
         self._svd = _svd(self._K)
         self._slack, self._y = 1.0, 0.0
         if half_space is not None:
             self._slack = float(half_space @ IDENTITY)
             self._y = mu / self._slack
         self.steps = self._arrived = 0
-
-    def objective(self, gamma: float) -> float:
-        """Objective where the path has come to."""
-        r = self._A @ vec(self.L @ self.L.T) - self._b
-        square = 0.5 * float(r @ r)
-        if not gamma:
-            return square
-        return square + gamma * (float(np.vdot(self.L, self.L)) - 2.0 * self._log_det - 4.0)
 
     @property
     def multiplier(self) -> Array | float:
@@ -253,7 +242,7 @@ class _Path:
         if off > 1e-6 * target:
             return False
         self._arrived += 1
-        return self._arrived > 2 or float(mismatch @ mismatch) < 1e-14 * target
+        return self._arrived > 1 or float(mismatch @ mismatch) < 1e-14 * target
 
     def _goals(self, step: "_Step") -> Iterator[tuple[float, Array | float, float]]:
         """mu to aim at, with corrections of second order: Mehrotra's; then, should that fail, ever more central."""
@@ -262,7 +251,7 @@ class _Path:
         sigma = 0.0
         if mu > target:
             ahead = step.mu_after(min(1.0, step.length(dQ, dZ, ds, dy)), dQ, dZ, ds, dy)
-            sigma = min(1.0, max(ahead - target, 0.0) / (mu - target)) ** 3
+            sigma = min(1.0, max(ahead - target, 0.0) / (mu - target)) ** 2
         cross = dQ @ dZ
         yield target + sigma * (mu - target), 0.5 * (cross + cross.T), ds * dy
         yield 0.5 * (mu + target), 0.0, 0.0
@@ -281,7 +270,6 @@ class _Path:
                 squares = svd[1] * svd[1]
                 if squares[3] > NEARNESS * 0.25 * float(squares.sum()):
                     self.L, self._K, self._svd = L, K, svd
-                    self._log_det += float(np.log(left.diagonal()).sum() - 0.5 * np.log(step.s).sum())
                     self._slack, self._y = self._slack + a * ds, self._y + a * dy
                     self.steps += 1
                     return True
