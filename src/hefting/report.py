@@ -12,6 +12,7 @@ from rich.text import Text
 from hefting.comparison import Comparison
 from hefting.estimate import Estimate
 from hefting.estimators import VARIANTS, describe_methods
+from hefting.estimators.base import INVARIANCES
 from hefting.inertia import InertialParameters
 from hefting.inspection import Inspection
 from hefting.metrics import Errors
@@ -23,20 +24,20 @@ SETTINGS = ("points", "c1", "regularization", "gamma")
 
 
 def methods_report() -> RenderableType:
-    """Every method: what it does, needs, guarantees and is indifferent to."""
-    table = Table(show_lines=True)
-    for name in ("method", "what it does", "needs", "consistent", "does not depend on"):
-        table.add_column(name)
-    for name, description in describe_methods().items():
-        table.add_row(
-            f"[bold]{name}[/bold]",
-            f"{description['summary']}\n[dim]{description['source']}[/dim]",
-            description["needs"],
-            "always" if description["consistent"] else "not always",
-            ", ".join(description["invariances"]),
-        )
-    variants = ", ".join(VARIANTS)
-    return Group(table, Text(f"with another model of the motion: {variants}"))
+    """Every method: what it does, needs, guarantees, is best for and does not depend on."""
+    known = describe_methods()
+    table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
+    for name in ("method", "what it does", "needs", "best for"):
+        table.add_column(name, no_wrap=name == "method")
+    for name, of in known.items():
+        what = f"{of['summary']}\n[dim]{of['source']}[/dim]"
+        table.add_row(f"[bold]{name}[/bold]", what, of["needs"], of["best_for"])
+    lines = [f"always a body that can exist: {', '.join(name for name in known if known[name]['consistent'])}"]
+    for invariance, of in INVARIANCES.items():
+        others = [name for name in known if invariance not in known[name]["invariances"]]
+        lines.append(f"the same body for {of}: {'all but ' + ', '.join(others) if others else 'all'}")
+    lines.append(f"with another model of the motion, or a condition more: {', '.join(VARIANTS)}")
+    return Group(table, *map(Text, lines))
 
 
 def print_report(report: RenderableType) -> None:

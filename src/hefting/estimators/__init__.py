@@ -50,6 +50,7 @@ def describe_methods() -> dict[str, dict[str, Any]]:
             "needs": kind.needs,
             "consistent": kind.consistent,
             "invariances": [i for i in INVARIANCES if i in kind.invariances],
+            "best_for": kind.best_for,
             "source": kind.source,
             "hyperparameters": {f.name: _default(f) for f in fields(kind)},
         }

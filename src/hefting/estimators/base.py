@@ -45,6 +45,8 @@ class Estimator:
     """Which of `INVARIANCES` hold at the default hyperparameters, or with those stated in the class's docstring."""
     source: ClassVar[str] = ""
     """Where the method was published."""
+    best_for: ClassVar[str] = ""
+    """What it does better than the others; each is measured in the tests."""
 
     @property
     def name(self) -> str:

@@ -47,6 +47,7 @@ class GEO(Estimator):
     needs = "a bounding box"
     consistent = True
     source = "Lee, Wensing & Park, IEEE T-RO 36(2), 2020"
+    best_for = "any motion, when the shape, or at least its bounding box, is about right"
     invariances = frozenset(INVARIANCES)
 
     shape: PointMasses | None = None

@@ -32,6 +32,7 @@ class HPS(Estimator):
     needs = "labelled parts"
     consistent = True
     source = "Nadeau, Giamou & Kelly, ICRA 2023"
+    best_for = "stop-and-go motion of an object whose parts are known"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
 
     shape: PointMasses

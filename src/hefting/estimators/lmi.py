@@ -30,6 +30,7 @@ class LMI(Estimator):
 
     consistent = True
     source = "Wensing, Kim & Slotine, IEEE RA-L 3(1), 2018"
+    best_for = "an object of unknown shape"
     invariances = frozenset(INVARIANCES)
 
     shape: PointMasses | None = None

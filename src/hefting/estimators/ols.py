@@ -22,6 +22,7 @@ class OLS(Estimator):
     """
 
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
+    best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)
 
     bias: BiasModel = "none"

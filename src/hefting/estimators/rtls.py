@@ -28,6 +28,7 @@ class RTLS(Estimator):
     """
 
     source = "Kubus, Kröger & Wahl, IROS 2008"
+    best_for = "long, fast, clean recordings with known noise of the accelerations"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "units"})
 
     bias: BiasModel = "none"

@@ -12,6 +12,7 @@ from hefting.errors import InputError
 from hefting.inertia import InertialParameters
 from hefting.shapes.checks import point_array, point_count, positive, suspicions, unit_scale
 from hefting.shapes.clouds import convex_hull, voxel_representatives
+from hefting.shapes.hull import Hull
 from hefting.shapes.reading import CLOUD_SUFFIXES, arrays_of, read_cloud, read_mesh, read_ply_vertices
 from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
 from hefting.shapes.solid import Solid, solid_from_mesh
@@ -116,10 +117,11 @@ class PointMasses:
 
     def margin(self, center_of_mass: ArrayLike) -> float:
         """Depth of a point (3,) [m] in the object's convex hull over its largest side; negative outside."""
-        from hefting.shapes.hull import depth_in_hull
+        return self._solid_hull.depth(center_of_mass) / (float(self.extents.max()) or 1.0)
 
-        largest = float(self.extents.max())
-        return depth_in_hull(self.hull, np.asarray(center_of_mass, dtype=float)) / (largest or 1.0)
+    @cached_property
+    def _solid_hull(self) -> Hull:
+        return Hull.of(self.hull)
 
     # factories
 
