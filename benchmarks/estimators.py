@@ -17,7 +17,7 @@ from benchmarks.report import Row, Section, faster
 from benchmarks.timing import Party, compare
 from hefting import GEO, HPS, LMI, OLS, RTLS
 from hefting.estimators.base import Estimator
-from hefting.estimators.geo import GAMMA, KAPPA
+from hefting.estimators.geo import GAMMA, weight_by_rule
 from hefting.measurements import DIMENSIONS, NOISE_LEVELS, Measurements
 from hefting.regressor import full_regressor
 from hefting.shapes import PointMasses
@@ -68,10 +68,10 @@ def lmi_as_stated(A: Array, b: Array) -> Conic:
 def geo_as_stated(A: Array, b: Array, gamma: float | None) -> Conic:
     """|A phi - b|² + gamma (tr(P0^-1 P) - log det(P0^-1 P) - 4); P0 is homogeneous, as heavy as least squares says.
 
-    gamma None: by the rule `KAPPA` tr(A'A).
+    gamma None: by `weight_by_rule`.
     """
     P, phi = body()
-    gamma = KAPPA * float(np.vdot(A, A)) if gamma is None else gamma
+    gamma = weight_by_rule(A) if gamma is None else gamma
     P0 = np.linalg.lstsq(A, b, rcond=None)[0][0] * shape(56).homogeneous.pseudo_inertia
     distance = cp.trace(np.linalg.inv(P0) @ P) - cp.log_det(P) + float(np.linalg.slogdet(P0)[1]) - 4.0
     return solved(cp.Problem(cp.Minimize(cp.sum_squares(A @ phi - b) + gamma * distance)))

@@ -233,9 +233,14 @@ def geo_case(seed: int) -> tuple[str, GEO, Measurements, Problem]:
         P0 = pseudo_inertia(prior.vector)
     estimator = GEO(shape, prior, distance, gamma, known.bias, known.noise)
     if gamma is None:
-        gamma = 30.0 if known.noise is not None and distance != "euclidean" else 1e-5 * float(np.sum(A * A))
+        gamma = 30.0 if known.noise is not None and distance != "euclidean" else 1e-5 * trace_rule(A)
     label = f"{known.label}; {distance}, gamma {gamma / (b @ b):.2g} |b|², {'shape' if prior is None else 'prior'}"
     return label, estimator, known.measurements, Problem(A, b, thickened(P0), gamma, distance)
+
+
+def trace_rule(A: np.ndarray) -> float:
+    """tr(A'A) with products of inertia, which a tensor holds twice, counted half."""
+    return float(np.sum(A**2) - 0.5 * np.sum(A[:, [5, 6, 8]] ** 2))
 
 
 def measured_mass(A: np.ndarray, b: np.ndarray, homogeneous: np.ndarray) -> float:

@@ -14,7 +14,7 @@ import pytest
 from hefting.calibration import fit_freely
 from hefting.estimators import GEO, OLS, PMD, RTLS
 from hefting.estimators.blend import Blend
-from hefting.estimators.geo import KAPPA
+from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements, Noise
@@ -213,7 +213,7 @@ def test_geo_needs_a_well_tuned_weight():
     def weighted(factor: float) -> Method:
         def method(thing: Thing, z: Measurements) -> GEO:
             A = Quadratic.of(Blend.of(z)).A
-            return GEO(thing.shape, gamma=factor * KAPPA * float(np.vdot(A, A)))
+            return GEO(thing.shape, gamma=factor * weight_by_rule(A))
 
         return method
 

@@ -14,8 +14,8 @@ from random_problems import random_body, random_motion, with_wrench
 from semidefinite_oracle import assert_optimal, case, geo_case, lowest
 
 PROBLEMS = 200
-HARD = (592, 671, 934, 985)
-"""Problems with a thin prior far from what the data say."""
+HARD = (246, 400, 592, 741)
+"""Problems with a Euclidean distance whose thin prior is a poor start: solved only by beginning anew."""
 NOISE = Noise(0.1, 0.005)
 DISTANCES = ("entropic", "pullback", "euclidean")
 
@@ -28,8 +28,8 @@ def test_optimum_against_a_conic_solver():
         ended, alike = assert_optimal(label, estimator.fit(z), problem)
         solved, agreed = solved + ended, agreed + alike
     print(f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways")
-    assert solved >= 150  # 171 with Clarabel 0.11; elsewhere the bound above has proved ours
-    assert agreed >= 150  # 166; the others: distances from a thin prior, in which Clarabel stops short
+    assert solved >= 150  # 172 with Clarabel 0.11; elsewhere the bound above has proved ours
+    assert agreed >= 150  # 173; the others: distances from a thin prior, in which Clarabel stops short
 
 
 @pytest.mark.parametrize("seed", HARD)

@@ -18,7 +18,7 @@ from hefting.inertia import InertialParameters
 from hefting.logs import read_log
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.motion import measure
-from hefting.regressor import reduced_regressor
+from hefting.regressor import full_regressor, reduced_regressor
 from hefting.shapes import PointMasses
 from hefting.spatial import skew, tensor_to_vector
 
@@ -172,21 +172,23 @@ def their_prior(tool: Tool) -> InertialParameters:
     return InertialParameters.from_origin(m, c, points.inertia_at_origin - m * skew(c) @ skew(c))
 
 
-def geo_methods(tool: Tool, level: str) -> dict[str, GEO]:
+def geo_methods(tool: Tool, level: str, z: Measurements) -> dict[str, GEO]:
+    """Their rule counts products of inertia once, ours half: so it is written out."""
+    gamma = 1e-5 * float(np.sum(full_regressor(z) ** 2))
     noise = LEVELS[level if level in LEVELS else "Low"]  # there must be some
     return {
-        "their prior": GEO(prior=their_prior(tool)),
+        "their prior": GEO(prior=their_prior(tool), gamma=gamma),
         "ours": GEO(tool.mesh, noise=Noise(noise.force, noise.torque)),
-        "their weight": GEO(tool.mesh),
+        "their weight": GEO(tool.mesh, gamma=gamma),
     }
 
 
 def geo_errors(tool: Tool, level: str, seeds: int = SEEDS) -> dict[str, np.ndarray]:
     """Errors (seeds, 4) [%] of each of `geo_methods`."""
-    errors = {name: [] for name in geo_methods(tool, level)}
+    errors: dict[str, list] = {"their prior": [], "ours": [], "their weight": []}
     for seed in range(seeds if level in LEVELS else 1):
         z = tool.samples.with_noise(LEVELS[level], [2, seed]) if level in LEVELS else tool.samples
-        for name, method in geo_methods(tool, level).items():
+        for name, method in geo_methods(tool, level, z).items():
             errors[name].append(tool.errors(method.fit(z).parameters))
     return {name: np.array(values) for name, values in errors.items()}
 

@@ -28,7 +28,7 @@ GAMMA = 30.0
 On twelve tools, 150 and 1,000 samples of moderate noise, 10 to 100 were alike; the rule below grows with the data and
 then biases what is not homogeneous."""
 KAPPA = 1e-5
-"""Default weight beside plain residuals, relative to tr(A'A)."""
+"""Default weight beside plain residuals, relative to tr(A'A), see `weight_by_rule`."""
 THINNEST = 1e-3
 """Thickness that a prior is given at least, relative to its largest side: a flat body's P0 would be singular."""
 
@@ -40,8 +40,8 @@ class GEO(Estimator):
         minimise  |S^-1/2 (A phi - b)|² + gamma D(phi, phi0)   over bodies: P(phi) >= 0
 
     P is the 4 x 4 pseudo-inertia; phi0 is the prior. As good as its prior: wants the right shape, pose and weight.
-    The sensor's origin and units do not matter where the noise is given and the distance is not Euclidean, nor does
-    the wrench's scale where gamma (and a given prior) is scaled with it.
+    The sensor's origin and units do not matter where the noise is given; nor does the wrench's scale where gamma is
+    scaled by its square, and a given prior by it. The Euclidean distance depends on axes, origin and units.
     """
 
     needs = "a bounding box"
@@ -122,7 +122,15 @@ class GEO(Estimator):
             return self.gamma
         if self.noise is not None and self.distance != "euclidean":
             return GAMMA
-        return max(KAPPA * float(np.vdot(problem.A, problem.A)), 1e-300)
+        return max(weight_by_rule(problem.A), 1e-300)
+
+
+def weight_by_rule(A: Array) -> float:
+    """gamma = `KAPPA` tr(A'A) for a regressor A (r, 10), as in the later code of the method's authors.
+
+    Each product of inertia counts half, as it stands twice in the tensor: so the sensor's axes do not matter.
+    """
+    return KAPPA * float((A * A).sum(axis=0) @ (1.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 0.5, 1.0))
 
 
 def thickened(parameters: InertialParameters) -> InertialParameters:

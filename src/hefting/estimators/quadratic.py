@@ -16,13 +16,16 @@ from hefting.estimators.blend import Blend
 from hefting.lapack import lapack
 from hefting.measurements import Noise
 from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
-from hefting.spatial import Array, Indices
+from hefting.spatial import Array, Indices, frozen
 
 WrenchNoise = Noise | Array | None
 """Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None: newtons weigh like N m."""
 
 RANK_TOLERANCE = 1e-9
 """Singular values of the column-scaled regressor below this, relative to the largest, count as zero."""
+
+NOTHING = 1e-13
+"""Columns of the regressor shorter than this, relative to the longest, are what rounding left of none."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
@@ -39,7 +42,7 @@ def whitening(noise: WrenchNoise) -> Array | None:
         if not (0.0 < noise.force < np.inf and 0.0 < noise.torque < np.inf):
             raise InputError("known noise must be positive in force and torque", fix="or give noise=None")
         return np.diag(np.repeat((1.0 / noise.force, 1.0 / noise.torque), 3))
-    S = np.asarray(noise, dtype=float)
+    S = frozen(noise)
     if S.shape != (6, 6) or not np.isfinite(S).all() or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max():
         raise InputError("a noise covariance of the wrench is a symmetric matrix (6, 6)", fix="or give noise=None")
     try:
@@ -87,7 +90,7 @@ class ScaledSVD:
         Without them the columns' own lengths serve.
         """
         norms = np.sqrt((A * A).sum(axis=0)) if lengths is None else lengths
-        scale = np.where(norms > 0.0, norms, 1.0)
+        scale = np.where(norms > NOTHING * norms.max(initial=0.0), norms, 1.0)
         U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
         kept = RANK_TOLERANCE * (S[0] if lengths is None else 1.0) < S
         return cls(U[:, kept], S[kept], V[kept], V[~kept], scale)

@@ -130,18 +130,19 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None) -> Solut
         if gamma or square <= least:  # else rounding has led astray
             q, multiplier, least = now, path.multiplier, square
     lack = THINNEST * float(q @ IDENTITY) - float(_eigenvalues(mat(q))[0])
-    thicker = q + lack * IDENTITY if lack > 0.0 else q
-    r = A @ thicker - b
-    objective = float(r @ r) + (gamma * divergence(mat(thicker)) if gamma else 0.0)
+    body = q + max(0.0, lack) * IDENTITY
+    r = A @ body - b
+    objective = float(r @ r) + (gamma * divergence(mat(body)) if gamma else 0.0)
     bound = _bound(A, b, q, gamma, multiplier)
     if bound < _sufficient(objective):
         bound = max(bound, _bound(A, b, q, gamma, multiplier, mended=True))
-    return Solution(thicker, objective, bound, path.steps, bound >= _sufficient(objective))
+    return Solution(body, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
 def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
     """The better of `found` and what is found from there: the start may have been far off."""
-    T = congruence(np.linalg.cholesky(mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE))
+    thick = mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE
+    T = congruence(lapack.dpotrf(thick, lower=1)[0])
     second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
     steps = found.iterations + second.iterations
     if second.objective - second.bound < found.objective - found.bound:
@@ -200,7 +201,7 @@ class _Path:
         self._target = target
         self._e = half_space
         gradient = self._A.T @ (self._A @ IDENTITY - self._b) + target * IDENTITY
-        mu = max(target, 0.1 * float(np.abs(gradient).max()))
+        mu = max(target, float(np.abs(gradient).max()))
         self.L, self._K = _EYE, math.sqrt(mu) * _EYE
         self._svd = _svd(self._K)
         self._slack, self._y = 1.0, 0.0
