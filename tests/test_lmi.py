@@ -111,7 +111,7 @@ def test_what_rest_leaves_open_is_said():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"bias": "drift"}, {"shape": np.zeros((5, 3))}, {"noise": Noise()}, {"noise": -np.eye(6)}]
+    "wrong", [{"bias": "drift"}, {"ellipsoid": np.zeros((5, 3))}, {"noise": Noise()}, {"noise": -np.eye(6)}]
 )
 def test_bad_hyperparameters(wrong):
     with pytest.raises(InputError) as caught:

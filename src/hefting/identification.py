@@ -103,8 +103,12 @@ def estimator_for(
         if name not in known:
             what = f"{kind.__name__} has no '{name}'{nearest(name, known)}"
             raise InputError(what, fix=f"it has {', '.join(known)}")
-    if shape is None and kind.needs != "nothing" and "prior" not in hyperparameters:
-        raise InputError(f"{kind.__name__} needs {kind.needs}", fix=f"give --shape {SHAPES[kind.needs]}, or use LMI")
+    ellipsoid = hyperparameters.get("ellipsoid") == "shape"
+    needs = "a bounding box" if ellipsoid else kind.needs
+    if shape is None and needs != "nothing" and "prior" not in hyperparameters:
+        raise InputError(f"{kind.__name__} needs {needs}", fix=f"give --shape {SHAPES[needs]}, or use LMI")
+    if ellipsoid:
+        hyperparameters = hyperparameters | {"ellipsoid": shape}
     settings: dict[str, Any] = {"bias": prepared.bias}
     if "shape" in known and "prior" not in hyperparameters:
         settings["shape"] = shape

@@ -15,31 +15,30 @@ from hefting.estimators.rtls import RTLS
 METHODS: dict[str, type[Estimator]] = {"PMD": PMD, "GEO": GEO, "HPS": HPS, "LMI": LMI, "OLS": OLS, "RTLS": RTLS}
 """Every method by its name, those first that use most of what is known."""
 
-VARIANTS: dict[str, tuple[str, str]] = {
-    f"{name}-{model}": (name, model)
+VARIANTS: dict[str, tuple[str, dict[str, str]]] = {
+    f"{name}-{model}": (name, {"model": model})
     for name, models in (
         ("PMD", ("full", "reduced")),
         ("GEO", ("blended", "reduced")),
         ("OLS", ("blended", "reduced")),
     )
     for model in models
-}
-"""The same with another model of the motion than their own: an ablation."""
+} | {"LMI-ellipsoid": ("LMI", {"ellipsoid": "shape"})}
+"""The same with another model of the motion than their own, and LMI with a condition more; what makes them so."""
 
 
 def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
     """Estimator of a method or variant, in any case, and the hyperparameters that make it so.
 
-    Raises `InputError` for an unknown name.
+    The hyperparameter ``"shape"`` of a variant stands for the shape that is known. Raises `InputError` for an unknown
+    name.
     """
     known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
     key = known.get(name.lower())
     if key is None:
         raise InputError(f"unknown method '{name}'", fix=f"use {', '.join(METHODS)}; see hefting methods")
-    if key in METHODS:
-        return METHODS[key], {}
-    base, model = VARIANTS[key]
-    return METHODS[base], {"model": model}
+    base, settings = VARIANTS.get(key, (key, {}))
+    return METHODS[base], dict(settings)
 
 
 def describe_methods() -> dict[str, dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -10,8 +11,9 @@ from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend, Model, model_weight, require_model
+from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
-from hefting.estimators.semidefinite import IDENTITY, PARAMETERS_OF, congruence, solve
+from hefting.estimators.semidefinite import solve
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
 from hefting.shapes import PointMasses
@@ -29,6 +31,8 @@ On twelve tools, 150 and 1,000 samples of moderate noise, 10 to 100 were alike; 
 then biases what is not homogeneous."""
 KAPPA = 1e-5
 """Default weight beside plain residuals, relative to tr(A'A), see `weight_by_rule`."""
+COMPACT = 0.1
+"""Radius of gyration [m] of a compact body."""
 THINNEST = 1e-3
 """Thickness that a prior is given at least, relative to its largest side: a flat body's P0 would be singular."""
 
@@ -91,15 +95,20 @@ class GEO(Estimator):
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
-        P0 = thickened(self._prior(problem)).pseudo_inertia
-        T = PARAMETERS_OF @ congruence(np.linalg.cholesky(P0))  # phi of q, with the prior at Q = I
+        prior, T = self._unit
+        if self.prior is None:
+            mass = problem.measured_mass(prior.vector)
+            prior, T = InertialParameters(mass * prior.vector), mass * T
         A, b = problem.A @ T, problem.b
         gamma = self._gamma(problem)
         if self.distance == "entropic":
             solution = solve(A, b, gamma)
+        elif self.distance == "pullback":
+            pull = math.sqrt(0.5 * gamma)
+            solution = solve(np.vstack((A, pull * np.eye(10))), np.concatenate((b, pull * IDENTITY)))
         else:
-            pull = math.sqrt(0.5 * gamma) * np.eye(10) if self.distance == "pullback" else math.sqrt(gamma) * T
-            solution = solve(np.vstack((A, pull)), np.concatenate((b, pull @ IDENTITY)))
+            pull = math.sqrt(gamma)
+            solution = solve(np.vstack((A, pull * T)), np.concatenate((b, pull * prior.vector)))
         vector = T @ solution.q
         return Estimate(
             method=self.name,
@@ -110,12 +119,26 @@ class GEO(Estimator):
             bias=problem.bias(vector),
         )
 
-    def _prior(self, problem: Quadratic) -> InertialParameters:
-        if self.shape is None:
-            assert self.prior is not None
-            return self.prior
-        homogeneous = self.shape.homogeneous.vector
-        return InertialParameters(problem.measured_mass(homogeneous) * homogeneous)
+    @cached_property
+    def _unit(self) -> tuple[InertialParameters, Array]:
+        """The prior, of 1 kg where a shape gives it, and T (10, 10) such that phi = T q with that prior at Q = I.
+
+        The Euclidean distance knows nothing of the prior's shape: there a compact body is at Q = I.
+        """
+        if self.prior is not None:
+            prior = self.prior
+        else:
+            assert self.shape is not None
+            prior = self.shape.homogeneous
+        prior = thickened(prior)
+        m, c = prior.mass, prior.center_of_mass
+        G = np.eye(4)
+        G[:3, 3] = c
+        if self.distance == "euclidean":
+            G[:3, :3] *= COMPACT
+        else:
+            G[:3, :3] = np.linalg.cholesky(prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m)
+        return prior, m * (PARAMETERS_OF @ congruence(G))
 
     def _gamma(self, problem: Quadratic) -> float:
         if self.gamma is not None:
@@ -123,6 +146,12 @@ class GEO(Estimator):
         if self.noise is not None and self.distance != "euclidean":
             return GAMMA
         return max(weight_by_rule(problem.A), 1e-300)
+
+
+def _shift(by: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, 3] = by
+    return pose
 
 
 def weight_by_rule(A: Array) -> float:

@@ -8,8 +8,9 @@ from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
+from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
-from hefting.estimators.semidefinite import PARAMETERS_OF, congruence, solve, vec
+from hefting.estimators.semidefinite import solve
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
 from hefting.spatial import PARAMETERS, Array, vector_to_tensor
@@ -24,8 +25,8 @@ class LMI(Estimator):
 
         minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
 
-    P is the 4 x 4 pseudo-inertia. With a shape, the mass must also lie in the ellipsoid around its bounding box, in
-    the mean: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
+    P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in the ellipsoid around its bounding
+    box: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
     """
 
     consistent = True
@@ -33,8 +34,8 @@ class LMI(Estimator):
     best_for = "an object of unknown shape"
     invariances = frozenset(INVARIANCES)
 
-    shape: PointMasses | None = None
-    """If given, its bounding box's circumscribed ellipsoid must be able to hold the mass."""
+    ellipsoid: PointMasses | None = None
+    """A shape; if given, the ellipsoid around its bounding box must be able to hold the mass."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
     noise: WrenchNoise = None
@@ -43,18 +44,23 @@ class LMI(Estimator):
     def __post_init__(self):
         require_bias_model(self.bias)
         whitening(self.noise)
-        if self.shape is not None and not isinstance(self.shape, PointMasses):
+        if self.ellipsoid is not None and not isinstance(self.ellipsoid, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+
+    @property
+    def name(self) -> str:
+        """``LMI``, or ``LMI-ellipsoid``."""
+        return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
     def estimate(self, state: Blend) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         half_space = None
-        if self.shape is None:
+        if self.ellipsoid is None:
             G = _typical(problem)
         else:
-            ellipsoid = bounding_ellipsoid(self.shape)
+            ellipsoid = bounding_ellipsoid(self.ellipsoid)
             G = _scaled(problem, _inside(ellipsoid))
             half_space = vec(G.T @ ellipsoid @ G)
             half_space /= np.sqrt(half_space @ half_space)

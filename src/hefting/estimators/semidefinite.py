@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.estimators.quadratic import ScaledSVD
-from hefting.inertia import InertialParameters
 from hefting.lapack import lapack
 from hefting.spatial import Array
 
@@ -29,47 +29,15 @@ REACH = 10.0
 """The bound without logarithm holds for bodies whose pseudo-inertia has up to so many times the trace found."""
 THINNEST = 1e-15
 """Least eigenvalue of Q relative to its trace: below it rounding would decide whether this is a body."""
+ENOUGH = 1e-9
+"""Duality gap relative to the objective at which a solution without logarithm will do, where it is unique."""
 MAX_STEPS = 60
 RESTARTS = 2
 """Times that a solution without logarithm is begun anew from the body found, if it is not proven to be one."""
 NEARNESS = 1e-3
 """Least product of an eigenvalue of Q with that of Z, relative to their mean: further from the path steps get short."""
 
-_ROWS, _COLUMNS = np.triu_indices(4)
-
-
-def _basis() -> Array:
-    basis = np.zeros((10, 4, 4))
-    for matrix, i, j in zip(basis, _ROWS, _COLUMNS, strict=True):
-        matrix[i, j] = matrix[j, i] = 1.0 if i == j else math.sqrt(0.5)
-    return basis
-
-
-BASIS = _basis().reshape(10, 16)
-"""(10, 16) orthonormal basis of the symmetric 4 x 4 matrices."""
-DIAGONAL = np.ascontiguousarray(BASIS[:, ::5])
-"""(10, 4) takes s to vec(diag(s))."""
 _EYE = np.eye(4)
-IDENTITY = BASIS @ _EYE.ravel()
-"""(10,) coordinates of the identity."""
-PARAMETERS_OF = np.stack([InertialParameters.from_pseudo_inertia(m.reshape(4, 4)).vector for m in BASIS], axis=1)
-"""(10, 10) takes q to the inertial parameters of the body with pseudo-inertia mat(q)."""
-
-
-def mat(q: Array) -> Array:
-    """Symmetric matrix (4, 4) of coordinates (10,)."""
-    return (q @ BASIS).reshape(4, 4)
-
-
-def vec(Q: Array) -> Array:
-    """Coordinates (10,) of a symmetric matrix (4, 4)."""
-    return BASIS @ Q.ravel()
-
-
-def congruence(G: Array) -> Array:
-    """(10, 10) takes vec(X) to vec(G X G')."""
-    product = G[:, None, :, None] * G[None, :, None, :]
-    return BASIS @ product.reshape(16, 16) @ BASIS.T
 
 
 def _eigenvalues(X: Array) -> Array:
@@ -104,7 +72,10 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
     if prior >= VANISHING:
         found = _follow(A, b, prior, half_space)
     else:
-        found = _unconstrained(A, b, half_space) or _follow(A, b, 0.0, half_space)
+        svd = ScaledSVD.of(A)
+        determined = not len(svd.kernel)
+        found = _unconstrained(A, b, half_space, svd) if determined else None
+        found = found or _follow(A, b, 0.0, half_space, ENOUGH if determined else 0.0)
         for _ in range(RESTARTS):
             if not found.converged:
                 found = _again(A, b, half_space, found)
@@ -119,8 +90,11 @@ def _sufficient(objective: float) -> float:
     return objective - TOLERANCE * max(objective, 1e-6)
 
 
-def _follow(A: Array, b: Array, gamma: float, half_space: Array | None) -> Solution:
-    """The point of the central path at gamma, or the best found on the way."""
+def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: float = 0.0) -> Solution:
+    """The point of the central path at gamma, or the best found on the way.
+
+    On the way to the end of the path a duality gap `enough`, relative to the objective, will do.
+    """
     path = _Path(A, b, max(gamma, VANISHING), half_space)
     q, multiplier, least = IDENTITY, path.multiplier, math.inf
     while path.steps < MAX_STEPS and path.advance():
@@ -129,6 +103,8 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None) -> Solut
         square = float(r @ r)
         if gamma or square <= least:  # else rounding has led astray
             q, multiplier, least = now, path.multiplier, square
+        if path.gap < enough * max(square, 1e-6):
+            break
     lack = THINNEST * float(q @ IDENTITY) - float(_eigenvalues(mat(q))[0])
     body = q + max(0.0, lack) * IDENTITY
     r = A @ body - b
@@ -150,11 +126,8 @@ def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Sol
     return replace(found, iterations=steps)
 
 
-def _unconstrained(A: Array, b: Array, half_space: Array | None) -> Solution | None:
-    """Least squares, when that determines a body; else None."""
-    svd = ScaledSVD.of(A)
-    if len(svd.kernel):
-        return None
+def _unconstrained(A: Array, b: Array, half_space: Array | None, svd: ScaledSVD) -> Solution | None:
+    """Least squares, when that is a body; else None."""
     q = svd.solve(b)
     if _eigenvalues(mat(q))[0] < 1e-9 * np.abs(q).max() or (half_space is not None and half_space @ q < 0.0):
         return None
@@ -209,6 +182,12 @@ class _Path:
             self._slack = float(half_space @ IDENTITY)
             self._y = mu / self._slack
         self.steps = self._arrived = 0
+
+    @property
+    def gap(self) -> float:
+        """Sum of the products of Q with Z, and of the slack with y: the duality gap of a feasible iterate."""
+        s = self._svd[1]
+        return float(s @ s) + self._slack * self._y
 
     @property
     def multiplier(self) -> Array | float:
