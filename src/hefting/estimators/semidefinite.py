@@ -31,6 +31,8 @@ THINNEST = 1e-15
 """Least eigenvalue of Q relative to its trace: below it rounding would decide whether this is a body."""
 ENOUGH = 1e-9
 """Duality gap relative to the objective at which a solution without logarithm will do, where it is unique."""
+START = 0.01
+"""First mu, relative to the largest entry of the gradient at Q = I: less saves steps on good starts, much less fails."""
 MAX_STEPS = 60
 RESTARTS = 2
 """Times that a solution without logarithm is begun anew from the body found, if it is not proven to be one."""
@@ -174,7 +176,7 @@ class _Path:
         self._target = target
         self._e = half_space
         gradient = self._A.T @ (self._A @ IDENTITY - self._b) + target * IDENTITY
-        mu = max(target, float(np.abs(gradient).max()))
+        mu = max(target, START * float(np.abs(gradient).max()))
         self.L, self._K = _EYE, math.sqrt(mu) * _EYE
         self._svd = _svd(self._K)
         self._slack, self._y = 1.0, 0.0
