@@ -32,7 +32,7 @@ THINNEST = 1e-15
 ENOUGH = 1e-9
 """Duality gap relative to the objective at which a solution without logarithm will do, where it is unique."""
 START = 0.01
-"""First mu, relative to the largest entry of the gradient at Q = I: less saves steps on good starts, much less fails."""
+"""First mu, relative to the largest entry of the gradient at Q = I: less saves steps, much less fails."""
 MAX_STEPS = 60
 RESTARTS = 2
 """Times that a solution without logarithm is begun anew from the body found, if it is not proven to be one."""
