@@ -19,9 +19,9 @@ from random_problems import random_body, random_motion, with_wrench
 KEYS = {
     *("schema", "version", "method", "frame", "mass", "center_of_mass", "inertia_at_com", "inertia_at_origin"),
     *("vector", "covariance", "std", "physically_consistent", "certificate", "bias", "samples", "duration"),
-    *("warnings", "residual", "point_masses", "provenance"),
+    *("warnings", "residual", "point_masses", "provenance", "consistency"),
 }
-"""What the command line documents, and the last three, which `load` needs."""
+"""What the command line documents, and the last four, of which `load` needs some."""
 
 
 @pytest.fixture
@@ -82,6 +82,7 @@ def test_keys_are_those_documented(estimate):
     assert set(data["std"]) == {"mass", "center_of_mass", "inertia_at_com"}
     assert set(data["certificate"]) == {"objective", "bound", "gap", "iterations", "converged"}
     assert data["physically_consistent"] is estimate.physically_consistent
+    assert set(data["consistency"]) == {"margins", "violated"}
     assert data["samples"] == 40
     assert data["mass"] == estimate.parameters.mass
     for name, shape in (("covariance", (10, 10)), ("inertia_at_com", (3, 3)), ("inertia_at_origin", (3, 3))):
