@@ -49,7 +49,12 @@ def one_sample_at_a_time(samples: int, known: int = 150) -> Section:
             Row("99th percentile, CPU", figure=float(np.percentile(steps.cpu, 99)), unit="s"),
             Row("Pinocchio and lstsq over 1,000 samples", theirs),
             Row("  over a step's median", figure=theirs.median / steps.median, unit="x", at_least=2.4 / 0.25),
-            Row("  over its 99th percentile", figure=theirs.median / slowest, unit="x", at_least=2.4 / 1.0),
+            Row(
+                "  over its 99th percentile, CPU",
+                figure=theirs.median_cpu / float(np.percentile(steps.cpu, 99)),
+                unit="x",
+                at_least=2.4 / 1.0,
+            ),
             Row("linear systems solved, mean", figure=float(np.mean(steps.results))),
         ),
     )

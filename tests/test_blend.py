@@ -299,7 +299,7 @@ def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bi
             assert beta is None
         # what is left of a wrench that the bias mostly explains is rounded like the whole
         assert q.square(vector) == pytest.approx(r @ r, rel=ROUNDING, abs=ROUNDING * float(right @ right))
-        assert np.sum(q.residual(vector) ** 2) == pytest.approx(q.square(vector), rel=1e-14)
+        assert np.sum((q.A @ vector - q.b) ** 2) == pytest.approx(q.square(vector), rel=1e-14)
     assert q.size == pytest.approx(np.sqrt(q.square(np.zeros(10))), rel=1e-14)
     seen = 6 * free_bias + (4 if isinstance(w, float) and w == 0.0 else 10)
     expected = np.linalg.lstsq(rows[:, :seen], right, rcond=None)[0][6 * free_bias :]

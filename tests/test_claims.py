@@ -5,7 +5,6 @@ Each test states its verdict and the figures behind it, mean errors in percent o
 noise is seeded; margins lie about halfway, in ratio, between the figures seen and another verdict.
 """
 
-import time
 from functools import cache
 
 import numpy as np
@@ -257,16 +256,11 @@ def test_pmd_is_more_robust_at_small_signal_to_noise_ratios():
 
 
 def test_pmd_is_fast():
-    """Confirmed: 150 observations take about a millisecond, from the measurements to the masses; bound: 15 ms."""
-    z = wielded("hammer", 1.5, 1.0)
-    pmd = PMD(things()["hammer"].shape)
-    seconds = []
-    for _ in range(10):
-        start = time.perf_counter()
-        pmd.fit(z)
-        seconds.append(time.perf_counter() - start)
-    print(f"\n{1e3 * min(seconds):.2f} ms")
-    assert min(seconds) < 0.015
+    """Confirmed: for 150 observations a handful of linear systems of 16 unknowns, 6 here; with `make bench` beside
+    what else solves the paper's problem."""
+    found = PMD(things()["hammer"].shape).fit(wielded("hammer", 1.5, 1.0))
+    assert found.certificate.converged
+    assert found.certificate.iterations <= 12
 
 
 def test_pmd_needs_shape_and_pose():

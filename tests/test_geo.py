@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimators import GEO, LMI
+from hefting.estimators import GEO, LMI, cone, semidefinite
 from hefting.inertia import InertialParameters
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.shapes import PointMasses
@@ -40,8 +40,8 @@ def test_hard_problems(seed):
 
 def test_few_samples_and_wrong_priors():
     """1 to 3 samples, the prior a metre off or ten times too heavy, any weight: a body and an honest certificate."""
-    proven = 0
-    for seed in range(200):
+    proven = tried = 0
+    for seed in range(100):
         rng = np.random.default_rng([3, seed])
         known = case(seed)
         z = known.measurements[: int(rng.integers(1, 4))]
@@ -51,6 +51,11 @@ def test_few_samples_and_wrong_priors():
             GEO(PointMasses(points), None, distance, None, known.bias, known.noise),
             GEO(None, heavy, distance, gamma, known.bias, known.noise),
         ):
+            if len(z) == 1 and known.bias == "estimate":
+                with pytest.raises(NotIdentifiableError, match="beside a bias"):
+                    estimator.fit(z)
+                continue
+            tried += 1
             found = estimator.fit(z)
             certificate = found.certificate
             assert np.isfinite(found.parameters.vector).all(), known.label
@@ -58,7 +63,8 @@ def test_few_samples_and_wrong_priors():
             assert lowest(found.parameters.vector) >= -1e-9, known.label  # the least that may count as consistent
             assert 0.0 <= certificate.bound <= certificate.objective * (1.0 + 1e-9) + 1e-13 * gamma, known.label
             proven += certificate.converged
-    assert proven >= 390  # of 400; elsewhere the data ask for what is no body, and the infimum is not attained
+    assert tried > 150
+    assert proven >= 0.975 * tried  # elsewhere the data ask for what is no body, and the infimum is not attained
 
 
 # laws
@@ -190,3 +196,17 @@ def test_no_samples(shape):
     estimator = GEO(shape)
     with pytest.raises(NotIdentifiableError):
         estimator.estimate(estimator.start())
+
+
+def test_a_solver_that_is_stopped_says_so(monkeypatch):
+    """After one step each is still far off: further than the solvers' own tolerance."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-0.1, 0.1, (20, 3)) * (1, 1, 0)  # flat: the constraint is active
+    body = InertialParameters.from_points(points, np.full(20, 0.05))
+    z = with_wrench(random_motion(rng, 40, 0.3), body, 0.0, rng, 0.1, 0.005)
+    monkeypatch.setattr(semidefinite, "MAX_STEPS", 1)
+    monkeypatch.setattr(cone, "MAX_STEPS", 1)
+    for method in (LMI(noise=NOISE), GEO(PointMasses(points + 0.5), noise=NOISE), PMD(PointMasses(points))):
+        found = method.fit(z).certificate
+        assert not found.converged, method.name
+        assert found.gap > 1e-6 * found.objective, method.name

@@ -6,11 +6,15 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
-from hefting.shapes.hull import depth_in_hull
+from hefting.shapes.hull import Hull
 from random_problems import random_pose
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 SIDES = np.array((0.3, 0.2, 0.05))
+
+
+def depth_in_hull(points, x) -> float:
+    return Hull.of(points).depth(x)
 
 
 def box_depth(x):

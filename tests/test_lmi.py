@@ -35,11 +35,16 @@ def test_optimum_against_a_conic_solver():
 
 def test_few_samples():
     """1 to 3 samples may ask for a body without end: what is shown is a body, and the certificate is honest."""
-    proven = 0
-    for seed in range(200):
+    proven = tried = 0
+    for seed in range(100):
         known = case(seed)
         z = known.measurements[: 1 + seed % 3]
         for shape in (None, known.shape):
+            if len(z) == 1 and known.bias == "estimate":
+                with pytest.raises(NotIdentifiableError, match="beside a bias"):
+                    LMI(shape, known.bias, known.noise).fit(z)
+                continue
+            tried += 1
             found = LMI(shape, known.bias, known.noise).fit(z)
             certificate = found.certificate
             assert np.isfinite(found.parameters.vector).all(), known.label
@@ -48,7 +53,16 @@ def test_few_samples():
             assert found.warnings or len(z) > 1, known.label  # six equations never tell ten parameters
             assert 0.0 <= certificate.bound <= certificate.objective * (1.0 + 1e-9), known.label
             proven += certificate.converged
-    assert proven >= 390  # of 400
+    assert proven >= 0.975 * tried
+    assert tried > 150
+
+
+def test_one_pose_beside_a_bias_determines_nothing():
+    """Thirty times: what a bias explains as well leaves but rounding, which is no measurement."""
+    rng = np.random.default_rng(6)
+    one = with_wrench(random_motion(rng, 1, speed=0.0)[np.zeros(30, dtype=int)], random_body(rng), 1.0, rng, 1e-6, 1e-6)
+    with pytest.raises(NotIdentifiableError, match="nothing beside a bias"):
+        LMI(bias="estimate").fit(one)
 
 
 # laws

@@ -21,6 +21,9 @@ MASS_CONFIDENCE = 3.0
 BIAS_CONFIDENCE = 3.0
 """Standard deviations a component must be away from zero for a bias to be kept."""
 
+TYPICAL_SIZE = 0.2
+"""Size of a held object [m], by which to judge what is known well enough where no shape says."""
+
 
 @dataclass(frozen=True, eq=False)
 class FreeFit:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.errors import HeftingError, InputError
+from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
-from hefting.estimators import METHODS, VARIANTS, method_named
-from hefting.identification import estimator_for, finished, hyperparameters_of
+from hefting.estimators import METHODS, VARIANTS, method_named, spelled
+from hefting.identification import NeedError, estimator_for, finished, hyperparameters_of
 from hefting.preparation import Prepared, prepare
 from hefting.recommendation import recommend
 from hefting.recording import Recording
@@ -37,7 +37,7 @@ class Comparison:
 def compare(
     recording: Recording | str | Path,
     shape: PointMasses | None = None,
-    methods: Sequence[str] = ("all",),
+    methods: Sequence[str] | str = "all",
     *,
     hyperparameters: dict[str, Any] | None = None,
     **reading: Any,
@@ -46,21 +46,32 @@ def compare(
 
     Parameters
     ----------
-    methods : names of methods and variants; ``"all"`` stands for all that can be used, variants included.
+    methods : names of methods and variants, separated by commas if in one string; ``"all"`` stands for all that can be
+        used, variants included.
     hyperparameters : fields of estimators, such as ``c1``, for those that have them.
     reading : gravity, wrench, bias, motion, start, duration as for `hefting.identification.identify`.
 
     Raises `InputError` for an unknown method or hyperparameter, or one named that needs what is not given; and as
     `identify` does.
     """
-    everything = any(name.lower() == "all" for name in methods)
-    names = (*METHODS, *VARIANTS) if everything else tuple(dict.fromkeys(methods))
-    kinds = {name: method_named(name) for name in names}
+    if isinstance(methods, str):
+        methods = methods.split(",")
+    everything = False
+    kinds = {}
+    for word in methods:
+        if word.strip().lower() == "all":
+            everything = True
+            kinds |= {name: method_named(name) for name in (*METHODS, *VARIANTS) if name not in kinds}
+            continue
+        kind, settings = method_named(word.strip())
+        kinds.setdefault(spelled(word.strip()), (kind, settings))
+    if not kinds:
+        raise InputError("no method is named", fix=f"use all or some of {', '.join(METHODS)}")
     wanted = hyperparameters or {}
     taken = {name: hyperparameters_of(kind, settings.get("model")) for name, (kind, settings) in kinds.items()}
     for key in wanted:
         if not any(key in known for known in taken.values()):
-            raise InputError(f"none of {', '.join(names)} has a '{key}'")
+            raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
     prepared = prepare(recording, shape, **reading)
     results, seconds, skipped = {}, {}, {}
     for name, (kind, settings) in kinds.items():
@@ -70,9 +81,9 @@ def compare(
             start = time.perf_counter()
             estimate = estimator.fit(prepared.measurements)
             elapsed = time.perf_counter() - start
-            results[estimator.name] = finished(estimate, estimator, prepared, shape)
-            seconds[estimator.name] = elapsed
-        except HeftingError as error:
+            results[name] = finished(estimate, estimator, prepared, shape)
+            seconds[name] = elapsed
+        except (NeedError, NotIdentifiableError) as error:
             if not everything:
                 raise
             if name in METHODS:

@@ -176,7 +176,9 @@ class Estimate:
                 int(certificate["iterations"]),
                 bool(certificate["converged"]),
             )
-        hull = data.get("consistency", {}).get("margins", {}).get("hull")
+        hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
+        if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
+            raise ValueError("the margin of the hull is not a finite number")
         return cls(
             method=str(data["method"]),
             parameters=InertialParameters(vector),

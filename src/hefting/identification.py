@@ -7,10 +7,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.calibration import FreeFit, WrenchSign, residuals
+from hefting.calibration import TYPICAL_SIZE, FreeFit, WrenchSign, residuals
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
-from hefting.estimators import RTLS, Estimator, method_named
+from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Estimator, method_named
+from hefting.estimators.geo import GAMMA
+from hefting.identifiability import identifiability
 from hefting.measurements import Measurements, Noise
 from hefting.motion.measure import Source
 from hefting.plausibility import misfit_warnings
@@ -27,7 +29,7 @@ with these it biases PMD's answer: on simulated recordings of 1.5 to 10 s, 0.7 a
 SHAPES = {
     "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
     "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
-    "labelled parts": "FILE.ply with a label for each point",
+    "labelled parts": "FILE.ply of points with a 'segmentation' property",
 }
 """What to give for what a method needs."""
 
@@ -43,6 +45,10 @@ class Identification:
     """What the data say of the wrench's sign; None when it was given."""
     source: str
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+
+
+class NeedError(InputError):
+    """A method needs to know more of the object than is given."""
 
 
 def identify(
@@ -85,7 +91,7 @@ def identify(
             warnings = ("no shape given, so LMI: the inertia tensor rests on the motion alone; give --shape for more",)
     kind, settings = method_named(method)
     prepared = prepare(recording, shape, gravity, wrench, bias, motion, start, duration)
-    estimator = estimator_for(kind, prepared, shape, settings | hyperparameters)
+    estimator = estimator_for(kind, prepared, shape, hyperparameters | settings)
     estimate = finished(estimator.fit(prepared.measurements), estimator, prepared, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return Identification(estimate, prepared.measurements, prepared.sign, prepared.source)
@@ -101,12 +107,16 @@ def estimator_for(
     known = hyperparameters_of(kind, hyperparameters.get("model"))
     for name in hyperparameters:
         if name not in known:
-            what = f"{kind.__name__} has no '{name}'{nearest(name, known)}"
-            raise InputError(what, fix=f"it has {', '.join(known)}")
+            others = [other for other, k in METHODS.items() if name in hyperparameters_of(k)]
+            fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
+            raise InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
     ellipsoid = hyperparameters.get("ellipsoid") == "shape"
     needs = "a bounding box" if ellipsoid else kind.needs
     if shape is None and needs != "nothing" and "prior" not in hyperparameters:
-        raise InputError(f"{kind.__name__} needs {needs}", fix=f"give --shape {SHAPES[needs]}, or use LMI")
+        name = "LMI-ellipsoid" if ellipsoid else kind.__name__
+        raise NeedError(f"{name} needs {needs}", fix=f"give --shape {SHAPES[needs]}, or use LMI")
+    if kind is HPS and shape is not None and shape.labels is None:
+        raise NeedError("HPS needs labelled parts", fix=f"give --shape {SHAPES['labelled parts']}")
     if ellipsoid:
         hyperparameters = hyperparameters | {"ellipsoid": shape}
     settings: dict[str, Any] = {"bias": prepared.bias}
@@ -140,6 +150,8 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
     known = {name: getattr(estimator, name) for name in names}
     provenance = prepared.provenance | {k: v for k, v in known.items() if isinstance(v, float | str) and k != "bias"}
+    if isinstance(estimator, GEO) and estimator.gamma is None:
+        provenance["gamma"] = GAMMA
     if known.get("shape") is not None:
         provenance["points"] = known["shape"].n
     estimate = replace(
@@ -151,7 +163,7 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
         provenance=provenance,
     )
     warnings = [*prepared.warnings, *(shape.warnings if shape is not None else ()), *estimate.warnings]
-    warnings += [*misfit_warnings(estimate, rms, z, fit), *_doubts(estimate, estimator, shape, fit)]
+    warnings += [*misfit_warnings(estimate, rms, z, fit), *_doubts(estimate, estimator, shape, z, fit)]
     return replace(estimate, warnings=tuple(warnings))
 
 
@@ -177,14 +189,19 @@ def _motion_noise(prepared: Prepared) -> Noise | None:
     )
 
 
-def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, fit: FreeFit) -> list[str]:
+def _doubts(
+    estimate: Estimate, estimator: Estimator, shape: PointMasses | None, z: Measurements, fit: FreeFit
+) -> list[str]:
     """What the estimate owes to assumptions, and what is wrong with it."""
     doubts = []
     if estimator.needs != "nothing" and shape is not None:
         free = fit.open_parameters(float(np.linalg.norm(shape.extents)))
         names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
+        assumed = "the shape and equal masses" if isinstance(estimator, PMD) else "the shape"
         if free:
-            doubts.append(f"the motion leaves {names} open: what is shown follows from the shape and equal masses")
+            doubts.append(f"the motion leaves {names} open: what is shown follows from {assumed}")
+    else:
+        doubts.extend(identifiability(z, fit, TYPICAL_SIZE).summary)
     certificate = estimate.certificate
     if certificate is not None and not certificate.converged:
         doubts.append(f"the solver stopped {certificate.gap:.2g} above its lower bound")

@@ -14,7 +14,7 @@ from hefting.spatial import Array, check_pose, frozen, skew, tensor_to_vector, v
 class Consistency:
     """Margins of the conditions of physical consistency; a body exists if and only if all are positive.
 
-    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018, eq. 9) implies those before it;
+    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018) implies those before it;
     they are kept apart because they say what is wrong in words.
     """
 
@@ -83,7 +83,7 @@ class InertialParameters:
 
     @classmethod
     def from_pseudo_inertia(cls, matrix: ArrayLike) -> Self:
-        """From the 4 x 4 pseudo-inertia [[Sigma, m c], [m c', m]], Sigma = ∫ p p' dm (Wensing et al. 2018, eq. 8)."""
+        """From the 4 x 4 pseudo-inertia [[Sigma, m c], [m c', m]], Sigma = ∫ p p' dm (Wensing et al. 2018)."""
         P = np.asarray(matrix, dtype=float)
         J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
         return cls(np.concatenate(([P[3, 3]], P[:3, 3], tensor_to_vector(J))))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.calibration import WrenchSign, fit_freely, wrench_sign
+from hefting.calibration import TYPICAL_SIZE, WrenchSign, fit_freely, wrench_sign
 from hefting.estimate import json_ready
 from hefting.identifiability import Identifiability, identifiability
 from hefting.motion import measure
@@ -14,9 +14,6 @@ from hefting.motion.measure import DESCRIPTIONS
 from hefting.recording import Recording
 from hefting.regressor import dynamism
 from hefting.spatial import STANDARD_GRAVITY, Array
-
-TYPICAL_SIZE = 0.2
-"""Size of a held object [m], by which to judge what is known well enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +33,7 @@ class Inspection:
     angular_speed: tuple[float, float]
     """mean and largest [rad/s]"""
     dynamism: float
-    """median (Nadeau et al. 2022, eq. 5)"""
+    """median (Nadeau et al. 2022, eq. 4)"""
     sign: WrenchSign
     quick_mass: float
     """mean |f| / |g| [kg], with no regard to bias and motion"""
@@ -116,7 +113,7 @@ def _advice(source: str, sign: WrenchSign, determined: bool, found: Identifiabil
         advice.append("the wrench's sign is not certain: give --wrench on-object or on-sensor")
     advice.extend(found.summary)
     if any(name.startswith("J") for name in found.open):
-        advice.append("with a shape, PMD fills the inertia tensor in")
+        advice.append("give --shape: it says of the inertia what the motion does not")
     if not advice:
         advice.append(f"ready: hefting identify {source} --shape MESH")
     return tuple(advice)

@@ -16,11 +16,11 @@ class Errors:
     """Errors in percent, and a unitless distance."""
 
     mass: float
-    """|dm| / m [%] (Nadeau et al. 2022, eq. 12)."""
+    """|dm| / m [%] (Nadeau et al. 2022, eq. 10)."""
     center_of_mass: float
-    """|dc_i| / a_i, mean over the axes [%] (eq. 13)."""
+    """|dc_i| / a_i, mean over the axes [%] (eq. 11)."""
     inertia_at_origin: float
-    """Mean over the six entries, tensors about the sensor origin [%] (eq. 14)."""
+    """Mean over the six entries, tensors about the sensor origin [%] (eq. 12)."""
     inertia_at_com: float
     """The same with each tensor about its own COM [%]."""
     riemannian: float

@@ -83,8 +83,10 @@ def misfit_warnings(estimate: Estimate, residual: Array, z: Measurements, fit: F
     signal = np.sqrt(np.mean(z.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
     if not ((residual > MISFIT * free) & (residual > 0.01 * signal)).any():
         return []
+    cause = "the shape or its pose does not fit, or c1 is too large for this motion"
+    if estimate.hull_margin is None:
+        cause = "do not trust it"
     return [
         f"{estimate.method} leaves {residual[0]:.2g} N and {residual[1]:.2g} N m of the wrench unexplained, "
-        f"unconstrained least squares {free[0]:.2g} and {free[1]:.2g}: the shape or its pose does not fit, or c1 is "
-        "too large for this motion"
+        f"unconstrained least squares {free[0]:.2g} and {free[1]:.2g}: {cause}"
     ]

@@ -94,6 +94,9 @@ def prepare(
             where=recording.source,
             fix="turn the sensor to other orientations" + (", or give --bias none" if may_be_biased else ""),
         )
+    if fit.mass_t < 0.0:
+        fix = "check the wrench's sign (--wrench) and --gravity"
+        raise NotIdentifiableError("no positive mass explains the wrench", where=recording.source, fix=fix)
     warnings += [*com_warnings(fit, shape), *gravity_warnings(z, fit)]
     moved = measured.motion is not None and source != "orientation" and len(z) > 1
     if moved:
@@ -118,6 +121,7 @@ def prepare(
             "bias": "given" if given is not None else model,
             "bias_searched": searched,
             "bias_subtracted": given,
+            "noise": {"force": fit.noise.force, "torque": fit.noise.torque},
             "motion": DESCRIPTIONS[source],
         },
     )

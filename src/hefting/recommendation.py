@@ -1,9 +1,9 @@
 """Recommendation: which of several estimates to trust, judged without the truth.
 
-The rule was chosen among several by what it cost beside the best method of each case, on 1,500 simulated recordings
-with the right shape, a bounding box, a shape 20 % too large and one misplaced by 5 mm and 5°, and on grossly wrong
-shapes. A shape that is nearly right is worth more than a perfect fit: noise of the accelerations alone makes least
-squares contradict the true body. Only where the data determine everything do they overrule the shape.
+The rule was chosen among several by what it cost beside the best method of each case, on simulated recordings with the
+right shape, a bounding box, a shape 20 % too large and one misplaced by 5 mm and 5°, and on grossly wrong shapes. A
+shape that is nearly right is worth more than a perfect fit: noise of the accelerations alone makes least squares
+contradict the true body. Only where the data determine everything do they overrule the shape.
 """
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from hefting.estimate import Estimate
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import Quadratic
-from hefting.plausibility import com_warnings
 from hefting.preparation import Prepared
 from hefting.shapes import PointMasses
 
@@ -21,6 +20,9 @@ PRECISE = 0.1
 """Uncertainty of least squares up to which the recording may overrule the shape."""
 SUFFICIENT = 0.2
 """Uncertainty of least squares up to which a body without a shape beats point masses."""
+
+OUTSIDE = 0.02
+"""Depth outside the shape's hull, over its largest side, from which the COM contradicts the shape."""
 
 
 def misfit(estimate: Estimate, prepared: Prepared) -> float:
@@ -45,32 +47,41 @@ def uncertainty(prepared: Prepared, shape: PointMasses) -> float:
 
 def recommend(results: dict[str, Estimate], prepared: Prepared, shape: PointMasses | None) -> tuple[str, str]:
     """Name of the estimate to trust, and a sentence why."""
-    bodies = {k: e for k, e in results.items() if e.parameters.consistency().is_consistent}
+    bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
     if not bodies:
         best = min(results, key=lambda name: misfit(results[name], prepared))
         return best, "no method found a body that can exist; this one explains the wrench best"
     free = next((name for name in ("LMI", "OLS") if name in bodies), None)
-    if shape is not None:
-        if free is not None and com_warnings(prepared.fit, shape):
-            return free, "without the shape the centre of mass is well outside it: check the shape's pose and unit"
-        s = uncertainty(prepared, shape)
-        if "GEO" in bodies:
-            chi2 = misfit(bodies["GEO"], prepared)
-            if chi2 <= MISFIT or s > PRECISE or free is None:
-                fits = "fits the recording" if chi2 <= MISFIT else "is worth more than this recording alone"
-                return "GEO", f"the shape {fits} (misfit {chi2:.0f}; expected about 10), and GEO weighs both"
+    if shape is None:
+        if free is None:
+            best = min(bodies, key=lambda name: misfit(bodies[name], prepared))
+            return best, "a body that can exist"
+        return free, "the body that explains the wrench best; no shape is known"
+    margin = bodies["GEO"].hull_margin if "GEO" in bodies else None
+    if free is not None and (_is_outside(bodies[free], prepared, shape) or (margin is not None and margin < -OUTSIDE)):
+        return free, "without the shape the COM is outside it: check the shape's pose and unit"
+    s = uncertainty(prepared, shape)
+    if "GEO" in bodies:
+        chi2 = misfit(bodies["GEO"], prepared)
+        if chi2 <= MISFIT:
             return (
-                free,
-                f"the recording contradicts the shape (misfit {chi2:.0f}; about 10 expected) and suffices alone",
+                "GEO",
+                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape",
             )
-        if free is not None and s < SUFFICIENT:
-            return free, f"the recording determines all parameters to {100 * s:.0f} % of a body of this size"
-        for name in ("PMD", "HPS"):
-            if name in bodies:
-                return name, "the recording is too poor to do without the shape"
-    if free is not None:
-        return free, "explains the wrench best of all bodies that can exist" + (
-            "; no shape is known" if not shape else ""
-        )
-    best = min(bodies, key=lambda name: misfit(bodies[name], prepared))
-    return best, "a body that can exist"
+        if s > PRECISE or free is None:
+            return "GEO", f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit"
+        return free, f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone"
+    if free is not None and s < SUFFICIENT:
+        return free, f"the recording determines all parameters to {100 * s:.0f} % of a body of this size"
+    for name in ("PMD", "HPS"):
+        if name in bodies:
+            return name, "the recording is too poor to do without the shape"
+    return next(iter(bodies)), "the only body that can exist" if len(bodies) == 1 else "a body that can exist"
+
+
+def _is_outside(estimate: Estimate, prepared: Prepared, shape: PointMasses) -> bool:
+    """Whether a COM found without the shape is outside its hull, by more than its uncertainty and `OUTSIDE`."""
+    if estimate.hull_margin is None or not np.isfinite(prepared.fit.covariance.diagonal()[1:4]).all():
+        return False
+    spread = float(np.sqrt(prepared.fit.covariance.diagonal()[1:4].max())) / estimate.parameters.mass
+    return estimate.hull_margin < -OUTSIDE - 3.0 * spread / (float(shape.extents.max()) or 1.0)

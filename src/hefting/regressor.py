@@ -7,7 +7,7 @@ Both models are linear in the 22 *features* of a sample,
 because [w]x [w]x = w w' - |w|² I and w x (J w) are linear in w w'. With d = a - g and W = [w]x,
 
     full:     f = m d + ([alpha]x + W W) m c,   tau = (m c) x d + L(alpha) J + W L(w) J
-    reduced:  the same with a = w = alpha = 0 (gravity only; Nadeau et al. 2022, eq. 8)
+    reduced:  the same with a = w = alpha = 0 (gravity only; Nadeau et al. 2022, eq. 7)
 
 where L(v) (Jxx..Jzz) = J v. See Atkeson, An & Hollerbach 1986 for the full model.
 """
@@ -82,18 +82,18 @@ def full_regressor(measurements: Measurements) -> Array:
 
 
 def reduced_regressor(measurements: Measurements) -> Array:
-    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 8, with its force rows)."""
+    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7, with its force rows)."""
     return reduced_rows(features(measurements))
 
 
 def dynamism(measurements: Measurements) -> Array:
-    """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 5, n1 = n2 = 1, n3 = 0.5)."""
+    """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 4, n1 = n2 = 1, n3 = 0.5)."""
     a, alpha, w = measurements.linear_acceleration, measurements.angular_acceleration, measurements.angular_velocity
     return (a * a + alpha * alpha + 4.0 * (w * w)) @ np.ones(3)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:
-    """Weight w (K,) = tanh(3 nu / c1) of the full model against the reduced (Nadeau et al. 2022, eq. 11)."""
+    """Weight w (K,) = tanh(3 nu / c1) of the full model against the reduced (Nadeau et al. 2022, eq. 9)."""
     return np.tanh((3.0 / c1) * dynamism(measurements))
 
 

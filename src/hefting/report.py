@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -9,14 +10,18 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.comparison import Comparison
+from hefting.calibration import TYPICAL_SIZE
 from hefting.estimate import Estimate
-from hefting.estimators import VARIANTS, describe_methods
+from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
-from hefting.inertia import InertialParameters
-from hefting.inspection import Inspection
+from hefting.inertia import EXPLANATIONS, InertialParameters
 from hefting.metrics import Errors
-from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.plausibility import MISFIT
+from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
+
+if TYPE_CHECKING:
+    from hefting.comparison import Comparison
+    from hefting.inspection import Inspection
 
 AXES = "xyz"
 SETTINGS = ("points", "c1", "regularization", "gamma")
@@ -33,9 +38,10 @@ def methods_report() -> RenderableType:
         what = f"{of['summary']}\n[dim]{of['source']}[/dim]"
         table.add_row(f"[bold]{name}[/bold]", what, of["needs"], of["best_for"])
     lines = [f"always a body that can exist: {', '.join(name for name in known if known[name]['consistent'])}"]
+    lines.append("where the motion determines all and the noise is known, these find the same body for")
     for invariance, of in INVARIANCES.items():
         others = [name for name in known if invariance not in known[name]["invariances"]]
-        lines.append(f"the same body for {of}: {'all but ' + ', '.join(others) if others else 'all'}")
+        lines.append(f"- {of}: {'all but ' + ', '.join(others) if others else 'all'}")
     lines.append(f"with another model of the motion, or a condition more: {', '.join(VARIANTS)}")
     return Group(table, *map(Text, lines))
 
@@ -128,42 +134,51 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
     yield Text("physically consistent" if consistency.is_consistent else f"not physically consistent: {consistency}")
     if estimate.certificate is not None:
         c = estimate.certificate
-        yield Text(f"certificate: objective {c.objective:.6g}, at most {max(c.gap, 0.0):.1g} above the optimum")
+        how = f"at most {c.gap:.1g} above" if c.gap > 0.0 else "to rounding"
+        yield Text(f"certificate: objective {c.objective:.6g}, {how} the optimum")
 
 
 def _warnings(warnings: Iterable[str]) -> Iterable[Text]:
     return [Text(f"warning: {line}", style="yellow") for line in warnings]
 
 
-def comparison_report(comparison: Comparison, errors: dict[str, Errors] | None = None) -> RenderableType:
+def comparison_report(comparison: "Comparison", errors: dict[str, Errors] | None = None) -> RenderableType:
     """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and which one to trust."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("method", no_wrap=True)
     for name in ("mass\nkg", "COM x, y, z\nmm", "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²", "residual\nN, N m"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("consistent", no_wrap=True)
+        table.add_column(name, justify="right", overflow="fold")
+    table.add_column("consistent", overflow="fold")
     table.add_column("time\nms", justify="right", no_wrap=True)
     names = list(comparison.results)
+    noise, open_ = comparison.prepared.fit.noise, comparison.prepared.fit.open_parameters(TYPICAL_SIZE)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
         p, r = e.parameters, e.residual
+        moments = p.inertia_at_com.diagonal()
+        J = ", ".join(f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}" for x in moments)
+        if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(open_):
+            J = "open"
+        misfit = r is not None and bool((r > MISFIT * np.array((noise.force, noise.torque))).any())
         row = [
             f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
-            f"{p.mass:.4f}",
+            f"{p.mass:.4g}",
             ", ".join(f"{1e3 * x:.1f}" for x in p.center_of_mass),
-            ", ".join(_milli(x, s) for x, s in zip(p.inertia_at_com.diagonal(), _spread(e), strict=True)),
-            "" if r is None else f"{r[0]:.3f}, {r[1]:.4f}",
+            J,
+            "" if r is None else f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}",
+            "yes" if e.physically_consistent else f"no: {FAILURES[e.consistency.violated or 'mass']}",
+            f"{1e3 * comparison.seconds[name]:.1f}",
         ]
-        row.append("yes" if e.physically_consistent else f"no: {FAILURES[e.consistency.violated or 'mass']}")
-        row.append(f"{1e3 * comparison.seconds[name]:.2g}")
         table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
     lines: list[RenderableType] = [table]
     if errors:
         lines.append(_errors_table(errors))
+    failed = {e.consistency.violated for e in comparison.results.values()} - {None}
+    lines += [Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}") for name in EXPLANATIONS if name in failed]
     if any(name in VARIANTS for name in names):
-        lines.append(Text("below the line: the same methods with another model of the motion (hefting methods)"))
-    lines.extend(Text(f"{name}: left out, {why}") for name, why in comparison.skipped.items())
-    lines.append(Text(f"recommended: {comparison.recommended}, {comparison.reason}", style="bold"))
+        lines.append(Text("below the line: variants, see hefting methods"))
+    lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
+    lines.append(Text(f"recommended: {comparison.recommended}, as {comparison.reason}", style="bold"))
     best = comparison.results[comparison.recommended]
     return Group(*lines, *_assumptions(best), *_warnings(best.warnings))
 
@@ -179,16 +194,6 @@ def _errors_table(errors: dict[str, Errors]) -> Table:
     return table
 
 
-def _spread(estimate: Estimate) -> Array:
-    """Standard deviations (3,) of Jxx, Jyy, Jzz at the COM; zeros where the method has none."""
-    std = estimate.std
-    return np.zeros(3) if std is None else std["inertia_at_com"].diagonal()
-
-
-def _milli(value: float, std: float) -> str:
-    return f"{1e3 * value:.2g}" if np.isfinite(std) else "open"
-
-
 def _percent(value: float) -> str:
     return "< 0.01" if value < 0.01 else f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
 
@@ -197,13 +202,13 @@ FAILURES = {
     "mass": "mass",
     "inertia": "inertia",
     "triangle": "triangle",
-    "pseudo_inertia": "pseudo-inertia",
-    "hull": "COM outside shape",
+    "pseudo_inertia": "pseudo",
+    "hull": "COM",
 }
 """The condition of consistency that fails, in a word or two."""
 
 
-def inspection_report(found: Inspection) -> RenderableType:
+def inspection_report(found: "Inspection") -> RenderableType:
     """Streams, motion, conventions, and what to do next."""
     table = Table()
     table.add_column("stream")

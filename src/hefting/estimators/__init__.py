@@ -27,16 +27,22 @@ VARIANTS: dict[str, tuple[str, dict[str, str]]] = {
 """The same with another model of the motion than their own, and LMI with a condition more; what makes them so."""
 
 
+def spelled(name: str) -> str:
+    """Name of a method or variant as `METHODS` and `VARIANTS` spell it. Raises `InputError` for an unknown one."""
+    known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
+    key = known.get(name.lower()) if isinstance(name, str) else None
+    if key is None:
+        raise InputError(f"unknown method '{name}'", fix=f"use {', '.join(METHODS)}; see hefting methods")
+    return key
+
+
 def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
     """Estimator of a method or variant, in any case, and the hyperparameters that make it so.
 
     The hyperparameter ``"shape"`` of a variant stands for the shape that is known. Raises `InputError` for an unknown
     name.
     """
-    known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
-    key = known.get(name.lower())
-    if key is None:
-        raise InputError(f"unknown method '{name}'", fix=f"use {', '.join(METHODS)}; see hefting methods")
+    key = spelled(name)
     base, settings = VARIANTS.get(key, (key, {}))
     return METHODS[base], dict(settings)
 
@@ -73,4 +79,5 @@ __all__ = [
     "Estimator",
     "describe_methods",
     "method_named",
+    "spelled",
 ]

@@ -28,7 +28,7 @@ INVARIANCES = {
     "sensor rotation": "another orientation of the sensor's axes",
     "sensor origin": "another point of reference, the noise covariance moved along",
     "units": "other units of length, mass and time, the noise covariance converted along",
-    "wrench scale": "a wrench so many times as large: a body so many times as heavy",
+    "wrench scale": "a wrench (and its noise) so many times as large: a body so many times as heavy",
 }
 """What an estimator may be indifferent to: the estimate is the same body."""
 
@@ -42,11 +42,12 @@ class Estimator:
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     invariances: ClassVar[frozenset[str]] = frozenset()
-    """Which of `INVARIANCES` hold at the default hyperparameters, or with those stated in the class's docstring."""
+    """Which of `INVARIANCES` hold where the motion determines all ten parameters and, for some, the noise is known: the
+    class's docstring says when."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
-    """What it does better than the others; each is measured in the tests."""
+    """When to think of it first."""
 
     @property
     def name(self) -> str:

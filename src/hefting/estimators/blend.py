@@ -1,5 +1,6 @@
 """Blend: samples divided between the reduced (gravity-only) and the full Newton-Euler model."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, Self
 
@@ -28,6 +29,8 @@ class Blend:
 
     reduced: Moments
     full: Moments
+    samples: int = 0
+    """Samples seen."""
 
     @classmethod
     def empty(cls) -> Self:
@@ -42,36 +45,48 @@ class Blend:
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> Self:
         """With the samples of `measurements` added; `weight` w (K,) is the full model's share, or one for all."""
         x, time = features(measurements), measurements.time
-        if np.ndim(weight) == 0 and weight in (0.0, 1.0):
-            if weight:
-                return type(self)(self.reduced, self.full.fold_features(x, time))
-            return type(self)(self.reduced.fold_features(x, time), self.full)
-        w = np.broadcast_to(np.asarray(weight, dtype=float), time.shape)
-        return type(self)(self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w))
+        samples = self.samples + len(time)
+        if isinstance(weight, float) and weight == 1.0:
+            return type(self)(self.reduced, self.full.fold_features(x, time), samples)
+        if isinstance(weight, float) and weight == 0.0:
+            return type(self)(self.reduced.fold_features(x, time), self.full, samples)
+        w = np.asarray(weight, dtype=float)
+        if w.shape not in ((), time.shape) or not ((w >= 0.0) & (w <= 1.0)).all():
+            raise InputError(f"weights are one number or one for each of {len(time)} samples, from 0 to 1")
+        w = np.broadcast_to(w, time.shape)
+        reduced, full = self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w)
+        return type(self)(reduced, full, samples)
 
     def merge(self, other: "Blend") -> Self:
         """Of the samples of both."""
-        return type(self)(self.reduced.merge(other.reduced), self.full.merge(other.full))
-
-    @property
-    def samples(self) -> int:
-        """Samples seen."""
-        return max(self.reduced.samples, self.full.samples)
+        samples = self.samples + other.samples
+        return type(self)(self.reduced.merge(other.reduced), self.full.merge(other.full), samples)
 
     @property
     def duration(self) -> float:
         """Time between the first and the last sample [s]."""
-        return max(self.reduced.duration, self.full.duration)
+        start, end = min(self.reduced.start, self.full.start), max(self.reduced.end, self.full.end)
+        return max(0.0, end - start)
 
 
 def model_weight(measurements: Measurements, model: str, c1: float) -> Array | float:
-    """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al. 2022, eq. 11)."""
+    """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al. 2022, eq. 9)."""
     return full_model_weight(measurements, c1) if model == "blended" else float(model == "full")
 
 
 def require_model(model: str, c1: float) -> None:
     """`InputError` unless `model` names a model of the motion and c1 is positive and finite."""
-    if model not in MODELS:
-        raise InputError(f"unknown model '{model}'", fix=f"use {', '.join(MODELS)}")
-    if not 0.0 < c1 < np.inf:
-        raise InputError(f"c1 must be positive and finite, not {c1}")
+    require_one_of("model", model, MODELS)
+    require_positive("c1", c1)
+
+
+def require_one_of(name: str, value: object, choices: Iterable[str]) -> None:
+    """`InputError` unless `value` is one of `choices`."""
+    if not isinstance(value, str) or value not in choices:
+        raise InputError(f"unknown {name} '{value}'", fix=f"use {', '.join(choices)}")
+
+
+def require_positive(name: str, value: object) -> None:
+    """`InputError` unless `value` is a positive, finite number."""
+    if not (isinstance(value, int | float) and 0.0 < value < np.inf):
+        raise InputError(f"{name} must be positive and finite, not {value}")

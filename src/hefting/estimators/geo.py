@@ -10,9 +10,9 @@ import numpy as np
 from hefting.errors import InputError
 from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend, Model, model_weight, require_model
+from hefting.estimators.blend import Blend, Model, model_weight, require_model, require_one_of, require_positive
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
 from hefting.estimators.semidefinite import solve
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements
@@ -80,12 +80,13 @@ class GEO(Estimator):
             raise InputError("GEO needs a shape or a prior body, and not both", fix="a bounding box will do")
         if self.shape is not None and not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if self.prior is not None and not isinstance(self.prior, InertialParameters):
+            raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:
             raise InputError(f"the prior is not a body: {self.prior.consistency()}")
-        if self.distance not in DISTANCES:
-            raise InputError(f"unknown distance '{self.distance}'", fix=f"use {', '.join(DISTANCES)}")
-        if self.gamma is not None and not 0.0 < self.gamma < math.inf:
-            raise InputError(f"gamma must be positive and finite, not {self.gamma}")
+        require_one_of("distance", self.distance, DISTANCES)
+        if self.gamma is not None:
+            require_positive("gamma", self.gamma)
 
     def weight(self, measurements: Measurements) -> Array | float:
         """Share of the full model in each sample (K,), or one number for all."""
@@ -95,6 +96,7 @@ class GEO(Estimator):
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        require_information(problem)
         prior, T = self._unit
         if self.prior is None:
             mass = problem.measured_mass(prior.vector)

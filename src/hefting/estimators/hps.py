@@ -56,8 +56,9 @@ class HPS(Estimator):
                 "HPS needs labelled parts", fix="give a .ply file of points with a 'segmentation' property"
             )
         for name in ("max_acceleration", "max_angular_acceleration"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"{name} must be positive, not {getattr(self, name)}")
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and value > 0.0):
+                raise InputError(f"{name} must be positive, not {value}")
 
     @cached_property
     def _shares(self) -> Array:
@@ -98,7 +99,8 @@ class HPS(Estimator):
         U, S, V = np.linalg.svd(G / lengths, full_matrices=False)
         told = int((RANK_TOLERANCE < S).sum())  # what is less, a bias and rounding explain as well
         if told == 0:
-            raise NotIdentifiableError("the poses do not tell the mass from a bias", fix="record more orientations")
+            what = "the poses do not tell the mass" + (" from a bias" if self.bias == "estimate" else "")
+            raise NotIdentifiableError(what, fix="record more orientations")
         masses, _ = nnls((V * lengths)[:told] * S[:told, None], U[:, :told].T @ g, maxiter=100 * len(lengths))
         if not masses.any():
             fix = "check the object's pose and the signs of wrench and gravity"

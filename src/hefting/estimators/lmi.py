@@ -9,7 +9,7 @@ from hefting.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, whitening
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
 from hefting.estimators.semidefinite import solve
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
@@ -56,6 +56,7 @@ class LMI(Estimator):
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        require_information(problem)
         half_space = None
         if self.ellipsoid is None:
             G = _typical(problem)
@@ -109,7 +110,7 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
 def bounding_ellipsoid(shape: PointMasses) -> Array:
     """Q (4, 4) with x'Q x >= 0, x = (point, 1), inside the least ellipsoid around the shape's bounding box, by volume.
 
-    Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018, eq. 16). Sides of no length count as 1 mm.
+    Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018). Sides of no length count as 1 mm.
     """
     R = shape.pose[:3, :3]
     local = shape.hull @ R

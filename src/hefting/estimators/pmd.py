@@ -53,7 +53,7 @@ class PMD(Estimator):
         require_model(self.model, self.c1)
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
-        if not 0.0 <= self.regularization < math.inf:
+        if not (isinstance(self.regularization, int | float) and 0.0 <= self.regularization < math.inf):
             raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
 
     @cached_property

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimators.blend import Blend
 from hefting.lapack import lapack
 from hefting.measurements import Noise
@@ -66,6 +66,13 @@ def stacked_factor(state: Blend, noise: WrenchNoise = None, free_bias: bool = Tr
     if not parts:
         return np.zeros((17 - first, 17 - first))
     return parts[0] if len(parts) == 1 else triangular(np.vstack(parts))
+
+
+def require_information(problem: "Quadratic") -> None:
+    """`NotIdentifiableError` when the samples tell nothing at all."""
+    if not len(problem.svd.S):
+        beside = " beside a bias" if len(problem.bias_rows) else ""
+        raise NotIdentifiableError(f"the samples determine nothing{beside}", fix="record other orientations")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,13 +145,9 @@ class Quadratic:
         """|b|: what is left of the (whitened) wrench when the bias takes all it can."""
         return float(np.sqrt(self.b @ self.b))
 
-    def residual(self, vector: Array) -> Array:
-        """A phi - b (11,) at parameters (10,)."""
-        return self.A @ vector - self.b
-
     def square(self, vector: Array) -> float:
         """|A phi - b|² at parameters (10,)."""
-        r = self.residual(vector)
+        r = self.A @ vector - self.b
         return float(r @ r)
 
     def bias(self, vector: Array) -> Array | None:

@@ -140,7 +140,7 @@ def _unconstrained(A: Array, b: Array, half_space: Array | None, svd: ScaledSVD)
 
 
 def divergence(Q: Array) -> float:
-    """tr Q - log det Q - 4 of a positive definite Q (4, 4): the entropic distance from I (Lee et al. 2020, eq. 24)."""
+    """tr Q - log det Q - 4 of a positive definite Q (4, 4): the entropic distance from I (Lee et al. 2020)."""
     values = _eigenvalues(Q)
     if values[0] <= 0.0:
         return math.inf

@@ -60,11 +60,6 @@ class Hull:
         return depth if d == 3 else min(depth, -off)
 
 
-def depth_in_hull(points: ArrayLike, x: ArrayLike) -> float:
-    """Depth [m] of x (3,) in the convex hull of points (V, 3), see `Hull.depth`."""
-    return Hull.of(points).depth(x)
-
-
 def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
     """Normals (faces, d) and offsets (faces,) of the solid hull of points (V, d), found where all `sides` are one."""
     if len(sides) == 0:
