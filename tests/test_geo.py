@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimators import GEO, LMI, cone, semidefinite
+from hefting.estimators import GEO, LMI, PMD, cone, semidefinite
 from hefting.inertia import InertialParameters
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.shapes import PointMasses
