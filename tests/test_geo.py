@@ -15,7 +15,7 @@ from semidefinite_oracle import assert_optimal, case, geo_case, lowest
 
 PROBLEMS = 200
 HARD = (246, 400, 592, 741)
-"""Problems with a Euclidean distance whose thin prior is a poor start: solved only by beginning anew."""
+"""Problems with a Euclidean distance and a thin prior, far from the answer."""
 NOISE = Noise(0.1, 0.005)
 DISTANCES = ("entropic", "pullback", "euclidean")
 

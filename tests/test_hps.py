@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import nnls
 
 from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimators import HPS
+from hefting.estimators import HPS, hps
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements, Noise
 from hefting.regressor import reduced_regressor
@@ -330,3 +330,19 @@ def test_hyperparameters_are_checked():
             HPS(shape, max_acceleration=limit)
         with pytest.raises(InputError, match="max_angular_acceleration"):
             HPS(shape, max_angular_acceleration=limit)
+
+
+def test_the_bound_holds_for_wrong_masses():
+    """Random problems, masses with parts missing and five times too light: the optimum is never below the bound."""
+    positive = 0
+    for seed in range(200):
+        rng = np.random.default_rng([15, seed])
+        G, g = rng.normal(size=(11, 4)), rng.normal(size=11)
+        best, norm = nnls(G, g)
+        wrong = np.where(best == best.max(), best, 0.0) * 0.2
+        if np.count_nonzero(best) < 2 or best.sum() > 10 * wrong.sum():  # beyond the bound's reach
+            continue
+        bound = hps._bound(G, g, wrong)
+        assert bound <= norm**2 * (1 + 1e-12)
+        positive += bound > 0.0
+    assert positive > 50

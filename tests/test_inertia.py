@@ -163,7 +163,7 @@ def test_the_first_condition_that_fails_is_named(body, first):
     assert str(consistency).startswith("consistent" if first is None else EXPLANATIONS[first])
 
 
-def test_pseudo_inertia_is_named_when_it_alone_fails():
+def test_pseudo_inertia_never_fails_alone():
     """It implies the others, so it fails alone only by the scale it is measured on: by a hair beside them."""
     hair = 1.5 * TOLERANCE  # triangle slack over the largest moment 2; pseudo-inertia twice that over 2
     body = InertialParameters.from_com(1.0, np.zeros(3), np.diag((1.0, 1.0, 2.0 + hair)))

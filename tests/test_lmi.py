@@ -122,6 +122,8 @@ def test_what_rest_leaves_open_is_said():
     assert found.warnings == (
         "the motion does not determine Jxx, Jxy, Jxz, Jyy, Jyz, Jzz: shown are those of a compact body",
     )
+    p = found.parameters  # the radius of gyration, along each axis, is that of what is taken where the data say nothing
+    assert np.sqrt(np.trace(p.inertia_at_com) / p.mass / 6) == pytest.approx(0.1, rel=1e-6)
 
 
 @pytest.mark.parametrize(

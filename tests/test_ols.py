@@ -7,6 +7,7 @@ import pytest
 
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimators import OLS
+from hefting.estimators.quadratic import ScaledSVD
 from hefting.measurements import Measurements, Noise
 from hefting.regressor import full_regressor
 from hefting.spatial import PARAMETERS, WRENCH
@@ -190,3 +191,14 @@ def test_hyperparameters_are_checked():
     for noise in (Noise(), Noise(0.1, 0.0), Noise(-0.1, 0.1), Noise(np.nan, 0.1)):
         with pytest.raises(InputError, match="noise"):
             OLS(noise=noise)
+
+
+def test_the_bound_is_what_a_wrong_solution_lacks(monkeypatch):
+    """A solution off by a thousandth: the certificate's bound is still the optimum, to rounding, and the gap shows."""
+    rng = np.random.default_rng(1)
+    z = with_wrench(random_motion(rng, 50), random_body(rng), 0.0, rng, 0.1, 0.005)
+    right, solve = OLS().fit(z).certificate, ScaledSVD.solve
+    monkeypatch.setattr(ScaledSVD, "solve", lambda self, b: 0.999 * solve(self, b))
+    wrong = OLS().fit(z).certificate
+    assert wrong.objective > 1.001 * right.objective
+    assert wrong.bound == pytest.approx(right.objective, rel=1e-9)
