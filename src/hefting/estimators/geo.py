@@ -43,7 +43,7 @@ class GEO(Estimator):
 
         minimise  |S^-1/2 (A phi - b)|² + gamma D(phi, phi0)   over bodies: P(phi) >= 0
 
-    P is the 4 x 4 pseudo-inertia; phi0 is the prior. As good as its prior: wants the right shape, pose and weight.
+    P is the 4 x 4 pseudo-inertia; phi0 is the prior. The larger gamma, the more depends on the prior's shape and pose.
     The sensor's origin and units do not matter where the noise is given; nor does the wrench's scale where gamma is
     scaled by its square, and a given prior by it. The Euclidean distance depends on axes, origin and units.
     """
