@@ -149,7 +149,8 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
     names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
     known = {name: getattr(estimator, name) for name in names}
-    provenance = prepared.provenance | {k: v for k, v in known.items() if isinstance(v, int | float | str) and k != "bias"}
+    told = {k: v for k, v in known.items() if isinstance(v, int | float | str) and k != "bias"}
+    provenance = prepared.provenance | told
     if isinstance(estimator, GEO) and estimator.gamma is None and estimator.distance != "euclidean":
         provenance["gamma"] = GAMMA
     if known.get("shape") is not None:
