@@ -8,8 +8,10 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
-from hefting.motion.bspline import Knots, Likelihood, Normal, inverse_bands
-from hefting.motion.spline import ORDERS, fresh_rows, smooth, tune
+from hefting.motion.bspline import Knots, Normal, Observation, inverse_bands
+from hefting.motion.curve import ORDERS, fresh_rows, tune
+from hefting.motion.likelihood import Likelihood
+from hefting.motion.spline import smooth
 from motions import Truth, normalised_errors, random_smooth, stop_and_go
 
 
@@ -118,7 +120,7 @@ def test_variances_are_believable_at_the_ends():
 def test_variance_has_the_closed_form_in_the_interior():
     truth, p, q = noisy(6, 10.0)
     motion = smooth(truth.time, p, q)
-    rotation, _, dt = tune(truth.time, q, ORDERS, "orientation")
+    rotation, _, dt = tune((Observation(truth.time, q),), ORDERS, "orientation")
     m, wc = rotation.order, rotation.bandwidth
     for k, std in ((1, motion.angular_velocity_std), (2, motion.angular_acceleration_std)):
         # a continuous smoother of m-fold integrated white noise, times 4 for the half angle
@@ -131,9 +133,9 @@ def test_order_follows_the_motion():
     smooth_orders, stopping = [], []
     for seed in range(4):
         truth, _, q = noisy(seed, 3.0)
-        smooth_orders.append(tune(truth.time, q, ORDERS, "q")[0].order)
+        smooth_orders.append(tune((Observation(truth.time, q),), ORDERS, "q")[0].order)
         truth, _, q = noisy(seed, 3.0, make=stop_and_go)
-        stopping.append(tune(truth.time, q, ORDERS, "q")[0].order)
+        stopping.append(tune((Observation(truth.time, q),), ORDERS, "q")[0].order)
     assert set(smooth_orders) == {5}  # analytic motion
     assert max(stopping) < 5  # the third derivative jumps
 
@@ -145,7 +147,7 @@ def test_band_algebra_equals_dense(m):
     t = t[(t < 4) | (t > 5)]
     later = t[t > 5]
     knots = Knots(0.02, np.array([t[0], later[0]]), np.array([t[t < 4][-1], t[-1]]))
-    normal = Normal(knots, t, rng.normal(size=(len(t), 3)), 0.01)
+    normal = Normal(knots, (Observation(t, rng.normal(size=(len(t), 3))),), 0.01)
     h_wc = 0.5
     penalty = 2.0 * h_wc ** (-2 * m)
     n = knots.size
@@ -179,7 +181,7 @@ def test_likelihood_equals_that_of_the_dense_gaussian():
     t = np.arange(0, 1, dt)
     knots = Knots(h, t[:1], t[-1:])
     y = rng.normal(size=(len(t), 1))
-    normal = Normal(knots, t, y, dt / 2)
+    normal = Normal(knots, (Observation(t, y),), dt / 2)
     likelihood = Likelihood(normal, m, dt, 1, 0.0)
     B = np.zeros((len(t), knots.size))
     for a in range(6):

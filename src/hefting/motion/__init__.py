@@ -2,8 +2,8 @@
 
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.measure import Measured, measure
-from hefting.motion.spline import smooth
+from hefting.motion.spline import SmoothedPoses, fit_poses, smooth
 from hefting.motion.state import Motion
 from hefting.motion.weighting import sample_weights
 
-__all__ = ["Measured", "Motion", "PoseFilter", "measure", "sample_weights", "smooth"]
+__all__ = ["Measured", "Motion", "PoseFilter", "SmoothedPoses", "fit_poses", "measure", "sample_weights", "smooth"]

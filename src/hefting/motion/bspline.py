@@ -12,13 +12,13 @@ likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Sta
 Long gaps cut the recording into segments that share lambda and r² and nothing else.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import comb, factorial, perm
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.optimize import minimize_scalar
 
 from hefting.spatial import Array
 
@@ -124,6 +124,23 @@ def multiply(bands: Array, x: Array) -> Array:
     return product
 
 
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """Samples of a signal, or of a derivative of it."""
+
+    time: Array
+    """(K,) s"""
+    values: Array
+    """(K, d)"""
+    derivative: int = 0
+    weight: float = 1.0
+    """of a squared residual, beside one of the signal itself"""
+
+    def __getitem__(self, index: Mask) -> Self:
+        """The samples chosen by a mask (K,)."""
+        return replace(self, time=self.time[index], values=self.values[index])
+
+
 class Normal:
     """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a pilot fit.
 
@@ -131,27 +148,20 @@ class Normal:
     nothing. `block` is in seconds.
     """
 
-    def __init__(self, knots: Knots, time: Array, values: Array, block: float):
+    def __init__(self, knots: Knots, data: tuple[Observation, ...], block: float):
         self.knots = knots
         self._penalties: dict[int, Array] = {}
-        index, u, covered = knots.locate(time)
-        index, u, values = index[covered], u[covered], values[covered]
         per_interval = max(round(knots.h / block), 1)
-        cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
-        starts = np.flatnonzero(np.diff(cell, prepend=-1))
-        self.count = np.diff(np.append(starts, len(cell))).astype(float)
-        self.index = index[starts]
-        rows = np.concatenate([basis(u[k : k + CHUNK]) for k in range(0, len(u), CHUNK)])
-        self.rows = np.add.reduceat(rows, starts, axis=0) / self.count[:, None]
-        self.values = np.add.reduceat(values, starts, axis=0) / self.count[:, None]
-        self.samples = len(u)
+        weight, index, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
+        self.count, self.index = np.concatenate(weight), np.concatenate(index)
+        self.rows, self.values = np.concatenate(rows), np.concatenate(values)
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
                 weight = self.count * self.rows[:, a] * self.rows[:, b]
                 self.bands[b - a] += np.bincount(self.index + a, weight, minlength=n)
-        self.pilot = np.zeros((n, values.shape[1]))
+        self.pilot = np.zeros((n, self.values.shape[1]))
         self._set_pilot(self.pilot)
 
     def _set_pilot(self, coefficients: Array) -> None:
@@ -187,70 +197,19 @@ class Normal:
         return self.pilot_rss + float(np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient)))
 
 
-@dataclass(frozen=True)
-class Smoothness:
-    """Hyperparameters of a smoothing spline, and how likely they are."""
-
-    order: int
-    """m: white noise drives the m-th derivative"""
-    bandwidth: float
-    """wc, rad/s"""
-    variance: float
-    """r², of one sample of one component"""
-    log_likelihood: float
-    """restricted, comparable between orders"""
-
-    def penalty(self, h: float, dt: float) -> float:
-        """lambda for knots h apart and samples dt apart."""
-        return h / dt * (h * self.bandwidth) ** (-2 * self.order)
-
-
-class Likelihood:
-    """Restricted likelihood of the bandwidth for one order m, with r² at its maximum.
-
-    d independent components share lambda and r² (a unit quaternion's four have three degrees of freedom). The
-    polynomials of degree below m, which the model leaves free, count as drawn with the variance they turn out
-    to have: without that price a higher order always wins on short recordings.
-    """
-
-    def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):
-        self.normal, self.order, self.dt, self.d, self.floor = normal, m, dt, d, floor
-        self.degrees = len(normal.count) - m * len(normal.knots.first)
-        self.rank = normal.knots.size - m * len(normal.knots.first)
-        self.log_det = normal.knots.log_penalty_determinant(m)
-        self.free_score = 0.0
-        target = normal.gradient + multiply(normal.bands, normal.pilot)
-        for start, stop in zip(normal.knots.offset[:-1], normal.knots.offset[1:], strict=True):
-            free = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, stop - start), m - 1))[0]
-            root = np.linalg.cholesky(free.T @ multiply(normal.bands[:, start:stop], free))
-            self.log_det += 2.0 * float(np.sum(np.log(np.diag(root))))
-            effects = np.linalg.solve(root, free.T @ target[start:stop])  # along orthonormal polynomials
-            scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
-            self.free_score -= 0.5 * d * float(np.sum(np.log(scale) + 1.0))
-
-    def at(self, log_h_bandwidth: float) -> Smoothness:
-        """Likelihood at ln(h wc)."""
-        h = self.normal.knots.h
-        trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
-        penalty = trial.penalty(h, self.dt)
-        c, factor = self.normal.solve(self.order, penalty)
-        roughness = float(np.sum(self.normal.knots.differences(c, self.order) ** 2))
-        square = max(self.normal.residual_square(c), 0.0) + penalty * roughness
-        variance = max(square / (self.d * self.degrees), self.floor)
-        log_det = 2.0 * float(np.sum(np.log(factor[0]))) - self.rank * np.log(penalty) - self.log_det
-        score = -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det) + self.free_score
-        return Smoothness(self.order, trial.bandwidth, variance, score)
-
-    def maximum(self, lowest: float, highest: float) -> Smoothness:
-        """The most likely bandwidth with h wc between two bounds: a coarse scan, then Brent's method."""
-        grid = np.linspace(np.log(lowest), np.log(highest), 9)
-        scores = [self.at(x).log_likelihood for x in grid]
-        best = int(np.argmax(scores))
-        bracket = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        found = minimize_scalar(
-            lambda x: -self.at(x).log_likelihood, bounds=bracket, method="bounded", options={"xatol": 0.02}
-        )
-        return self.at(float(found.x))
+def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Integers, Array, Array]:
+    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks."""
+    index, u, covered = knots.locate(data.time)
+    index, u, values = index[covered], u[covered], data.values[covered]
+    cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
+    starts = np.flatnonzero(np.diff(cell, prepend=-1))
+    if not len(starts):
+        return np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, SUPPORT)), values
+    count = np.diff(np.append(starts, len(cell))).astype(float)
+    rows = np.concatenate([basis(u[k : k + CHUNK], data.derivative) for k in range(0, len(u), CHUNK)])
+    rows = np.add.reduceat(rows, starts, axis=0) / count[:, None] / knots.h**data.derivative
+    values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+    return data.weight * count, index[starts], rows, values
 
 
 def inverse_bands(factor: Array, overlap: int) -> Array:

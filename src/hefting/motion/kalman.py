@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
+from hefting.motion.bspline import Observation
+from hefting.motion.curve import tune
 from hefting.motion.fixed_lag import READ, Steady, Track, steady_filter
-from hefting.motion.spline import aligned, check_poses, tune
+from hefting.motion.spline import aligned, check_poses
 from hefting.motion.state import Motion, motion_from_channels
 from hefting.spatial import Array
 
@@ -91,7 +93,7 @@ class PoseFilter:
         found: dict[str, float] = {}
         for name, values, scale in (("rotation", aligned(orientation), 2.0), ("position", position, 1.0)):
             if values is not None:
-                smoothness, _, dt = tune(time, values, (n,), name)
+                smoothness, _, dt = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
                 found[f"{name}_noise"] = scale * np.sqrt(smoothness.variance)
                 found[f"{name}_bandwidth"] = smoothness.bandwidth * (dt / period) ** (0.5 / n)

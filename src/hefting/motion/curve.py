@@ -1,0 +1,179 @@
+"""A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and order are the most likely."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.motion.bspline import (
+    CHUNK,
+    FEWEST,
+    SUPPORT,
+    Knots,
+    Mask,
+    Normal,
+    Observation,
+    basis,
+    inverse_bands,
+)
+from hefting.motion.likelihood import Likelihood, Smoothness
+from hefting.spatial import Array
+
+ORDERS = (3, 4, 5)
+"""Orders of smoothness tried: 5 suits smooth motion, 3 stop-and-go."""
+KNOT_SPACING = 0.02
+"""s, to begin with; it then follows the bandwidth, so that h wc stays between 0.3 and 1."""
+LOWEST, HIGHEST = 0.15, 2.5
+"""Bounds of h wc in the search."""
+TUNED_COEFFICIENTS = 10_000
+"""Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
+
+
+def fresh_rows(time: Array, values: Array) -> Mask:
+    """(K,) mask of the rows that are news: without the repeats of a slower stream that holds its value.
+
+    Runs of equal rows are repeats only when they are the rule (half of all runs at least two rows long); of a
+    run longer than twice the usual, as at rest, one row in that many stays.
+    """
+    changed = np.concatenate(([True], (np.diff(values, axis=0) != 0).any(axis=1)))
+    begins = np.flatnonzero(changed)
+    usual = int(np.median(np.diff(np.append(begins, len(values)))))
+    at_most = max(int(0.1 / np.median(np.diff(time))), 1)
+    stride = min(2 * usual, at_most) if usual > 1 else 1
+    age = np.arange(len(values)) - begins[np.cumsum(changed) - 1]
+    return age % stride == 0
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One smoothed multi-component signal."""
+
+    knots: Knots
+    coefficients: Array
+    """(n, d)"""
+    covariance: Array
+    """(6, n): lower bands of the coefficients' covariance, the same for every component"""
+    smoothness: Smoothness
+    observations: tuple[Observation, ...]
+    """What it was fitted to: the signal, then rates of it"""
+    bandwidth: float
+    """rad/s, above which it smooths"""
+
+    @classmethod
+    def fit(cls, time: Array, values: Array, name: str, rates: tuple[Observation, ...] = ()) -> "Curve":
+        """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`)."""
+        end = time[-1]
+        kept = fresh_rows(time, values)
+        data = (Observation(time[kept], values[kept]), *rates)
+        smoothness, h, dt = tune(data, ORDERS, name)
+        normal = _normal(data, h, end)
+        penalty = smoothness.penalty(h, dt)
+        normal.refine_pilot(smoothness.order, penalty)
+        coefficients, factor = normal.solve(smoothness.order, penalty)
+        overlap = int(np.ceil(12.0 / min(h * smoothness.bandwidth, 1.0)))
+        covariance = smoothness.variance * inverse_bands(factor, overlap)
+        return cls(normal.knots, coefficients, covariance, smoothness, data, cutoff(smoothness, data, dt))
+
+    def evaluate(self, at: Array) -> tuple[Array, ...]:
+        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives."""
+        out = [np.empty((len(at), self.coefficients.shape[1])) for _ in range(3)]
+        std = [np.empty(len(at)) for _ in range(2)]
+        for begin in range(0, len(at), CHUNK):
+            part = slice(begin, begin + CHUNK)
+            index, u, covered = self.knots.locate(at[part])
+            neighbours = self.coefficients[index[:, None] + np.arange(SUPPORT)]
+            rows = [basis(u, k) / self.knots.h**k for k in range(3)]
+            for k in range(3):
+                out[k][part] = np.einsum("lj,ljd->ld", rows[k], neighbours)
+                out[k][part][~covered] = np.nan
+            variance = np.zeros((2, len(u)))
+            for a in range(SUPPORT):
+                for b in range(a, SUPPORT):
+                    covariance = (1.0 if a == b else 2.0) * self.covariance[b - a, index + a]
+                    for k in (1, 2):
+                        variance[k - 1] += covariance * rows[k][:, a] * rows[k][:, b]
+            for k in range(2):
+                std[k][part] = np.where(covered, np.sqrt(np.maximum(variance[k], 0.0)), np.inf)
+        return (*out, *std)
+
+
+def tune(data: tuple[Observation, ...], orders: tuple[int, ...], name: str) -> tuple[Smoothness, float, float]:
+    """The most likely smoothness of a signal, the knot spacing to suit, and the sampling interval.
+
+    `data`: samples of the signal, then of derivatives of it, if any.
+    """
+    time = data[0].time
+    if len(time) < FEWEST:
+        raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
+    dt = float(np.median(np.diff(time)))
+    duration = time[-1] - time[0]
+    coarsest = max(duration / 6.0, dt)
+    finest = min(float(np.median(np.diff(o.time))) for o in data)
+    h = min(max(KNOT_SPACING, dt), coarsest)
+    excess = duration / h / TUNED_COEFFICIENTS
+    if excess > 1:
+        stretch = duration / excess / 10
+        data = tuple(o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0] for o in data)
+    floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
+    middle = orders[len(orders) // 2]
+    for _ in range(4):
+        found = _most_likely(data, middle, h, floor)
+        bandwidth = cutoff(found, data, _interval(data[0].time, h))
+        wanted = float(np.clip(0.6 / bandwidth, finest, coarsest))
+        if 0.3 <= h * bandwidth <= 1.0 or np.isclose(wanted, h):
+            break
+        h = wanted
+    candidates = [found if m == middle else _most_likely(data, m, h, floor) for m in orders]
+    best = max(candidates, key=lambda c: c.log_likelihood)
+    return best, h, _interval(data[0].time, h)
+
+
+def cutoff(smoothness: Smoothness, data: tuple[Observation, ...], dt: float) -> float:
+    """Bandwidth [rad/s] above which a fit smooths: where signal and noise are equally strong.
+
+    Measured derivatives raise it above the bandwidth of the samples alone, wc: it is the w at which
+    wc^2m (1 + sum over them of w^2k weight dt/dt_k) = w^2m.
+    """
+    if len(data) == 1:
+        return smoothness.bandwidth
+    gains = [(2 * o.derivative, o.weight * dt * len(o.time) / np.ptp(o.time)) for o in data[1:]]
+    log_wc, m = np.log(smoothness.bandwidth), smoothness.order
+    log_w = log_wc
+    for _ in range(200):  # a contraction, as k < m
+        log_w = log_wc + np.log1p(sum(gain * np.exp(k * log_w) for k, gain in gains)) / (2 * m)
+    return float(np.exp(log_w))
+
+
+def _most_likely(data: tuple[Observation, ...], m: int, h: float, floor: float) -> Smoothness:
+    normal = _normal(data, h)
+    dt = _interval(data[0].time, h)
+    for h_bandwidth in (HIGHEST, 0.6):
+        normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(h, dt))
+    lowest = LOWEST if len(data) == 1 else LOWEST / 30  # of the samples alone; the derivatives reach higher
+    return Likelihood(normal, m, dt, 3, floor).maximum(lowest, HIGHEST)
+
+
+def _segments(time: Array, h: float) -> Mask:
+    """Where a new segment begins: mask (K - 1,) of the gaps too long to bridge."""
+    return np.diff(time) > max(10.0 * h, 20.0 * float(np.median(np.diff(time))), 0.1)
+
+
+def _interval(time: Array, h: float) -> float:
+    """Mean sampling interval outside gaps."""
+    return float(np.mean(np.diff(time)[~_segments(time, h)]))
+
+
+def _normal(data: tuple[Observation, ...], h: float, end: float = -np.inf) -> Normal:
+    """Normal equations; the last segment reaches to `end`, rows of which only repeat the last value."""
+    time = data[0].time
+    cuts = np.flatnonzero(_segments(time, h)) + 1
+    begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
+    apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
+    long_enough = (stop - begin >= FEWEST) & (np.add.reduceat(apart.astype(int), begin) > SUPPORT)
+    if not long_enough.any():
+        raise InputError(f"gaps leave no {FEWEST} poses in a row", where="poses", fix="record more often")
+    last = time[stop[long_enough] - 1]
+    if long_enough[-1]:
+        last[-1] = max(last[-1], end)
+    knots = Knots(h, time[begin[long_enough]], last)
+    return Normal(knots, data, block=h / 2)
