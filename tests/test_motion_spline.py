@@ -191,7 +191,7 @@ def test_likelihood_equals_that_of_the_dense_gaussian():
 
     def dense(log_h_wc):
         found = likelihood.at(log_h_wc)
-        prior = np.linalg.pinv(D.T @ D) / found.penalty(h, dt)
+        prior = np.linalg.pinv(D.T @ D) / found.penalty(normal, dt)
         S = contrasts @ (np.eye(len(t)) + B @ prior @ B.T) @ contrasts.T
         z = contrasts @ y[:, 0]
         r2 = z @ np.linalg.solve(S, z) / len(z)

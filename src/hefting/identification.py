@@ -124,7 +124,7 @@ def estimator_for(
         settings["shape"] = shape
     if "noise" in known:
         settings["noise"] = _motion_noise(prepared) if kind is RTLS else prepared.fit.noise
-    if "c1" in known and prepared.source == "smooth":
+    if "c1" in known and prepared.source in ("smooth", "inertial"):
         settings["c1"] = SMOOTHED_C1
     return kind(**(settings | hyperparameters))
 

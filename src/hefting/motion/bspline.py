@@ -5,7 +5,8 @@ A signal y (t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i wit
     minimise  sum_k w_k |y_k - f(t_k)|² + lambda |D^m c|²,          D^m = m-th difference,
 
 the spline equivalent of white noise of intensity q = h^(1-2m) r²/lambda on the m-th derivative of f. With
-samples dt apart it smooths above the bandwidth wc = (q/(r² dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m).
+samples dt apart it smooths above the bandwidth wc = (q/(r² dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m). Samples
+of the k-th derivative, dt_k apart and of weight w_k, lift lambda at the same wc by 1 + sum w_k dt/dt_k wc^2k.
 Eilers & Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996); restricted
 likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Statistical Society B 45 (1983).
 
@@ -155,6 +156,7 @@ class Normal:
         weight, index, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
         self.count, self.index = np.concatenate(weight), np.concatenate(index)
         self.rows, self.values = np.concatenate(rows), np.concatenate(values)
+        self._rates = [(o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]]
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
         for a in range(SUPPORT):
@@ -163,6 +165,10 @@ class Normal:
                 self.bands[b - a] += np.bincount(self.index + a, weight, minlength=n)
         self.pilot = np.zeros((n, self.values.shape[1]))
         self._set_pilot(self.pilot)
+
+    def lift(self, bandwidth: float, dt: float) -> float:
+        """Information at a frequency [rad/s] over that of the samples alone, dt apart: 1 without derivatives."""
+        return 1.0 + dt * sum(rate * bandwidth ** (2 * k) for k, rate in self._rates)
 
     def _set_pilot(self, coefficients: Array) -> None:
         fitted = np.zeros_like(self.values)

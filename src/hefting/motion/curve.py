@@ -56,8 +56,6 @@ class Curve:
     smoothness: Smoothness
     observations: tuple[Observation, ...]
     """What it was fitted to: the signal, then rates of it"""
-    bandwidth: float
-    """rad/s, above which it smooths"""
 
     @classmethod
     def fit(cls, time: Array, values: Array, name: str, rates: tuple[Observation, ...] = ()) -> "Curve":
@@ -67,12 +65,12 @@ class Curve:
         data = (Observation(time[kept], values[kept]), *rates)
         smoothness, h, dt = tune(data, ORDERS, name)
         normal = _normal(data, h, end)
-        penalty = smoothness.penalty(h, dt)
+        penalty = smoothness.penalty(normal, dt)
         normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
         overlap = int(np.ceil(12.0 / min(h * smoothness.bandwidth, 1.0)))
         covariance = smoothness.variance * inverse_bands(factor, overlap)
-        return cls(normal.knots, coefficients, covariance, smoothness, data, cutoff(smoothness, data, dt))
+        return cls(normal.knots, coefficients, covariance, smoothness, data)
 
     def evaluate(self, at: Array) -> tuple[Array, ...]:
         """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives."""
@@ -118,9 +116,8 @@ def tune(data: tuple[Observation, ...], orders: tuple[int, ...], name: str) -> t
     middle = orders[len(orders) // 2]
     for _ in range(4):
         found = _most_likely(data, middle, h, floor)
-        bandwidth = cutoff(found, data, _interval(data[0].time, h))
-        wanted = float(np.clip(0.6 / bandwidth, finest, coarsest))
-        if 0.3 <= h * bandwidth <= 1.0 or np.isclose(wanted, h):
+        wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
+        if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
     candidates = [found if m == middle else _most_likely(data, m, h, floor) for m in orders]
@@ -128,29 +125,12 @@ def tune(data: tuple[Observation, ...], orders: tuple[int, ...], name: str) -> t
     return best, h, _interval(data[0].time, h)
 
 
-def cutoff(smoothness: Smoothness, data: tuple[Observation, ...], dt: float) -> float:
-    """Bandwidth [rad/s] above which a fit smooths: where signal and noise are equally strong.
-
-    Measured derivatives raise it above the bandwidth of the samples alone, wc: it is the w at which
-    wc^2m (1 + sum over them of w^2k weight dt/dt_k) = w^2m.
-    """
-    if len(data) == 1:
-        return smoothness.bandwidth
-    gains = [(2 * o.derivative, o.weight * dt * len(o.time) / np.ptp(o.time)) for o in data[1:]]
-    log_wc, m = np.log(smoothness.bandwidth), smoothness.order
-    log_w = log_wc
-    for _ in range(200):  # a contraction, as k < m
-        log_w = log_wc + np.log1p(sum(gain * np.exp(k * log_w) for k, gain in gains)) / (2 * m)
-    return float(np.exp(log_w))
-
-
 def _most_likely(data: tuple[Observation, ...], m: int, h: float, floor: float) -> Smoothness:
     normal = _normal(data, h)
     dt = _interval(data[0].time, h)
     for h_bandwidth in (HIGHEST, 0.6):
-        normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(h, dt))
-    lowest = LOWEST if len(data) == 1 else LOWEST / 30  # of the samples alone; the derivatives reach higher
-    return Likelihood(normal, m, dt, 3, floor).maximum(lowest, HIGHEST)
+        normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt))
+    return Likelihood(normal, m, dt, 3, floor).maximum(LOWEST, HIGHEST)
 
 
 def _segments(time: Array, h: float) -> Mask:

@@ -15,15 +15,16 @@ class Smoothness:
     order: int
     """m: white noise drives the m-th derivative"""
     bandwidth: float
-    """wc, rad/s"""
+    """wc, rad/s: above it signal is weaker than noise"""
     variance: float
     """r², of one sample of one component"""
     log_likelihood: float
     """restricted, comparable between orders"""
 
-    def penalty(self, h: float, dt: float) -> float:
-        """lambda for knots h apart and samples dt apart."""
-        return h / dt * (h * self.bandwidth) ** (-2 * self.order)
+    def penalty(self, normal: Normal, dt: float) -> float:
+        """lambda for samples dt apart."""
+        h, w = normal.knots.h, self.bandwidth
+        return h / dt * (h * w) ** (-2 * self.order) * normal.lift(w, dt)
 
 
 class Likelihood:
@@ -53,7 +54,7 @@ class Likelihood:
         """Likelihood at ln(h wc)."""
         h = self.normal.knots.h
         trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
-        penalty = trial.penalty(h, self.dt)
+        penalty = trial.penalty(self.normal, self.dt)
         c, factor = self.normal.solve(self.order, penalty)
         roughness = float(np.sum(self.normal.knots.differences(c, self.order) ** 2))
         square = max(self.normal.residual_square(c), 0.0) + penalty * roughness

@@ -8,8 +8,10 @@ from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
 from hefting.measurements import Measurements
+from hefting.motion.bspline import FEWEST
+from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
-from hefting.motion.spline import smooth
+from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
 from hefting.recording import Recording, Stream
 from hefting.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
@@ -23,6 +25,7 @@ DESCRIPTIONS = {
     "static": "static poses: gravity only",
     "columns": "twist and acceleration columns of the log",
     "smooth": "poses, smoothed",
+    "inertial": "poses and inertial sensors, smoothed",
     "filter": "poses, filtered live with a lag of 0.1 s",
     "accelerometer": "orientation, smoothed, and the accelerometer",
     "orientation": "orientation alone: gravity only",
@@ -45,9 +48,16 @@ class Measured:
     """Smoothed motion at the same instants, with standard deviations; None where the log gave it."""
     warnings: tuple[str, ...] = ()
     """Samples left out, and why."""
+    notes: tuple[str, ...] = ()
+    """What was found on the way."""
 
 
-def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source: Source = "auto") -> Measured:
+def measure(
+    recording: Recording,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    source: Source = "auto",
+    curves: "Curves | None" = None,
+) -> Measured:
     """Motion and wrench of a recording at the instants of its wrench; nothing is extrapolated.
 
     Parameters
@@ -55,6 +65,7 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
     gravity : (3,) in world axes [m/s²].
     source : ``"auto"`` takes twist and acceleration columns where the log has them, else smooths the poses;
         ``"columns"``, ``"smooth"`` and ``"filter"`` (a fixed-lag Kalman filter, as live) ask for one of them.
+    curves : the poses' smooth curves (`smooth_poses`), where they are known already.
 
     A recording of static poses, of one held pose, or of orientation alone, gives zero motion: the reduced model.
     With orientation and an accelerometer (specific force a - g), the latter gives the acceleration.
@@ -84,23 +95,16 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
     at = inside.time
     if source == "filter":
         motion, inside = _filtered(recording, inside)
-    elif len(orientation) < 8:
-        raise InputError(
-            f"{len(orientation)} poses are too few to find velocities from",
-            where=recording.source,
-            fix="give a longer recording, or static poses without the time column",
-        )
-    elif recording.has("position"):
-        position = recording["position"]
-        motion = smooth(orientation.time, position.values, orientation.values, at=at, position_time=position.time)
     else:
-        motion = smooth(orientation.time, None, orientation.values, at=at)
+        curves = curves or smooth_poses(recording, g_world)
+        motion = curves.poses.at(at)
+        warnings += curves.warnings
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
         warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
         inside, motion = inside[known], motion[known]
     g = np.einsum("kji,j->ki", rotation_matrices(motion.orientation), g_world)
-    kind = "filter" if source == "filter" else "smooth"
+    kind = "filter" if source == "filter" else curves.source
     if motion.linear_acceleration is not None:
         a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
     elif recording.has("accelerometer"):
@@ -111,7 +115,44 @@ def measure(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, source:
         kind = "orientation"
         warnings += ("no position and no accelerometer: only gravity is modelled, so mass and COM at most",)
     force, torque = inside.values[:, :3], inside.values[:, 3:]
-    return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings)
+    notes = curves.notes if curves else ()
+    return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Smooth curves through the poses of a recording, and how they came about."""
+
+    poses: SmoothedPoses
+    source: str
+    """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
+    notes: tuple[str, ...]
+    """What was found of those sensors."""
+    warnings: tuple[str, ...]
+
+
+def smooth_poses(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) -> Curves:
+    """Smooth curves through the poses of a recording, with the inertial sensors it has.
+
+    `gravity` (3,) in world axes [m/s²]. Raises `InputError` for fewer than eight poses.
+    """
+    orientation = recording["orientation"]
+    position = recording["position"] if recording.has("position") else None
+    if min(len(orientation), len(position or orientation)) < FEWEST:
+        raise InputError(
+            f"{min(len(orientation), len(position or orientation))} poses are too few to find velocities from",
+            where=recording.source,
+            fix="give a longer recording, or static poses without the time column",
+        )
+    if position is None:
+        poses = fit_poses(orientation.time, None, orientation.values)
+    else:
+        poses = fit_poses(orientation.time, position.values, orientation.values, position.time)
+    streams = recording.streams
+    accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
+    gravity_removed = not recording.has("accelerometer")
+    poses, notes, warnings = fuse(poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed)
+    return Curves(poses, "inertial" if notes else "smooth", notes, warnings)
 
 
 def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:

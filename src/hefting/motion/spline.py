@@ -42,11 +42,11 @@ class SmoothedPoses:
             )
         q = self.orientation.evaluate(at)
         quaternion = (*q[:3], q[3], q[4])
-        bandwidth = self.orientation.bandwidth
+        bandwidth = self.orientation.smoothness.bandwidth
         if self.position is None:
             return motion_from_channels(at, None, quaternion, bandwidth)
         p0, p1, p2, _, p2_std = self.position.evaluate(at)
-        bandwidth = np.sqrt(self.position.bandwidth * bandwidth)
+        bandwidth = np.sqrt(self.position.smoothness.bandwidth * bandwidth)
         return motion_from_channels(at, (p0, p1, p2, p2_std), quaternion, bandwidth)
 
 

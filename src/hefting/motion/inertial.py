@@ -1,0 +1,197 @@
+"""Inertial sensors beside the poses: gyroscope and accelerometer as measured derivatives of the smooth curves.
+
+With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2 (quaternion product) and an
+accelerometer d²p/dt² = R f + g. Each has a constant bias, a clock of its own and, the accelerometer, a place of its
+own on the sensor; these are found against the curves through the poses, then the curves are fitted again with the
+corrected readings as further observations, in three rounds.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hefting.motion.bspline import Observation
+from hefting.motion.curve import Curve, fresh_rows
+from hefting.motion.spline import SmoothedPoses
+from hefting.motion.state import Motion
+from hefting.recording import Stream
+from hefting.spatial import Array, rotation_matrices, skew
+
+ROUNDS = 3
+CLOCK, LEVER, GYROSCOPE_BIAS, ACCELEROMETER_BIAS = 0.02, 0.05, 0.05, 0.5
+"""Standard deviations expected of a clock offset [s], a distance from the sensor origin [m], biases [rad/s, m/s²]."""
+STEP = 0.005
+"""s, of numerical differences."""
+FEWEST_READINGS = 50
+FAR, FOREIGN = 0.2, 0.7
+"""Readings that deviate by this part of the motion, and that a linear map of it explains this much better than it
+does itself, are in other axes or units."""
+
+
+def fuse(
+    poses: SmoothedPoses,
+    gravity: Array,
+    gyroscope: Stream | None = None,
+    accelerometer: Stream | None = None,
+    gravity_removed: bool = False,
+) -> tuple[SmoothedPoses, tuple[str, ...], tuple[str, ...]]:
+    """Smoothed poses that heed inertial sensors, what was found of those, and warnings.
+
+    gravity:       (3,) in world axes [m/s²]
+    gyroscope:     angular velocity in sensor axes [rad/s]
+    accelerometer: specific force a - g in sensor axes [m/s²]; the acceleration a itself if `gravity_removed`.
+                   Of use only where the position was measured.
+
+    A sensor that contradicts the poses (other axes, other units) is left out, with a warning.
+    """
+    notes, warnings = [], []
+    if gyroscope is not None:
+        poses, note, warning = _with_gyroscope(poses, gyroscope)
+        notes += note
+        warnings += warning
+    if accelerometer is not None and poses.position is not None:
+        poses, note, warning = _with_accelerometer(poses, accelerometer, np.zeros(3) if gravity_removed else gravity)
+        notes += note
+        warnings += warning
+    return poses, tuple(notes), tuple(warnings)
+
+
+def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[str], list[str]]:
+    fitted, found = poses, _Calibration()
+    for round_ in range(ROUNDS):
+        readings, motion = _readings(fitted, gyroscope, found.clock)
+        if len(readings) < FEWEST_READINGS:
+            return poses, [], []
+        w = motion.angular_velocity
+        columns = np.concatenate((_eye(len(w)), -motion.angular_acceleration[:, :, None]), axis=2)
+        step = _ridge(columns, readings.values - w - found.bias, (GYROSCOPE_BIAS,) * 3 + (CLOCK,))
+        found = _Calibration(found.bias + step[:3], found.clock + step[3])
+        readings, motion = _readings(fitted, gyroscope, found.clock)
+        if round_ == 0 and _is_foreign(readings.values - found.bias, motion.angular_velocity):
+            return poses, [], ["the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"]
+        q, rate, *_ = fitted.orientation.evaluate(readings.time)
+        z = 0.5 * _times_vector(q, readings.values - found.bias)
+        variance = _variance(readings.time, z - rate, fitted.orientation.smoothness.bandwidth)
+        curve = _refitted(fitted.orientation, readings.time, z, 1, variance, "orientation")
+        fitted = replace(fitted, orientation=curve)
+    spread = 2.0 * np.sqrt(variance)
+    noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
+    return fitted, [noted], []
+
+
+def _with_accelerometer(
+    poses: SmoothedPoses, accelerometer: Stream, gravity: Array
+) -> tuple[SmoothedPoses, list[str], list[str]]:
+    assert poses.position is not None
+    fitted, found = poses, _Calibration()
+    for round_ in range(ROUNDS):
+        readings, motion = _readings(fitted, accelerometer, found.clock)
+        if len(readings) < FEWEST_READINGS:
+            return poses, [], []
+        force = _specific_force(motion, gravity)
+        later = fitted.at(np.minimum(readings.time + STEP, fitted.last))
+        slope = (_specific_force(later, gravity) - force) / STEP
+        columns = np.concatenate((_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2)
+        misfit = readings.values - force - found.bias - _lever_columns(motion) @ found.lever
+        step = _ridge(columns, misfit, (ACCELEROMETER_BIAS,) * 3 + (LEVER,) * 3 + (CLOCK,))
+        found = _Calibration(found.bias + step[:3], found.clock + step[6], found.lever + step[3:6])
+        readings, motion = _readings(fitted, accelerometer, found.clock)
+        own = readings.values - found.bias - _lever_columns(motion) @ found.lever
+        if round_ == 0 and _is_foreign(own, _specific_force(motion, gravity)):
+            return poses, [], ["the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²?"]
+        z = np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own) + gravity
+        assert fitted.position is not None
+        _, _, acceleration, *_ = fitted.position.evaluate(readings.time)
+        variance = _variance(readings.time, z - acceleration, fitted.position.smoothness.bandwidth)
+        fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position"))
+    noted = (
+        f"accelerometer used: noise {np.sqrt(variance):.2g} m/s², bias {_listed(found.bias)} m/s², "
+        f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
+    )
+    return fitted, [noted], []
+
+
+@dataclass(frozen=True)
+class _Calibration:
+    """What is wrong with a sensor's readings, all constant."""
+
+    bias: Array = field(default_factory=lambda: np.zeros(3))
+    """(3,), in its unit"""
+    clock: float = 0.0
+    """s, how late it is"""
+    lever: Array = field(default_factory=lambda: np.zeros(3))
+    """(3,) m, where it sits in the sensor frame"""
+
+
+def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream, Motion]:
+    """The readings with the time of what they measured, where the motion then is known, and that motion."""
+    stream = stream[fresh_rows(stream.time, stream.values)]
+    time = stream.time - late
+    stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
+    motion = poses.at(stream.time)
+    known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
+    if motion.linear_acceleration is not None:
+        known &= np.isfinite(motion.linear_acceleration).all(axis=1)
+    return stream[known], motion[known]
+
+
+def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str) -> Curve:
+    """The curve through its own samples and measured derivatives z of known variance."""
+    rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
+    samples = curve.observations[0]
+    return Curve.fit(samples.time, samples.values, name, (rates,))
+
+
+def _variance(time: Array, residual: Array, bandwidth: float) -> float:
+    """Variance of one reading as if its noise were white: of averages over 1/bandwidth, times their counts."""
+    cell = np.floor((time - time[0]) * bandwidth).astype(int)
+    starts = np.flatnonzero(np.diff(cell, prepend=-1))
+    sums = np.add.reduceat(residual - residual.mean(axis=0), starts, axis=0)
+    counts = np.diff(np.append(starts, len(cell)))
+    return max(float(np.sum(sums**2 / counts[:, None])) / (3 * len(starts)), 1e-20)
+
+
+def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
+    """Least squares of values (K, 3) on columns (K, 3, n) with unknowns expected to be of these sizes."""
+    A, b, scale = columns.reshape(-1, len(spreads)), values.ravel(), np.array(spreads)
+    A = A * scale
+    noise = max(float(np.mean((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), 1e-20)
+    return scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b)
+
+
+def _is_foreign(readings: Array, expected: Array) -> bool:
+    """Whether readings (K, 3) are far from those expected, and some linear map explains them much better."""
+    deviation = np.sum((readings - expected) ** 2)
+    A = np.column_stack((expected, np.ones(len(expected))))
+    best = np.sum((readings - A @ np.linalg.lstsq(A, readings, rcond=None)[0]) ** 2)
+    far = deviation > FAR**2 * np.sum((expected - expected.mean(axis=0)) ** 2)
+    return bool(far and best < FOREIGN**2 * deviation)
+
+
+def _specific_force(motion: Motion, gravity: Array) -> Array:
+    """Acceleration less gravity, in sensor axes (K, 3)."""
+    return motion.linear_acceleration - np.einsum("kji,j->ki", rotation_matrices(motion.orientation), gravity)
+
+
+def _lever_columns(motion: Motion) -> Array:
+    """(K, 3, 3): acceleration at a point of the sensor frame less that at its origin, per metre."""
+    w = skew(motion.angular_velocity)
+    return skew(motion.angular_acceleration) + w @ w
+
+
+def _eye(n: int) -> Array:
+    return np.broadcast_to(np.eye(3), (n, 3, 3))
+
+
+def _times_vector(q: Array, v: Array) -> Array:
+    """(K, 4): quaternion product of q (K, 4) xyzw and pure vectors (K, 3)."""
+    axis, scalar = q[:, :3], q[:, 3:]
+    return np.column_stack((scalar * v + np.cross(axis, v), -np.sum(axis * v, axis=1)))
+
+
+def _listed(values: Array) -> str:
+    return f"({', '.join(f'{x:.2g}' for x in values)})"
+
+
+def _late(seconds: float) -> str:
+    return f"{1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"
