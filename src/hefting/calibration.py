@@ -12,7 +12,7 @@ from hefting.files import read_json
 from hefting.measurements import Measurements, Noise
 from hefting.recording import Recording
 from hefting.regressor import predict_wrench
-from hefting.spatial import PARAMETERS, Array, skew
+from hefting.spatial import CHUNK, PARAMETERS, Array, skew
 
 SIGN_CONFIDENCE = 10.0
 """|t| of the mass below which its sign is not trusted."""
@@ -148,19 +148,23 @@ def lever(measurements: Measurements, free_bias: bool) -> float:
 
 
 def autocorrelation_time(series: Array) -> float:
-    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1 for white noise, never less."""
+    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1 for white noise, never less.
+
+    Long series are cut into stretches of `CHUNK` samples whose autocovariances are averaged.
+    """
     x = series - series.mean(axis=0)
-    n = len(x)
+    stretches = max(len(x) // CHUNK, 1)
+    n = len(x) // stretches
     if n < 8 or not x.any():
         return 1.0
     size = 1 << (2 * n - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(x, size, axis=0)) ** 2
-    covariance = np.fft.irfft(spectrum, size, axis=0)[: n // 2]
     times = []
-    for column in covariance.T:
-        if column[0] <= 0.0:
+    for column in x.T:
+        power = sum(np.abs(np.fft.rfft(column[k * n : (k + 1) * n], size)) ** 2 for k in range(stretches))
+        covariance = np.fft.irfft(power, size)[: n // 2]
+        if covariance[0] <= 0.0:
             continue
-        rho = column / column[0]
+        rho = covariance / covariance[0]
         below = np.flatnonzero(rho < 0.05)
         times.append(1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum()))
     return max(1.0, float(np.mean(times))) if times else 1.0

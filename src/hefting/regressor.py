@@ -12,12 +12,10 @@ because [w]x [w]x = w w' - |w|² I and w x (J w) are linear in w w'. With d = a 
 where L(v) (Jxx..Jzz) = J v. See Atkeson, An & Hollerbach 1986 for the full model.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from hefting.measurements import Measurements
-from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, skew, vector_to_tensor
+from hefting.spatial import CHUNK, TENSOR_COLUMNS, TENSOR_ROWS, Array, skew, vector_to_tensor
 
 MOTION = slice(0, 12)
 """Features the full model is built from."""
@@ -53,10 +51,7 @@ def features(measurements: Measurements) -> Array:
     """Features (K, 22) of K samples, column-major; rows are scaled by the root of the sample's weight."""
     z = measurements
     x = np.empty((len(z), FEATURES), order="F")
-    np.subtract(z.linear_acceleration, z.gravity, out=x[:, 0:3])
-    x[:, 3:6] = z.angular_acceleration
-    w = z.angular_velocity
-    np.multiply(w[:, TENSOR_ROWS], w[:, TENSOR_COLUMNS], out=x[:, 6:12])
+    _write_motion(z, x)
     x[:, GRAVITY] = z.gravity
     x[:, 15:18] = z.force
     x[:, 18:21] = z.torque
@@ -64,6 +59,20 @@ def features(measurements: Measurements) -> Array:
     if z.weights is not None:
         x *= np.sqrt(z.weights)[:, None]
     return x
+
+
+def motion_features(measurements: Measurements) -> Array:
+    """The first twelve features (K, 12), of the motion alone and without the samples' weights."""
+    x = np.empty((len(measurements), 12), order="F")
+    _write_motion(measurements, x)
+    return x
+
+
+def _write_motion(z: Measurements, x: Array) -> None:
+    np.subtract(z.linear_acceleration, z.gravity, out=x[:, 0:3])
+    x[:, 3:6] = z.angular_acceleration
+    w = z.angular_velocity
+    np.multiply(w[:, TENSOR_ROWS], w[:, TENSOR_COLUMNS], out=x[:, 6:12])
 
 
 def full_rows(x: Array) -> Array:
@@ -99,6 +108,10 @@ def full_model_weight(measurements: Measurements, c1: float) -> Array:
 
 def predict_wrench(measurements: Measurements, vector: Array) -> Array:
     """Wrench (K, 6) [N, N m] that a body with the ten parameters `vector` needs for the measured motion."""
-    if measurements.weights is not None:
-        measurements = replace(measurements, weights=None)
-    return full_rows(features(measurements)) @ np.asarray(vector)
+    z = measurements
+    effect = FULL_MAP.reshape(-1, 10) @ np.asarray(vector, dtype=float)
+    wrench = np.empty((len(z), 6))
+    for first in range(0, len(z), CHUNK):
+        part = slice(first, first + CHUNK)
+        wrench[part] = motion_features(z[part]) @ effect.reshape(12, 6)
+    return wrench

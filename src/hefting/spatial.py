@@ -37,14 +37,27 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Order of a wrench's components [N (3), N m (3)]."""
 
 
+CHUNK = 65_536
+"""Samples worked on at a time where that bounds the memory."""
+
+
 def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
-    """Read-only copy of `values` as a contiguous array of floats with at least so many dimensions."""
+    """`values` as a read-only contiguous array of floats with at least so many dimensions: a copy, unless it is one."""
+    if type(values) is np.ndarray and values.dtype == float and values.ndim >= dimensions and _is_immutable(values):
+        return values
     try:
         array = np.array(values, dtype=float, order="C", ndmin=dimensions)
     except (TypeError, ValueError) as error:
         raise InputError(f"these are not numbers in an array ({error})") from error
     array.setflags(write=False)
     return array
+
+
+def _is_immutable(array: NDArray) -> bool:
+    """Whether nothing can write to a C-contiguous array, nor to what it is a view of."""
+    base = array.base
+    shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
+    return shared and not array.flags.writeable and array.flags.c_contiguous
 
 
 def skew(vector: ArrayLike) -> Array:
@@ -76,6 +89,16 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
         (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def in_sensor_axes(orientation: Array, vectors: ArrayLike) -> Array:
+    """Vectors in world axes, (3,) or (K, 3), in the axes (K, 3) of sensors of orientation (K, 4) xyzw."""
+    world = np.broadcast_to(np.asarray(vectors, dtype=float), (len(orientation), 3))
+    out = np.empty((len(orientation), 3))
+    for first in range(0, len(out), CHUNK):
+        part = slice(first, first + CHUNK)
+        np.einsum("kji,kj->ki", rotation_matrices(orientation[part]), world[part], out=out[part])
+    return out
 
 
 def pose_matrix(seven_numbers: ArrayLike) -> Array:

@@ -10,7 +10,7 @@ from hefting.errors import InputError
 from hefting.measurements import Measurements
 from hefting.moments import Moments
 from hefting.regressor import features, full_model_weight
-from hefting.spatial import Array
+from hefting.spatial import CHUNK, Array
 
 Model = Literal["full", "reduced", "blended"]
 MODELS: dict[str, str] = {
@@ -44,6 +44,8 @@ class Blend:
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> Self:
         """With the samples of `measurements` added; `weight` w (K,) is the full model's share, or one for all."""
+        if len(measurements) > CHUNK:
+            return self._fold_in_chunks(measurements, weight)
         x, time = features(measurements), measurements.time
         samples = self.samples + len(time)
         if isinstance(weight, float) and weight == 1.0:
@@ -56,6 +58,13 @@ class Blend:
         w = np.broadcast_to(w, time.shape)
         reduced, full = self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w)
         return type(self)(reduced, full, samples)
+
+    def _fold_in_chunks(self, measurements: Measurements, weight: Array | float) -> Self:
+        state = self
+        for first in range(0, len(measurements), CHUNK):
+            part = slice(first, first + CHUNK)
+            state = state.fold(measurements[part], weight[part] if np.ndim(weight) == 1 else weight)  # type: ignore[index]
+        return state
 
     def merge(self, other: "Blend") -> Self:
         """Of the samples of both."""

@@ -15,7 +15,7 @@ from hefting.motion.curve import Curve, fresh_rows
 from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
 from hefting.recording import Stream
-from hefting.spatial import Array, rotation_matrices, skew
+from hefting.spatial import Array, in_sensor_axes, rotation_matrices, skew
 
 ROUNDS = 3
 CLOCK, LEVER, GYROSCOPE_BIAS, ACCELEROMETER_BIAS = 0.02, 0.05, 0.05, 0.5
@@ -170,7 +170,7 @@ def _is_foreign(readings: Array, expected: Array) -> bool:
 
 def _specific_force(motion: Motion, gravity: Array) -> Array:
     """Acceleration less gravity, in sensor axes (K, 3)."""
-    return motion.linear_acceleration - np.einsum("kji,j->ki", rotation_matrices(motion.orientation), gravity)
+    return motion.linear_acceleration - in_sensor_axes(motion.orientation, gravity)
 
 
 def _lever_columns(motion: Motion) -> Array:

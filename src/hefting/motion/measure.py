@@ -14,7 +14,7 @@ from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
 from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
+from hefting.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
@@ -103,7 +103,7 @@ def measure(
     if not known.all():
         warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
         inside, motion = inside[known], motion[known]
-    g = np.einsum("kji,j->ki", rotation_matrices(motion.orientation), g_world)
+    g = in_sensor_axes(motion.orientation, g_world)
     kind = "filter" if source == "filter" else curves.source
     if motion.linear_acceleration is not None:
         a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
@@ -157,7 +157,7 @@ def smooth_poses(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) ->
 
 def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
     """Static poses: gravity turned into sensor axes, no motion."""
-    g = np.einsum("kji,j->ki", rotation_matrices(orientation), g_world)
+    g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
     return Measurements(wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:])
 
@@ -192,13 +192,13 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
             )
     quaternions = recording["orientation"]
     if np.array_equal(quaternions.time, wrench.time):
-        R = rotation_matrices(quaternions.values)
+        turns = quaternions.values
     else:
         from scipy.spatial.transform import Rotation, Slerp
 
-        R = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(wrench.time).as_matrix()
-    a, w, alpha = (np.einsum("kji,kj->ki", R, _interpolated(recording[name], wrench.time)) for name in TWIST)
-    g = np.einsum("kji,j->ki", R, g_world)
+        turns = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(wrench.time).as_quat()
+    a, w, alpha = (in_sensor_axes(turns, _interpolated(recording[name], wrench.time)) for name in TWIST)
+    g = in_sensor_axes(turns, g_world)
     return Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
 
 

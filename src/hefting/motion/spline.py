@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
-from hefting.motion.bspline import FEWEST
+from hefting.motion.bspline import CHUNK, FEWEST
 from hefting.motion.curve import Curve
-from hefting.motion.state import Motion, motion_from_channels
+from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
 from hefting.spatial import Array
 
 
@@ -40,6 +40,12 @@ class SmoothedPoses:
                 f"but known from {self.first:.6g} to {self.last:.6g} s",
                 fix="ask only for times inside the recording",
             )
+        if len(at) <= CHUNK:
+            return self._at(at)
+        pieces = (self._at(at[first : first + CHUNK]) for first in range(0, len(at), CHUNK))
+        return motion_from_pieces(at, pieces)
+
+    def _at(self, at: Array) -> Motion:
         q = self.orientation.evaluate(at)
         quaternion = (*q[:3], q[3], q[4])
         bandwidth = self.orientation.smoothness.bandwidth

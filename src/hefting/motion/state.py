@@ -1,5 +1,6 @@
 """Motion: the kinematic state of the sensor at a set of times, with the spread of its error."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -50,6 +51,23 @@ class Motion:
         """The samples chosen by a slice, a mask (K,) or an index array."""
         names = [f.name for f in fields(self) if f.name != "bandwidth" and getattr(self, f.name) is not None]
         return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+
+def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:
+    """One Motion at `time` (K,) from consecutive ones, each forgotten once copied."""
+    arrays: dict[str, Array] = {}
+    begin, bandwidth = 0, 0.0
+    for piece in pieces:
+        end, bandwidth = begin + len(piece.time), piece.bandwidth
+        for name in (field.name for field in fields(piece)):
+            values = getattr(piece, name)
+            if name not in ("time", "bandwidth") and values is not None:
+                whole = arrays.setdefault(name, np.empty((len(time), *values.shape[1:])))
+                whole[begin:end] = values
+        begin = end
+    for whole in arrays.values():
+        whole.setflags(write=False)
+    return Motion(time=time, bandwidth=bandwidth, **arrays)  # type: ignore[arg-type]
 
 
 def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
