@@ -8,7 +8,7 @@ import pytest
 from hefting.errors import InputError
 from hefting.estimate import Estimate
 from hefting.export import export
-from hefting.export.splice import LARGEST
+from hefting.files import MAX_XML
 from hefting.inertia import InertialParameters
 
 TENSOR = np.array([[2e-3, 1e-4, -2e-4], [1e-4, 3e-3, 3e-4], [-2e-4, 3e-4, 4e-3]])
@@ -173,7 +173,7 @@ EXTERNAL = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]>\n<robot><li
         ("<sdf/>", "is not URDF: its root is <sdf>"),
         ('<robot><link name="\xff"/></robot>'.encode("latin-1"), "not UTF-8"),
         ('<robot><link name="a"/></robot>'.encode("utf-16"), "not UTF-8"),
-        (b"<robot>" + b" " * LARGEST + b"</robot>", "larger than"),
+        (b"<robot>" + b" " * MAX_XML + b"</robot>", "larger than"),
         ("<robot/>", "no <link> is named 'tool0'; the file has no <link>"),
     ],
 )

@@ -88,7 +88,7 @@ class Recording:
 
     Quaternions whose norm is within 0.01 of one are normalised. Raises `InputError`, naming source, row and
     column, for an unknown stream, a wrong width, a value that is not finite, a time that does not increase
-    within its stream, and a quaternion that is not of unit norm.
+    within its stream, a quaternion that is not of unit norm, and joint names of another number than the joints.
     """
 
     streams: Mapping[str, Stream]
@@ -98,6 +98,10 @@ class Recording:
     """Name for messages, usually the file's."""
     warnings: tuple[str, ...] = ()
     """What the reader noticed and could not decide."""
+    notes: tuple[str, ...] = ()
+    """What the reader chose, such as topics."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joint columns in order, where the log says them."""
 
     def __post_init__(self):
         for name in self.streams:
@@ -113,6 +117,8 @@ class Recording:
         widths = {streams[name].values.shape[1] for name in JOINT_STREAMS if name in streams}
         if len(widths) > 1:
             raise InputError("joint positions q and velocities dq differ in number", where=self.source)
+        if self.joint_names and widths and {len(self.joint_names)} != widths:
+            raise InputError(f"{len(self.joint_names)} joint names for {widths.pop()} joint columns", where=self.source)
         object.__setattr__(self, "streams", streams)
 
     def _check(self, name: str, stream: Stream) -> None:

@@ -7,12 +7,9 @@ declaration is refused, so no entity is ever expanded or fetched, and the size i
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from xml.parsers import expat
 
 from hefting.errors import InputError, nearest
-
-LARGEST = 16 * 2**20
-"""Largest file read [bytes]; robot descriptions are thousands of times smaller."""
+from hefting.files import parse_xml, read_xml
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 
@@ -45,9 +42,9 @@ def put_inertial(path: str | Path, name: str | None, inertial: str, place: Place
     """Text of the file with `inertial` in the element called `name`, and whether it replaced another.
 
     Raises `InputError` when the file cannot be read, is not well-formed XML of that format in UTF-8, has a
-    document type, is larger than `LARGEST`, or does not hold the element exactly once.
+    document type, is larger than `hefting.files.MAX_XML`, or does not hold the element exactly once.
     """
-    data = _read(path)
+    data = read_xml(path)
     holder = _only(_find(data, path, place), path, name, place)
     margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
     margin = margin if not margin.strip() else b""
@@ -81,21 +78,6 @@ def _only(holders: list[_Holder], path: str | Path, name: str | None, place: Pla
     raise InputError(what, where=path, fix=fix)
 
 
-def _read(path: str | Path) -> bytes:
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(LARGEST + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-    if len(data) > LARGEST:
-        raise InputError(f"is larger than {LARGEST // 2**20} MiB", where=path)
-    try:
-        data.decode()
-    except UnicodeDecodeError as error:
-        raise InputError("is not UTF-8", where=path, fix="convert it first") from error
-    return data
-
-
 def _tag_end(data: bytes, start: int) -> int:
     tag = TAG.match(data, start)
     assert tag is not None  # expat found a tag here
@@ -104,24 +86,23 @@ def _tag_end(data: bytes, start: int) -> int:
 
 def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
     """Every named element of the place's kind, in document order."""
-    parser = expat.ParserCreate("utf-8")
     stack: list[str] = []
     open_holders: list[_Holder] = []
     holders: list[_Holder] = []
 
-    def start_element(tag: str, attributes: dict[str, str]):
+    def start_element(tag: str, attributes: dict[str, str], offset: int):
         if not stack and tag not in place.roots:
             raise InputError(f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>", where=path)
         if tag == place.element and "name" in attributes and (place.parents is None or stack[-1] in place.parents):
-            open_holders.append(_Holder(attributes["name"], parser.CurrentByteIndex, len(stack)))
+            open_holders.append(_Holder(attributes["name"], offset, len(stack)))
             holders.append(open_holders[-1])
         elif tag == "inertial" and open_holders and len(stack) == open_holders[-1].depth + 1:
             if open_holders[-1].inertial is not None:
                 raise InputError(f"<{place.element}> '{open_holders[-1].name}' has two inertials", where=path)
-            open_holders[-1].inertial = (parser.CurrentByteIndex, -1)
+            open_holders[-1].inertial = (offset, -1)
         stack.append(tag)
 
-    def end_element(tag: str):
+    def end_element(tag: str, offset: int):
         stack.pop()
         if not open_holders:
             return
@@ -132,15 +113,7 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             start = holder.inertial[0]
             first = _tag_end(data, start)
             empty = data[first - 2 : first] == b"/>"
-            holder.inertial = (start, first if empty else data.index(b">", parser.CurrentByteIndex) + 1)
+            holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
 
-    def refuse_doctype(*_):
-        raise InputError("has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE")
-
-    parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
-    parser.StartDoctypeDeclHandler = refuse_doctype
-    try:
-        parser.Parse(data, True)
-    except expat.ExpatError as error:
-        raise InputError(f"is not well-formed XML ({error})", where=path) from error
+    parse_xml(data, path, start_element, end_element)
     return holders
