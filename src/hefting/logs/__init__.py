@@ -1,56 +1,78 @@
-"""Log files: one reader a format, each giving a `Recording`; the suffix says which."""
+"""Log files: one reader a format, each giving a `Recording`; the suffix says which, and the header."""
 
 from pathlib import Path
+from typing import Any
 
 from hefting.errors import InputError
 from hefting.recording import Recording
 
-SUFFIXES = (".csv", ".parquet")
-"""File name endings that can be read and written."""
+TEXT_SUFFIXES = (".csv", ".txt", ".tsv")
+"""Read as CSV."""
+
+TABLE_SUFFIXES = (*TEXT_SUFFIXES, ".parquet")
+"""Files with named columns."""
+
+WRITTEN = (".csv", ".parquet", ".bag", ".mcap", "")
+"""File name endings that can be written."""
 
 MAX_BYTES = 2 * 1024**3
-"""Largest file that is read: a log is held in memory, and slow motion needs far less."""
+"""Largest table that is read: its numbers are held in memory, and slow motion needs far less."""
 
 
-def read_log(path: str | Path) -> Recording:
-    """Recording in the canonical CSV or Parquet file at `path`.
+def read_log(path: str | Path, column_map: str | Path | None = None, **options: Any) -> Recording:
+    """Recording in the log at `path`.
 
-    One header row; SI units; columns `time` and those of `hefting.recording.COLUMNS`, of which the wrench
-    and an orientation or joint positions must be there. A blank cell (Parquet: null) means "not measured
-    then", so that streams of different rates fit one file. Without `time`, each row is a static pose. Times
-    that count from 1970 are shifted to start at 0. CSV may be separated by commas, semicolons or tabs.
+    ================================ =================================================================
+    suffix                           read as
+    ================================ =================================================================
+    .csv, .txt, .tsv                 canonical CSV; a UR real-time record, when its header is one; or
+                                     anything, through a column map
+    .parquet                         the canonical table, or anything, through a column map
+    .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
+    ================================ =================================================================
 
-    Raises `InputError`, naming file, row and column, for anything that cannot be read without guessing; what
-    can be read but looks odd is in `Recording.warnings`. Rows are lines of a CSV file (the header usually is
-    row 1), and are counted from 1 in Parquet.
+    The canonical table has one header row; SI units; columns `time` and those of `hefting.recording.COLUMNS`, of
+    which the wrench and an orientation or joint positions must be there. A blank cell (Parquet: null) means "not
+    measured then", so that streams of different rates fit one file. Without `time`, each row is a static pose.
+    Times that count from 1970 are shifted to start at 0. A row that repeats the one before, time and values
+    alike, is dropped. CSV may be separated by commas, semicolons, tabs or spaces.
+
+    Parameters
+    ----------
+    column_map : a TOML file that says which columns hold what, and in which units; see `hefting.logs.column_map`.
+    options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
+
+    Raises `InputError`, naming file, row and column, for anything that cannot be read without guessing; what can
+    be read but looks odd is in `Recording.warnings`. Rows are lines of a CSV file (the header usually is row 1),
+    and are counted from 1 in Parquet.
     """
-    suffix = _suffix(path)
+    suffix = Path(path).suffix.lower()
+    given = {name: value for name, value in options.items() if value is not None}
     try:
-        if not Path(path).is_file():
-            raise InputError("is not a file" if Path(path).exists() else "does not exist", where=path)
-        size = Path(path).stat().st_size
-        if size == 0:
-            raise InputError("the file is empty", where=path)
-        if size > MAX_BYTES:
-            raise InputError(f"the file has {size / 1e9:.1f} GB, more than 2 GiB", path, "cut out the part of interest")
-        if suffix == ".csv":
-            from hefting.logs.csv_file import read_csv
-
-            return read_csv(path)
-        from hefting.logs.parquet_file import read_parquet
-
-        return read_parquet(path)
+        if suffix not in TABLE_SUFFIXES:
+            return _read_bag(path, column_map, given)
+        for name in given:
+            raise InputError(f"--{name.replace('_', '-')} is for bags", path, "leave it out")
+        _check_size(path)
+        return _read_table(path, suffix, column_map)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error})", where=path) from error
 
 
-def write_log(recording: Recording, path: str | Path) -> None:
-    """Write `recording` as canonical CSV or Parquet, whole or not at all; `read_log` gives the same numbers.
+def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
+    """Write `recording`, whole or not at all: canonical .csv or .parquet, a ROS 1 bag (.bag), an .mcap file, or,
+    without suffix, the folder of a ROS 2 bag.
 
-    Samples of different streams share a row when their times are equal. Raises `InputError` for another
-    suffix and where the file cannot be written.
+    `read_log` gives the same numbers; of a bag, times rounded to nanoseconds that start at 0. In a table, samples
+    of different streams share a row when their times are equal. Returned are the streams that the format cannot
+    hold. Raises `InputError` for another suffix and where the file cannot be written.
     """
-    if _suffix(path) == ".csv":
+    suffix = check_output(path)
+    if suffix not in (".csv", ".parquet"):
+        from hefting.logs.ros_writing import write_bag
+
+        return write_bag(recording, path)
+    if suffix == ".csv":
         from hefting.logs.csv_file import write_csv
 
         write_csv(recording, path)
@@ -58,10 +80,71 @@ def write_log(recording: Recording, path: str | Path) -> None:
         from hefting.logs.parquet_file import write_parquet
 
         write_parquet(recording, path)
+    return ()
 
 
-def _suffix(path: str | Path) -> str:
+def check_output(path: str | Path) -> str:
+    """The suffix of a log that is to be written; `InputError` when there is no such format."""
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {' or '.join(SUFFIXES)}")
+    if suffix not in WRITTEN:
+        fix = f"use {', '.join(WRITTEN[:-1])}, or no suffix for the folder of a ROS 2 bag"
+        raise InputError(f"'{suffix}' is not a log format to write", path, fix)
     return suffix
+
+
+def is_bag(path: str | Path) -> bool:
+    """Whether `read_log` takes the log for a bag: by its suffix, or because it is a bag's folder."""
+    if Path(path).suffix.lower() in TABLE_SUFFIXES:
+        return False
+    from hefting.logs.ros import is_bag
+
+    return is_bag(path)
+
+
+def _read_table(path: str | Path, suffix: str, column_map: str | Path | None) -> Recording:
+    if column_map is not None:
+        from hefting.logs.column_map import load_map
+        from hefting.logs.mapped import read_mapped
+
+        chosen = load_map(column_map)
+        return read_mapped(_open(path, suffix, chosen.layout), chosen)
+    from hefting.logs.canonical import read_canonical
+    from hefting.logs.ur_csv import is_ur, read_ur
+
+    table = _open(path, suffix)
+    return read_ur(table) if is_ur(table.names) else read_canonical(table)
+
+
+def _open(path: str | Path, suffix: str, layout=None):
+    """The table in a file; the layout matters to text only."""
+    if suffix == ".parquet":
+        from hefting.logs.parquet_file import open_parquet
+
+        return open_parquet(path)
+    from hefting.logs.csv_file import open_csv
+
+    return open_csv(path, layout)
+
+
+def _read_bag(path: str | Path, column_map: str | Path | None, options: dict[str, Any]) -> Recording:
+    from hefting.logs.ros import BAG_SUFFIXES, read_bag
+
+    if not is_bag(path):
+        suffix = Path(path).suffix.lower()
+        if not suffix and not Path(path).exists():
+            raise InputError("does not exist", where=path)
+        known = ", ".join((*TABLE_SUFFIXES, *BAG_SUFFIXES))
+        raise InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}, or a bag's folder")
+    if column_map is not None:
+        raise InputError("a column map (--map) is for CSV and Parquet", path, "leave it out")
+    return read_bag(path, **options)
+
+
+def _check_size(path: str | Path) -> None:
+    if not Path(path).is_file():
+        raise InputError("is not a file" if Path(path).exists() else "does not exist", where=path)
+    size = Path(path).stat().st_size
+    if size == 0:
+        raise InputError("the file is empty", where=path)
+    if size > MAX_BYTES:
+        raise InputError(f"the file has {size / 1e9:.1f} GB, more than 2 GiB", path, "cut out the part of interest")

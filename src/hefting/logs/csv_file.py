@@ -1,57 +1,139 @@
-"""Canonical CSV: comma, semicolon or tab separated text with one header row."""
+"""CSV: separated text with a header row, read block by block so that the text is never held whole."""
 
 import csv
 import io
 import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hefting.errors import InputError
 from hefting.files import write_atomically
-from hefting.logs.canonical import MAX_CELLS, known_columns, recording_from_table, table_from_recording
+from hefting.logs.canonical import table_from_recording
+from hefting.logs.layout import Layout
+from hefting.logs.table import Block, label
 from hefting.recording import Recording
+
+BLOCK = 8 * 2**20
+"""Text that is read at a time, and more than the longest row [bytes]."""
 
 BLANKS = [" " * n for n in range(33)]
 NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
 
 
-def read_csv(path: str | Path) -> Recording:
-    """Recording in a CSV file; see `hefting.logs.read_log`."""
-    import pyarrow as pa
-    from pyarrow import csv as pacsv
+@dataclass(frozen=True, eq=False)
+class CsvTable:
+    """A CSV file whose header is known; rows are counted by lines of the file, from 1."""
 
-    text = _text(path)
-    names, separator, header_row, start = _header(text, path)
-    body = memoryview(text)[start:] or memoryview(b"\n")
-    groups, warnings = known_columns(names, path)
-    columns = [name for name in names if name == "time" or any(name in group for group in groups.values())]
-    lines = text.count(b"\n", start) + (not text.endswith(b"\n"))
-    if lines * len(columns) > MAX_CELLS:
-        raise InputError(f"has {lines} rows, too many to read", path, "cut out the part of interest")
-    labels = [name or f" {i}" for i, name in enumerate(names)]  # names without a name must differ
+    source: str
+    names: tuple[str, ...]
+    separator: str
+    first: int
+    """line of the first row of data, from 1"""
+    decimal: str = "."
+
+    def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
+        """The rows block by block; see `hefting.logs.table.Table`."""
+        before = 0
+        for text in texts(self.source):
+            count = text.count(b"\n") + (not text.endswith(b"\n"))
+            skipped = min(max(self.first - 1 - before, 0), count)
+            body = text if not skipped else text.split(b"\n", skipped)[-1] if skipped < count else b""
+            if body and (block := self._block(body, before + skipped, columns)) is not None:
+                yield block
+            before += count
+
+    def _block(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
+        """The rows in `text`, which follows `before` lines; None when all its lines are empty."""
+        import pyarrow as pa
+        from pyarrow import csv as pacsv
+
+        if self.separator == " ":
+            text = _single_spaces(text)
+        if not text.strip(b"\n"):
+            return None
+        labels = [str(j) for j in columns]
+        try:
+            table = pacsv.read_csv(
+                pa.BufferReader(text),
+                read_options=pacsv.ReadOptions(column_names=[str(j) for j in range(len(self.names))]),
+                parse_options=pacsv.ParseOptions(delimiter=self.separator),
+                convert_options=pacsv.ConvertOptions(
+                    column_types=dict.fromkeys(labels, pa.float64()),
+                    include_columns=labels,
+                    null_values=BLANKS,
+                    quoted_strings_can_be_null=True,
+                    decimal_point=self.decimal,
+                ),
+            )
+        except pa.ArrowInvalid as error:
+            raise self._first_bad_cell(text, before, columns, error) from error
+        lines = text.count(b"\n") + (not text.endswith(b"\n"))
+        rows = np.arange(before + 1, before + lines + 1)
+        if table.num_rows != lines:  # empty lines are no samples
+            ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+            rows = rows[: len(ends) + 1][np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1]
+        if len(rows) != table.num_rows:
+            raise InputError("a quoted cell goes over several lines", self.source, "write each row on one line")
+        values = {j: table[name].to_numpy() for j, name in zip(columns, labels, strict=True)}
+        blanks = {
+            j: table[name].is_null().to_numpy() if table[name].null_count else None
+            for j, name in zip(columns, labels, strict=True)
+        }
+        return Block(rows, values, blanks)
+
+    def _first_bad_cell(self, text: bytes, before: int, columns: Sequence[int], error: Exception) -> InputError:
+        """What is wrong with the first row that cannot be read, found by reading again slowly."""
+        for row, line in enumerate(io.BytesIO(text), before + 1):
+            line = line.rstrip(b"\n")
+            if not line:
+                continue
+            where = f"{self.source}, row {row}"
+            try:
+                cells = next(csv.reader([line.decode(errors="replace")], delimiter=self.separator))
+            except csv.Error as reason:
+                return InputError(f"is no row of cells ({reason})", where, "export the log as CSV")
+            if len(cells) != len(self.names):
+                what = f"there are {len(cells)} cells under {len(self.names)} column names"
+                return InputError(what, where, "give each row one cell a column, blank if not measured")
+            for j in columns:
+                cell = cells[j] if self.decimal == "." else cells[j].replace(".", "?").replace(self.decimal, ".")
+                if not NUMBER.fullmatch(cell):
+                    comma = self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
+                    fix = "write decimals with a point" if comma else "give a number, or leave the cell blank"
+                    what = f"{cells[j][:40]!r} is not a number"
+                    return InputError(what, f"{where}, column {label(self, j)}", fix)
+        return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=self.source)
+
+
+def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
+    """The CSV file at `path`, its header read. `InputError` when that is no header of at least two columns."""
+    layout = layout or Layout()
+    text = next(texts(path), b"")
+    lead = re.match(rb"(?:[ \t]*+\n)*+", text)
+    if lead is None or len(lead[0]) == len(text):
+        raise InputError("the file is empty", where=path)
+    row = layout.header or 1 + (0 if layout.header == 0 else lead[0].count(b"\n"))
+    lines = text.split(b"\n", row)
+    if len(lines) < row:
+        raise InputError(f"there is no line {row} with the column names", where=path)
+    where = f"{path}, row {row}"
     try:
-        table = pacsv.read_csv(
-            pa.BufferReader(body),
-            read_options=pacsv.ReadOptions(column_names=labels),
-            parse_options=pacsv.ParseOptions(delimiter=separator),
-            convert_options=pacsv.ConvertOptions(
-                column_types=dict.fromkeys(columns, pa.float64()),
-                include_columns=columns,
-                null_values=BLANKS,
-                quoted_strings_can_be_null=True,
-            ),
-        )
-    except pa.ArrowInvalid as error:
-        raise _first_bad_cell(body, names, columns, separator, header_row, path, error) from error
-    if table.num_rows == lines:
-        rows = np.arange(header_row + 1, header_row + 1 + lines)
-    else:
-        rows = header_row + _filled_lines(body)
-    if len(rows) != table.num_rows:
-        raise InputError("a quoted cell goes over several lines", path, "write each row on one line")
-    return recording_from_table(table, groups, rows, path, warnings)
+        line = lines[row - 1][: 1 << 20].decode().strip(" \r")
+        separator = layout.separator or _separator(line)
+        line = re.sub(" +", " ", line) if separator == " " else line
+        names = [name.strip() for name in next(csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), [])]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError("is not CSV text in UTF-8", path, "export the log as CSV") from error
+    if len(names) < 2:
+        raise InputError(f"the header {line[:40]!r} is one column", where, "put commas between columns")
+    if layout.header == 0:
+        return CsvTable(str(path), ("",) * len(names), separator, 1 + layout.skip, layout.decimal)
+    if all(NUMBER.fullmatch(name) for name in names):
+        raise InputError("is numbers, not column names", where, "give a header row: time,qx,qy,...")
+    return CsvTable(str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal)
 
 
 def write_csv(recording: Recording, path: str | Path) -> None:
@@ -62,64 +144,49 @@ def write_csv(recording: Recording, path: str | Path) -> None:
     stream = io.BytesIO()
     stream.write((",".join(table.column_names) + "\n").encode())
     pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
+    del table
     write_atomically(path, stream.getvalue())
 
 
-def _text(path: str | Path) -> bytes:
-    """The file's bytes without byte-order mark, lines ending in \\n; `InputError` when it is not text."""
-    data = Path(path).read_bytes()
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise InputError("is UTF-16 text", path, "save it as UTF-8")
-    if b"\0" in data[:65536]:
-        raise InputError("is binary, not CSV text", path, "export the log as CSV")
-    data = data.removeprefix(b"\xef\xbb\xbf")
-    return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in data else data
+def texts(path: str | Path) -> Iterator[bytes]:
+    """The text of a file in blocks of whole lines that end in \\n, without byte-order mark.
+
+    `InputError` when it is not text, or has a line longer than `BLOCK`.
+    """
+    rest = b""
+    with open(path, "rb") as stream:
+        begun = False
+        while data := stream.read(BLOCK):
+            if not begun:
+                if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+                    raise InputError("is UTF-16 text", path, "save it as UTF-8")
+                if b"\0" in data[:65536]:
+                    raise InputError("is binary, not CSV text", path, "export the log as CSV")
+                data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
+            text = rest + data
+            held = b"\r" if text.endswith(b"\r") else b""  # half of an end of line, perhaps
+            text = _line_ends(text.removesuffix(held))
+            cut = text.rfind(b"\n") + 1
+            rest = text[cut:] + held
+            if len(rest) > BLOCK:
+                raise InputError(f"has a line of more than {BLOCK:,} bytes", path, "export the log as CSV")
+            if cut:
+                yield text[:cut]
+    if rest:
+        yield _line_ends(rest)
 
 
-def _header(text: bytes, path: str | Path) -> tuple[list[str], str, int, int]:
-    """Column names, separator, row of the header, and where the text after it begins."""
-    begin = len(re.match(rb"(?:[ \t]*+\n)*+", text)[0])  # type: ignore[index]
-    if begin == len(text):
-        raise InputError("the file is empty", where=path)
-    end = text.find(b"\n", begin) % (len(text) + 1)  # the end of the text when there is no other line
-    row = 1 + text.count(b"\n", 0, begin)
-    try:
-        line = text[begin : min(end, begin + (1 << 20))].decode()
-        separator = max(",;\t", key=line.count)
-        names = [name.strip() for name in next(csv.reader([line], delimiter=separator))]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError("is not CSV text in UTF-8", path, "export the log as CSV") from error
-    if len(names) == 1:
-        raise InputError(f"the header {line[:40]!r} is one column", f"{path}, row {row}", "put commas between columns")
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise InputError("is numbers, not column names", f"{path}, row {row}", "give a header row: time,qx,qy,...")
-    return names, separator, row, end + 1
+def _line_ends(text: bytes) -> bytes:
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
 
 
-def _filled_lines(body: memoryview) -> NDArray[np.int64]:
-    """Numbers, from 1, of the lines that are not empty: empty ones are no samples."""
-    ends = np.flatnonzero(np.frombuffer(body, dtype=np.uint8) == ord("\n"))
-    lengths = np.diff(np.append(ends, len(body)), prepend=-1) - 1
-    return 1 + np.flatnonzero(lengths)
+def _single_spaces(text: bytes) -> bytes:
+    """Space separated text with one space between cells and none at the ends of lines."""
+    if b"  " in text or b"\n " in text or b" \n" in text or text[:1] == b" " or text[-1:] == b" ":
+        text = re.sub(b" +", b" ", text).replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+    return text
 
 
-def _first_bad_cell(body, names, columns, separator, header_row, path, error) -> InputError:
-    """What is wrong with the first row that cannot be read, found by reading again slowly."""
-    wanted = [j for j, name in enumerate(names) if name in columns]
-    for row, line in enumerate(io.BytesIO(body), header_row + 1):
-        line = line.rstrip(b"\n")
-        if not line:
-            continue
-        try:
-            cells = next(csv.reader([line.decode(errors="replace")], delimiter=separator))
-        except csv.Error as reason:
-            return InputError(f"is no row of cells ({reason})", f"{path}, row {row}", "export the log as CSV")
-        if len(cells) != len(names):
-            what = f"there are {len(cells)} cells under {len(names)} column names"
-            return InputError(what, f"{path}, row {row}", "give each row one cell a column, blank if not measured")
-        for j in wanted:
-            if not NUMBER.fullmatch(cells[j]):
-                comma = re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
-                fix = "write decimals with a point" if comma else "give a number, or leave the cell blank"
-                return InputError(f"{cells[j][:40]!r} is not a number", f"{path}, row {row}, column {names[j]}", fix)
-    return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=path)
+def _separator(line: str) -> str:
+    separator = max(",;\t", key=line.count)
+    return separator if separator in line else " "

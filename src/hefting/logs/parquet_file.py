@@ -1,44 +1,73 @@
-"""Canonical Parquet: the canonical table with nulls for what was not measured."""
+"""Parquet: a table with nulls for what was not measured, read block by block."""
 
 import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hefting.errors import InputError
 from hefting.files import write_atomically
-from hefting.logs.canonical import MAX_CELLS, known_columns, recording_from_table, table_from_recording
+from hefting.logs.canonical import table_from_recording
+from hefting.logs.table import Block, label
 from hefting.recording import Recording
 
+ROWS = 65_536
+"""Rows that are read at a time, and written as a group."""
+BUFFER = 2**20
+"""Bytes of a column that are read at a time."""
 
-def read_parquet(path: str | Path) -> Recording:
-    """Recording in a Parquet file; see `hefting.logs.read_log`."""
+
+@dataclass(frozen=True, eq=False)
+class ParquetTable:
+    """A Parquet file whose schema is known; rows are counted from 1."""
+
+    source: str
+    names: tuple[str, ...]
+
+    def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
+        """The rows block by block; see `hefting.logs.table.Table`."""
+        import pyarrow as pa
+        from pyarrow import parquet
+
+        labels = [self.names[j] for j in columns]
+        numeric = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_null)
+        before = 0
+        try:
+            with parquet.ParquetFile(self.source, buffer_size=BUFFER, pre_buffer=False) as file:
+                for j, name in zip(columns, labels, strict=True):
+                    kind = file.schema_arrow.field(name).type
+                    if not any(is_kind(kind) for is_kind in numeric):
+                        fix = "give seconds as numbers" if pa.types.is_temporal(kind) else "give numbers"
+                        raise InputError(f"holds {kind}, not numbers", f"{self.source}, column {label(self, j)}", fix)
+                schema = pa.schema([(name, pa.float64()) for name in labels])
+                for batch in file.iter_batches(ROWS, columns=labels):
+                    table = pa.Table.from_batches([batch]).select(labels).cast(schema, safe=False)
+                    arrays = {j: table[name] for j, name in zip(columns, labels, strict=True)}
+                    yield Block(
+                        np.arange(before + 1, before + len(batch) + 1),
+                        {j: column.to_numpy() for j, column in arrays.items()},
+                        {j: column.is_null().to_numpy() if column.null_count else None for j, column in arrays.items()},
+                    )
+                    before += len(batch)
+        except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
+            raise _unreadable(self.source, error) from error
+
+
+def open_parquet(path: str | Path) -> ParquetTable:
+    """The Parquet file at `path`, its schema read. `InputError` when it cannot be read, or names repeat."""
     import pyarrow as pa
     from pyarrow import parquet
 
-    numeric = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_null)
     try:
-        with parquet.ParquetFile(path) as file:
-            schema = file.schema_arrow
-            groups, warnings = known_columns(schema.names, path)
-            columns = [c for c in schema.names if c == "time" or any(c in group for group in groups.values())]
-            for column in columns:
-                kind = schema.field(column).type
-                if not any(is_kind(kind) for is_kind in numeric):
-                    fix = "give seconds as numbers" if column == "time" else "give numbers"
-                    raise InputError(f"holds {kind}, not numbers", f"{path}, column {column}", fix)
-            if file.metadata.num_rows * len(columns) > MAX_CELLS:
-                raise InputError(
-                    f"has {file.metadata.num_rows} rows, too many to read",
-                    path,
-                    "cut out the part of interest",
-                )
-            table = file.read(columns=columns)
-        table = table.cast(pa.schema([(column, pa.float64()) for column in table.column_names]), safe=False)
-    except (pa.ArrowException, UnicodeDecodeError) as error:
-        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise InputError(f"cannot be read as Parquet ({reason})", path, "write the file again") from error
-    return recording_from_table(table, groups, np.arange(1, table.num_rows + 1), path, warnings)
+        names = tuple(parquet.read_schema(path).names)
+    except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
+        raise _unreadable(path, error) from error
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"column {twice[0][:40]!r} is there {names.count(twice[0])} times", path, "keep one of them")
+    return ParquetTable(str(path), names)
 
 
 def write_parquet(recording: Recording, path: str | Path) -> None:
@@ -46,5 +75,10 @@ def write_parquet(recording: Recording, path: str | Path) -> None:
     from pyarrow import parquet
 
     stream = io.BytesIO()
-    parquet.write_table(table_from_recording(recording), stream)
+    parquet.write_table(table_from_recording(recording), stream, row_group_size=ROWS)
     write_atomically(path, stream.getvalue())
+
+
+def _unreadable(path: str | Path, error: Exception) -> InputError:
+    reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+    return InputError(f"cannot be read as Parquet ({reason})", path, "write the file again")

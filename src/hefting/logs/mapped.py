@@ -1,0 +1,114 @@
+"""A table and a column map -> Recording, in SI units and the project's conventions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.logs.clock import checked_static, in_seconds
+from hefting.logs.column_map import ColumnMap, Quantity, resembling
+from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
+from hefting.logs.table import Table, collect, label, listed, require_streams
+from hefting.logs.units import Unit
+from hefting.recording import Recording, Stream
+from hefting.spatial import Array
+
+
+def read_mapped(table: Table, column_map: ColumnMap) -> Recording:
+    """Recording in the columns of `table` that `column_map` names; the others do not matter.
+
+    Raises `InputError` for columns that are not there or there twice, naming the map's key, and for cells that
+    `hefting.logs.table.collect` and `Recording` refuse, naming row and column.
+    """
+    quantities = dict(column_map.quantities)
+    places = {key: _places(table, column_map, key, quantity.columns) for key, quantity in quantities.items()}
+    time = None if column_map.time is None else _places(table, column_map, "time", (column_map.time,))[0]
+    notes = [f"{key} from {_described(table, places[key], quantity)}" for key, quantity in quantities.items()]
+    if "force" in quantities:
+        quantities["wrench"] = _joined(quantities.pop("force"), quantities.pop("torque"), column_map.source)
+        places["wrench"] = places.pop("force") + places.pop("torque")
+    streams, warnings = collect(table, time, places, column_map.nan_is_blank)
+    converted = {}
+    for key in tuple(streams):
+        labels = [label(table, column) for column in places[key]]
+        converted |= _converted(key, streams.pop(key), quantities[key], table.source, labels)
+    require_streams(converted, table.source)
+    unit = column_map.time_unit
+    if unit is not None:
+        what = "row numbers" if time is None else f"column {label(table, time)}"
+        notes.insert(0, f"time from {what} [{unit.name}]")
+        converted, about_time = in_seconds(converted, table.source, unit)
+        warnings += about_time
+    names = quantities["joint_positions"].names if "joint_positions" in converted else ()
+    recording = Recording(converted, unit is None, table.source, warnings, joint_names=names, notes=tuple(notes))
+    if quantities["wrench"].in_world:
+        values = in_sensor_axes(recording["wrench"], recording["orientation"], table.source)
+        turned = replace(recording["wrench"], values=values)
+        recording = replace(recording, streams={**recording.streams, "wrench": turned})
+    return checked_static(recording) if unit is None else recording
+
+
+def _places(table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]) -> list[int]:
+    """Positions of named and numbered columns in the table."""
+    where = f"{column_map.source}, key {key}"
+    places = []
+    for column in columns:
+        if isinstance(column, int):
+            if column > len(table.names):
+                raise InputError(f"there is no column number {column}: {table.source} has {len(table.names)}", where)
+            places.append(column - 1)
+            continue
+        count = table.names.count(column)
+        if count == 0:
+            what = f"{table.source} has no column {column[:40]!r}{resembling(column, filter(None, table.names))}"
+            named = [repr(name[:40]) for name in table.names if name]
+            fix = f"its columns are {listed(named)}" if named else "its columns have no names: give their numbers"
+            raise InputError(what, where, fix)
+        if count > 1:
+            what = f"{table.source} has {count} columns {column[:40]!r}"
+            numbers = [str(j) for j, name in enumerate(table.names, 1) if name == column]
+            raise InputError(what, where, f"give the number of one of them: {listed(numbers)}")
+        places.append(table.names.index(column))
+    return places
+
+
+def _joined(force: Quantity, torque: Quantity, source: str) -> Quantity:
+    """Force and torque as one wrench."""
+    if force.in_world != torque.in_world:
+        raise InputError("force and torque are in different axes", source, "give both in the same axes")
+    return replace(force, columns=force.columns + torque.columns, units=force.units + torque.units)
+
+
+def _converted(
+    key: str, stream: Stream, quantity: Quantity, source: str, labels: Sequence[str]
+) -> Mapping[str, Stream]:
+    """The streams in SI units that a key stands for."""
+    if key == "pose":
+        positions, matrices = split_pose(stream, quantity.form, source, labels)
+        turned = replace(stream, values=matrices)
+        check_matrices(turned, source, labels)
+        return {
+            "position": replace(stream, values=_si(positions, quantity.units[:3])),
+            "orientation": replace(stream, values=quaternions(matrices, "matrix")),
+        }
+    if key == "orientation" and quantity.form == "matrix":
+        check_matrices(stream, source, labels)
+    values = _si(stream.values, quantity.units)
+    return {
+        key: replace(stream, values=quaternions(values, quantity.form, quantity.order) if quantity.form else values)
+    }
+
+
+def _si(values: Array, units: Sequence[Unit]) -> Array:
+    """Columns (N, d) in SI units, each from its own unit."""
+    if all(unit.to_si(np.ones(1))[0] == 1.0 for unit in units):
+        return values
+    return np.stack([unit.to_si(column) for unit, column in zip(units, values.T, strict=True)], axis=1)
+
+
+def _described(table: Table, places: Sequence[int], quantity: Quantity) -> str:
+    units = ", ".join(dict.fromkeys(unit.name for unit in quantity.units))
+    form = f", {quantity.form} {quantity.order}".rstrip() if quantity.form else ""
+    axes = ", turned from world axes" if quantity.in_world else ""
+    return f"columns {listed([label(table, j) for j in places])}{units and f' [{units}]'}{form}{axes}"

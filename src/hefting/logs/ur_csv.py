@@ -1,0 +1,168 @@
+"""Real-time records of Universal Robots (RTDE's ``record.py``) -> Recording.
+
+Fields are numbered columns (``actual_TCP_pose_0`` to ``_5``), cells are separated by spaces or commas, units are SI.
+What the fields mean (RTDE guide of Universal Robots; for the reference point, the frames that the manufacturer's
+ROS driver takes them in):
+
+================== ==================================================================================
+timestamp          [s] since the controller started
+actual_TCP_pose    TCP in the robot's base: x, y, z [m] and a rotation vector [rad]
+tcp_offset         TCP in the flange, in the same form
+actual_TCP_speed   of the TCP, base axes [m/s, rad/s]
+ft_raw_wrench      of the sensor in the flange, flange axes; neither zeroed nor freed of any payload, so that
+                   its bias may be thousands of newtons (e-Series from 5.9 on)
+actual_TCP_force   in base axes; zeroed, and freed of the payload that is *configured in the controller*; about
+                   the flange on e-Series, about the TCP on CB3, which has no sensor and guesses from currents
+payload            configured mass [kg]
+actual_q, _qd      joint angles and velocities [rad, rad/s]
+================== ==================================================================================
+
+The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its world the robot's base.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.logs.clock import in_seconds
+from hefting.logs.orientations import rotated_back
+from hefting.logs.table import Table, collect
+from hefting.recording import Recording, Stream
+from hefting.spatial import Array
+
+FIELDS = {
+    "actual_TCP_pose": 6,
+    "actual_TCP_speed": 6,
+    "tcp_offset": 6,
+    "ft_raw_wrench": 6,
+    "actual_TCP_force": 6,
+    "payload": 1,
+    "actual_q": 6,
+    "actual_qd": 6,
+}
+"""Fields that are read, and how many columns each has."""
+MARKS = {f"{field}_0" for field in ("actual_TCP_pose", "ft_raw_wrench", "actual_TCP_force", "actual_q")}
+
+RAW = "ft_raw_wrench"
+FORCE = "actual_TCP_force"
+
+
+def is_ur(names: Sequence[str]) -> bool:
+    """Whether a header is that of a real-time record."""
+    return bool(MARKS & set(names))
+
+
+def read_ur(table: Table) -> Recording:
+    """Recording in a real-time record; the flange, or the TCP, is its sensor.
+
+    Raises `InputError` for a record without timestamps, without a wrench or without a pose and joint angles, for
+    one whose wrench the controller has freed of a payload, and for cells that are no numbers.
+    """
+    fields = _fields(table)
+    if "timestamp" not in table.names:
+        raise InputError("there is no column timestamp", table.source, "record timestamp too")
+    if not {RAW, FORCE} & set(fields):
+        raise InputError("there is no wrench", table.source, f"record {RAW}, or {FORCE} with payload and tcp_offset")
+    if not {"actual_TCP_pose", "actual_q"} & set(fields):
+        raise InputError("there is neither a pose nor joint angles", table.source, "record actual_TCP_pose")
+
+    everything = [column for columns in fields.values() for column in columns]
+    streams, warnings = collect(table, table.names.index("timestamp"), {"record": everything})
+    if "record" not in streams:
+        raise InputError("there are no samples: all cells are blank", where=table.source)
+    streams, about_time = in_seconds(streams, table.source)
+    record = streams["record"]
+    ends = np.cumsum([len(columns) for columns in fields.values()])
+    values = dict(zip(fields, np.split(record.values, ends[:-1], axis=1), strict=True))
+
+    raw = RAW in values and (FORCE not in values or bool(np.ptp(values[RAW], axis=0).any()))
+    found, notes = {}, ["UR real-time record; world is the robot's base"]
+    more: list[str] = []
+    if not raw:
+        _check_payload(record, values, table.source, more)
+    if "actual_TCP_pose" in values:
+        found, rotations, remarks = _motion(values)
+        notes.append(remarks)
+        more += _reference(values, raw)
+        found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
+    elif raw:
+        found["wrench"] = values[RAW]
+    else:
+        fix = f"record actual_TCP_pose too, or {RAW}"
+        raise InputError(f"{FORCE} is in base axes, and there is no pose to turn it by", table.source, fix)
+    wrench = f"{RAW}, flange axes, never zeroed: expect a large bias" if raw else f"{FORCE}, turned from base axes"
+    notes.append(f"wrench from {wrench}")
+    joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
+    found |= {stream: values[field] for stream, field in joints.items() if field in values}
+    recorded = {name: Stream(record.time, array, record.rows) for name, array in found.items()}
+    return Recording(recorded, False, table.source, (*warnings, *about_time, *more), notes=tuple(notes))
+
+
+def _fields(table: Table) -> dict[str, list[int]]:
+    """Columns of each field that is there; `InputError` for a part of one, and for repeated names."""
+    fields = {}
+    for field, width in FIELDS.items():
+        names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
+        there = [name for name in names if name in table.names]
+        if not there:
+            continue
+        missing = [name for name in names if name not in there]
+        if missing:
+            raise InputError(
+                f"column {missing[0]} is missing beside {there[0]}", table.source, f"record all of {field}"
+            )
+        fields[field] = [table.names.index(name) for name in names]
+    for name in ("timestamp", *(table.names[column] for columns in fields.values() for column in columns)):
+        if table.names.count(name) > 1:
+            raise InputError(f"column {name} is there {table.names.count(name)} times", table.source, "keep one")
+    return fields
+
+
+def _check_payload(record: Stream, values: dict[str, Array], source: str, warnings: list[str]) -> None:
+    """`InputError` when the controller has removed a payload from the wrench; a warning when that is not known."""
+    if "payload" not in values:
+        warnings.append(
+            f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
+            f"and then the result is not the object (record {RAW})"
+        )
+        return
+    loaded = np.abs(values["payload"][:, 0]) > 1e-6
+    if loaded.any():
+        k = np.argmax(loaded)
+        raise InputError(
+            f"the controller has already removed a payload of {values['payload'][k, 0]:.4g} kg from {FORCE}",
+            where=f"{source}, row {record.rows[k]}, column payload",
+            fix=f"record {RAW}, or set the payload to 0 and record again",
+        )
+
+
+def _motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
+    """Position, orientation and, if recorded, velocities of the flange, or else of the TCP; its rotations
+    (N, 3, 3); and which it is."""
+    from scipy.spatial.transform import Rotation
+
+    pose = values["actual_TCP_pose"]
+    position, rotation, remark = pose[:, :3], Rotation.from_rotvec(np.array(pose[:, 3:])), "pose of the TCP"
+    lever = np.zeros_like(position)
+    if "tcp_offset" in values:
+        offset = values["tcp_offset"]
+        rotation = rotation * Rotation.from_rotvec(np.array(offset[:, 3:])).inv()
+        lever = -rotation.apply(np.array(offset[:, :3]))  # from the TCP to the flange, base axes
+        position, remark = position + lever, "pose of the flange: actual_TCP_pose less tcp_offset"
+    motion = {"position": position, "orientation": rotation.as_quat()}
+    if "actual_TCP_speed" in values:
+        turning = values["actual_TCP_speed"][:, 3:]
+        motion["linear_velocity"] = values["actual_TCP_speed"][:, :3] + np.cross(turning, lever)
+        motion["angular_velocity"] = turning
+    return motion, rotation.as_matrix(), remark
+
+
+def _reference(values: dict[str, Array], raw: bool) -> list[str]:
+    """Warnings about the frame the wrench is given in."""
+    if "tcp_offset" not in values:
+        about = "axes and origin of ft_raw_wrench are" if raw else "the origin of its torques on e-Series is"
+        return [f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about}"]
+    if not raw and values["tcp_offset"][:, :3].any():
+        return [f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"]
+    return []
