@@ -10,14 +10,6 @@ from hefting.errors import InputError
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 
 
-def add_log(parser: argparse._ActionsContainer) -> None:
-    """The recording and the gravity it was made in."""
-    parser.add_argument("log", metavar="LOG", help="recording: a canonical .csv or .parquet file")
-    parser.add_argument(
-        "--gravity", metavar="X,Y,Z", default="0,0,-9.80665", help="in world axes [m/s²]; default %(default)s"
-    )
-
-
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Output for machines."""
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")

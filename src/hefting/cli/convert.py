@@ -1,0 +1,58 @@
+"""hefting convert: read a log of any known format, and write it in another."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hefting.cli.options import progress
+from hefting.cli.reading import add_recording, read_recording
+from hefting.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.recording import Recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting convert``."""
+    add_recording(parser)
+    parser.add_argument(
+        "output", metavar="OUTPUT", help="canonical .csv or .parquet; a bag: .bag, .mcap, or a folder for no suffix"
+    )
+    parser.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
+    parser.add_argument("--duration", type=float, metavar="S", help="write this much [s]")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Convert, and say what was read and chosen."""
+    from hefting.logs import check_output, write_log
+
+    a = arguments
+    check_output(a.output)
+    if not Path(a.output).absolute().parent.is_dir():
+        raise InputError("the folder does not exist", where=a.output)
+    if any(Path(a.output).resolve() == Path(name).resolve() for name in (a.log, a.map, a.urdf) if name):
+        raise InputError("is an input and would be overwritten", where=a.output, fix="choose another name")
+    with progress("converting ..."):
+        recording = read_recording(a)
+        if a.start or a.duration is not None:
+            recording = recording.slice(a.start, a.duration)
+        lost = write_log(recording, a.output)
+    print(*_told(recording), sep="\n")
+    if lost:
+        print(
+            f"warning: not written, as the format cannot hold it: {', '.join(name.replace('_', ' ') for name in lost)}"
+        )
+    if recording.joint_names and Path(a.output).suffix.lower() in (".csv", ".parquet"):
+        print(f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}")
+    print(f"wrote {a.output}")
+
+
+def _told(recording: "Recording") -> list[str]:
+    """What was read: streams with samples and rates, then notes and warnings."""
+    rates = recording.rates()
+    lasts = "static poses" if recording.static else f"{recording.duration:.6g} s"
+    lines = [f"{recording.source}: {lasts}"]
+    for name, stream in recording.streams.items():
+        rate = "static" if recording.static else f"{rates[name]:.4g} Hz"
+        lines.append(f"  {name.replace('_', ' '):<22}{len(stream):>9} samples{rate:>12}")
+    return lines + [f"note: {line}" for line in recording.notes] + [f"warning: {line}" for line in recording.warnings]

@@ -1,0 +1,70 @@
+"""Reading a log as the command line describes it: format, robot, gravity."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from hefting.cli.options import numbers
+from hefting.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.recording import Recording
+
+READING = {
+    "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
+    "pose_topic": ("TOPIC|none", "of a bag: pose, odometry or tf"),
+    "twist_topic": ("TOPIC|none", "of a bag: velocity"),
+    "joint_topic": ("TOPIC|none", "of a bag: joint states"),
+    "imu_topic": ("TOPIC|none", "of a bag: IMU"),
+    "world_frame": ("NAME", "of a bag: frame of the world in tf"),
+    "sensor_frame": ("NAME", "of a bag or a URDF: frame of the force-torque sensor"),
+}
+"""Options of `hefting.logs.read_log` for bags: what each takes, and its help."""
+
+
+def add_recording(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """The log and what its format needs; returns the group of the latter, for more of its kind."""
+    parser.add_argument(
+        "log", metavar="LOG", help="recording: .csv, .parquet, ROS bag or .mcap; see --map, --urdf"
+    )
+    group = parser.add_argument_group("reading the log")
+    group.add_argument("--map", metavar="FILE", help="TOML file that says which columns of a CSV or Parquet hold what")
+    group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")
+    for name, (metavar, text) in READING.items():
+        group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
+    return group
+
+
+def add_gravity(parser: argparse._ActionsContainer) -> None:
+    """The gravity a recording was made in."""
+    parser.add_argument(
+        "--gravity",
+        metavar="X,Y,Z|estimate",
+        default="0,0,-9.80665",
+        help="in world axes [m/s²], or find its direction; default %(default)s",
+    )
+
+
+def read_recording(arguments: argparse.Namespace) -> "Recording":
+    """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
+    from hefting.logs import is_bag, read_log
+
+    a = arguments
+    options = {name: getattr(a, name) for name in READING}
+    if a.urdf or not is_bag(a.log):
+        del options["sensor_frame"]  # names a link of the URDF then
+    recording = read_log(a.log, column_map=a.map, **options)
+    if not a.urdf:
+        if a.sensor_frame and not is_bag(a.log):
+            raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)
+        return recording
+    if not a.sensor_frame:
+        raise InputError("which link holds the sensor?", a.urdf, "give --sensor-frame NAME")
+    from hefting.kinematics import Robot, with_poses
+
+    return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+
+
+def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":
+    """Gravity (3,) [m/s²]; or ``estimate``."""
+    text = arguments.gravity
+    return text if text == "estimate" else numbers(text, 3, "--gravity")
