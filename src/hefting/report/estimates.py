@@ -1,12 +1,11 @@
-"""Results as tables a person can read, with units."""
+"""Estimates, comparisons and methods as tables a person can read, with units."""
 
-import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -17,11 +16,11 @@ from hefting.estimators.base import INVARIANCES
 from hefting.inertia import EXPLANATIONS, InertialParameters
 from hefting.metrics import Errors
 from hefting.plausibility import MISFIT
+from hefting.report.printing import warning_lines
 from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
 
 if TYPE_CHECKING:
     from hefting.comparison import Comparison
-    from hefting.inspection import Inspection
 
 AXES = "xyz"
 SETTINGS = ("points", "c1", "regularization", "gamma")
@@ -44,11 +43,6 @@ def methods_report() -> RenderableType:
         lines.append(f"- {of}: {'all but ' + ', '.join(others) if others else 'all'}")
     lines.append(f"with another model of the motion, or a condition more: {', '.join(VARIANTS)}")
     return Group(table, *map(Text, lines))
-
-
-def print_report(report: RenderableType) -> None:
-    """Print on standard output, no wider than the terminal; 100 columns where there is none."""
-    Console(highlight=False, width=None if sys.stdout.isatty() else 100).print(report)
 
 
 def estimate_report(
@@ -84,7 +78,7 @@ def estimate_report(
                 f"Riemannian {errors.riemannian:.3g}"
             )
         )
-    return Group(*lines, *_facts(estimate), *_warnings(estimate.warnings))
+    return Group(*lines, *_facts(estimate), *warning_lines(estimate.warnings))
 
 
 def _values(p: InertialParameters) -> list[float]:
@@ -138,10 +132,6 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
         yield Text(f"certificate: objective {c.objective:.6g}, {how} the optimum")
 
 
-def _warnings(warnings: Iterable[str]) -> Iterable[Text]:
-    return [Text(f"warning: {line}", style="yellow") for line in warnings]
-
-
 def comparison_report(comparison: "Comparison", errors: dict[str, Errors] | None = None) -> RenderableType:
     """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and which one to trust."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
@@ -180,7 +170,7 @@ def comparison_report(comparison: "Comparison", errors: dict[str, Errors] | None
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
     lines.append(Text(f"recommended: {comparison.recommended}, as {comparison.reason}", style="bold"))
     best = comparison.results[comparison.recommended]
-    return Group(*lines, *_assumptions(best), *_warnings(best.warnings))
+    return Group(*lines, *_assumptions(best), *warning_lines(best.warnings))
 
 
 def _errors_table(errors: dict[str, Errors]) -> Table:
@@ -206,43 +196,3 @@ FAILURES = {
     "hull": "COM",
 }
 """The condition of consistency that fails, in a word or two."""
-
-
-def inspection_report(found: "Inspection") -> RenderableType:
-    """Streams, motion, conventions, and what to do next."""
-    table = Table()
-    table.add_column("stream")
-    table.add_column("samples", justify="right")
-    table.add_column("rate", justify="right")
-    for name, (samples, rate) in found.streams.items():
-        table.add_row(name.replace("_", " "), str(samples), "static" if found.static else f"{rate:.4g} Hz")
-    lines: list[RenderableType] = [Text(found.log), table]
-
-    def say(line: str) -> None:
-        lines.append(Text(line))
-
-    say("static poses" if found.static else f"{found.duration:.4g} s; motion from {found.motion}")
-    if not found.static:
-        mean, largest = found.angular_speed
-        text = f"angular speed {mean:.3g} rad/s on average, {largest:.3g} at most"
-        if found.linear_speed is not None:
-            text += f"; linear {found.linear_speed[0]:.3g} m/s, {found.linear_speed[1]:.3g} at most"
-        say(f"{text}; dynamism {found.dynamism:.3g}")
-    side = "on-object" if found.sign.on_object else "on-sensor"
-    say(f"wrench {side} ({'certain' if found.sign.certain else 'not certain'}, t = {abs(found.sign.t):.3g})")
-    say(f"mass {found.mass:.4g} kg by least squares; |f| / |g| alone says {found.quick_mass:.4g} kg")
-    if found.bias is not None and found.bias_t is not None:
-        force = ", ".join(f"{x:.3g}" for x in found.bias[:3])
-        torque = ", ".join(f"{x:.3g}" for x in found.bias[3:])
-        say(f"wrench bias as recorded ({force}) N, ({torque}) N m; largest t {np.abs(found.bias_t).max():.3g}")
-    else:
-        say("wrench bias: cannot be told from the object here")
-    say(f"residual {found.noise[0]:.3g} N, {found.noise[1]:.3g} N m root mean square")
-    motion = found.identifiability
-    say(
-        f"rank {motion.rank_full} of 10, condition number {motion.condition_full:.3g}; by gravity alone "
-        f"{motion.rank_reduced} of 4, {motion.condition_reduced:.3g}"
-    )
-    say("not determined by the motion: " + ", ".join(motion.open) if motion.open else "all ten determined")
-    lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
-    return Group(*lines, *_warnings(found.warnings))

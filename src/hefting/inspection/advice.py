@@ -1,0 +1,153 @@
+"""What to do next about a recording: what stands in the way first, then what would make it better."""
+
+from math import degrees
+
+from hefting.inspection.movement import SPEED_LIMIT
+from hefting.inspection.result import Inspection
+from hefting.inspection.streams import StreamFacts
+from hefting.recording import Recording
+
+OFFSET = 0.005
+"""s: a clock offset worth a sentence."""
+FEW_HERTZ = 50.0
+"""Slower poses lose the accelerations of a hand's motion."""
+SHORT = 5.0
+"""s"""
+SHARE = 0.02
+"""of samples missing, or left out, that is worth a sentence"""
+BRISK = 0.2
+"""rad/s on average that slow streams do not follow"""
+LITTLE = 0.5
+"""rad: gravity should turn by more in sensor axes"""
+WEAK = 1.0
+"""SNR below which a channel shows noise more than the object."""
+
+
+def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
+    """Sentences for a person, the most pressing first."""
+    if "object" in found.missing:
+        return _what_is_missing(found, recording)
+    said = _obstacles(found)
+    if not said:
+        said.append(f"ready: hefting identify {found.log} --shape MESH")
+    return (*said, *_improvements(found))
+
+
+def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]:
+    reason = found.missing["object"]
+    if not recording.has("orientation"):
+        if recording.has("joint_positions"):
+            return ("joint angles: give --urdf robot.urdf --sensor-frame NAME",)
+        return ("record the orientation of the sensor (qx qy qz qw), or joint angles",)
+    if not recording.has("wrench"):
+        return ("record the wrench (fx fy fz tx ty tz)",)
+    if not recording["wrench"].values.any():
+        return (f"{reason}: check which columns hold it",)
+    return (f"nothing can be identified: {reason}",)
+
+
+def _obstacles(found: Inspection) -> list[str]:
+    """What keeps the object, or part of it, from being identified."""
+    said = []
+    m, sign = found.movement, found.sign
+    assert m is not None
+    assert found.facts is not None
+    assert found.identifiability is not None
+    open_ = found.identifiability.open
+    if found.facts.bias is None:
+        if m.turn > LITTLE:
+            said.append(
+                "no mass is found beside a bias: is anything held, or does the controller subtract its payload?"
+            )
+        else:
+            said.append("record other orientations: a bias cannot be told from the object's weight in this one")
+    if sign is not None and not sign.certain:
+        said.append("the wrench's sign is not certain: give --wrench on-object or on-sensor")
+    said.extend(found.identifiability.summary)
+    if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):
+        said.append(
+            f"gravity turned by {_degrees(m.turn)} at most in sensor axes: tilt the sensor by 60° or more, then about "
+            "another axis"
+        )
+    if any(name.startswith("J") for name in open_):
+        how = f"hefting identify {found.log} --shape MESH"
+        said.append(f"give --shape: it says of the inertia what the motion does not ({how})")
+    return said
+
+
+def _improvements(found: Inspection) -> list[str]:
+    """What would make the recording better, or is taken care of."""
+    said = _of_wrench(found)
+    hint, m = found.gravity_hint, found.movement
+    assert m is not None
+    known = m.turn > LITTLE and (found.static or found.duration > SHORT) and "m" not in found.undetermined
+    if hint is not None and hint.serious and known:
+        said.append(
+            f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
+            "give --gravity estimate"
+        )
+    if m.above_limit and m.linear_speed is not None:
+        said.append(f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218")
+    if m.dynamism is None:
+        said.append("record positions (px py pz) or an accelerometer: without, mass and COM are all there is")
+    if found.undetermined:
+        if found.static and found.streams["wrench"].samples < 10 and {"m", "mcx", "mcy", "mcz"} & {*found.undetermined}:
+            said.append("record ten static poses or more")
+        elif not found.static and found.duration < SHORT:
+            said.append(f"record ten seconds or more: {found.duration:.2g} s is short")
+    return said + _of_streams(found)
+
+
+def _of_wrench(found: Inspection) -> list[str]:
+    said = []
+    c = found.conditioned
+    if c is not None:
+        if abs(c.offset) > OFFSET:
+            late = "late" if c.offset > 0.0 else "early"
+            said.append(f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself")
+        if c.bias.kind != "constant":
+            said.append("the bias drifts: identify removes it; better, let the sensor warm up before recording")
+        if c.reasons.get("saturation"):
+            said.append("the sensor reached its limit: move slower, zero it first, or use one of a larger range")
+        n = max(len(c.rejected), 1)
+        if c.reasons.get("contact", 0) > SHARE * n:
+            share = _percent(c.reasons["contact"] / n)
+            said.append(f"{share} of the samples do not fit one free body: does the object touch something, or swing?")
+        if c.reasons.get("spike", 0) > SHARE * n:
+            share = _percent(c.reasons["spike"] / n)
+            said.append(f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock")
+    assert found.facts is not None
+    for name in ("force", "torque"):
+        channels = found.facts.channels[name]
+        ratio = float((channels.signal**2).sum() / max((channels.noise**2).sum(), 1e-300))
+        if ratio < WEAK:
+            said.append(f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer")
+    return said
+
+
+def _of_streams(found: Inspection) -> list[str]:
+    if found.static:
+        return []
+    said = []
+    m = found.movement
+    for name in ("orientation", "wrench"):
+        facts = found.streams[name]
+        what = "poses" if name == "orientation" else "wrenches"
+        if 0.0 < facts.rate < FEW_HERTZ and m is not None and m.angular_speed[0] > BRISK:
+            said.append(f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower")
+        if facts.missing > SHARE:
+            said.append(_lost(what, facts))
+    return said
+
+
+def _lost(what: str, facts: StreamFacts) -> str:
+    longest = f", for {facts.longest_gap:.2g} s at the longest" if facts.gaps else ""
+    return f"{_percent(facts.missing)} of the {what} are missing{longest}: check the network and the recorder's load"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share > 0.1 else f"{100.0 * share:.1f} %"
+
+
+def _degrees(angle: float) -> str:
+    return f"{degrees(angle):.{0 if degrees(angle) >= 10.0 else 1}f}°"

@@ -1,0 +1,161 @@
+"""Inspection: the findings about one recording."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from hefting.calibration import WrenchSign
+from hefting.conditioning import Conditioned
+from hefting.estimate import json_ready
+from hefting.identifiability import Identifiability
+from hefting.inspection.movement import SPEED_LIMIT, Movement
+from hefting.inspection.streams import StreamFacts
+from hefting.inspection.wrench import WrenchFacts
+from hefting.spatial import Array
+
+
+@dataclass(frozen=True)
+class GravityHint:
+    """Where the data would have gravity point; only a hint, as an imperfect sensor invents some degrees."""
+
+    angle: float
+    """rad from the one assumed"""
+    std: float
+    """rad, about each axis"""
+    direction: tuple[float, float, float]
+    """unit vector in world axes"""
+    adopted: bool
+    """whether it was asked for, and all else rests on it; the angle then is that from straight down"""
+
+    @property
+    def serious(self) -> bool:
+        """Whether the one assumed is in doubt."""
+        return not self.adopted and self.angle > max(np.radians(5.0), 5.0 * self.std)
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """Findings about a recording: what it holds, always; what can be found from it, else None and why in `missing`.
+
+    Keys of `to_dict`, in SI units; null where it could not be found, or is infinite:
+
+    ======================= ==========================================================================================
+    key                     value
+    ======================= ==========================================================================================
+    ``log``                 name of the log
+    ``duration``            s; rows less one, when static
+    ``static``              whether every row is a static pose
+    ``streams``             by name: the fields of `StreamFacts`
+    ``notes``               what the reader and the smoother chose and found
+    ``quick_mass``          kg: mean |f| / |g|, with no regard to bias and motion
+    ``motion``              how velocities and accelerations are found
+    ``linear_speed``        [mean, largest] of the sensor origin
+    ``speed_limit``         ``{"limit", "kept", "above"}``: ISO 10218-1's 0.25 m/s, whether kept, seconds above it
+    ``angular_speed``       [mean, largest]
+    ``turn``                rad: largest angle between two of gravity's directions in sensor axes
+    ``dynamism``            median, Nadeau et al. 2022, eq. 4
+    ``wrench``              ``"on-object"`` or ``"on-sensor"``
+    ``wrench_t``            mass over its standard deviation, as recorded; below 10 in size the sign is not certain
+    ``clock_offset``        ``{"offset", "std"}``: s the wrench is late; 0 unless significant, std null if not told
+    ``gravity``             (3,) as assumed, world axes
+    ``gravity_preferred``   ``{"direction", "angle", "std", "adopted"}``: where the data would have it, rad from the
+                            one given, or from straight down if it was asked for, and so adopted
+    ``drift``               of the bias: ``{"kind", "knots", "range"}``: constant, linear or random walk; times of its
+                            knots; largest less smallest value of the six channels
+    ``outliers``            samples left out as ``contact``, ``spike``, ``saturation``; their ``share`` of all
+    ``autocorrelation``     variance of the parameters over that if the residuals were white
+    ``findings``            the same in sentences
+    ``mass``, ``mass_std``  by least squares beside a free bias, where that is determined
+    ``quick_mass_less_bias`` mean |f| / |g| without the bias
+    ``bias``, ``bias_t``    (6,) as recorded, and over its standard deviation
+    ``noise``               [force, torque]: root-mean-square residuals
+    ``signal_to_noise``     by quantity (``force``, ``torque``, and of the smoothed motion):
+                            ``{"unit", "signal", "noise", "snr"}``, (3,) each: root-mean-square signal, standard
+                            deviation of the noise, mean-squared signal over noise variance
+    ``gravity_dominance``   [force, torque]: what gravity needs over what motion needs
+    ``identifiability``     see `Identifiability.to_dict`
+    ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
+    ``missing``             why there is no ``motion``, ``conditioning``, ``object``
+    ``advice``, ``warnings`` one sentence each
+    ======================= ==========================================================================================
+    """
+
+    log: str
+    duration: float
+    """s; poses, when static"""
+    static: bool
+    streams: dict[str, StreamFacts]
+    notes: tuple[str, ...]
+    """what reader and smoother chose and found"""
+    gravity: Array
+    """(3,) assumed, in world axes [m/s²]"""
+    quick_mass: float | None
+    """mean |f| / |g| [kg], with no regard to bias and motion; None without a wrench"""
+    movement: Movement | None
+    conditioned: Conditioned | None
+    """clocks, drift, outliers"""
+    gravity_hint: GravityHint | None
+    sign: WrenchSign | None
+    facts: WrenchFacts | None
+    """bias, noise, SNR, and the object as least squares sees it"""
+    identifiability: Identifiability | None
+    """what the motion can tell of an object of `TYPICAL_SIZE`, and why not the rest"""
+    missing: dict[str, str]
+    """why there is no ``motion``, no ``conditioning`` or no ``object``"""
+    advice: tuple[str, ...]
+    """what to do next, one sentence each"""
+    warnings: tuple[str, ...]
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Parameters the motion leaves open for an object of `TYPICAL_SIZE`."""
+        return () if self.identifiability is None else tuple(self.identifiability.open)
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """What conditioning found and would put right."""
+        return () if self.conditioned is None else self.conditioned.findings
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready values; see the class for the keys."""
+        names = ("log", "duration", "static", "notes", "gravity", "quick_mass", "missing", "advice", "warnings")
+        out = {name: getattr(self, name) for name in names}
+        out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}
+        out["undetermined"] = None if self.identifiability is None else self.undetermined
+        out["identifiability"] = None if self.identifiability is None else self.identifiability.to_dict()
+        out["wrench"] = self.sign and ("on-object" if self.sign.on_object else "on-sensor")
+        out["wrench_t"] = self.sign and self.sign.t
+        return json_ready(out | self._movement() | self._conditioned() | self._facts())
+
+    def _movement(self) -> dict[str, Any]:
+        m = self.movement
+        names = ("linear_speed", "angular_speed", "turn", "dynamism")
+        out = {"motion": m and m.source, **{name: m and getattr(m, name) for name in names}, "speed_limit": None}
+        if m is not None and m.above_limit is not None:
+            out["speed_limit"] = {"limit": SPEED_LIMIT, "kept": m.keeps_limit, "above": m.above_limit}
+        return out
+
+    def _conditioned(self) -> dict[str, Any]:
+        c, hint = self.conditioned, self.gravity_hint
+        out: dict[str, Any] = {"gravity_preferred": None if hint is None else asdict(hint), "findings": self.findings}
+        if c is None:
+            return out | dict.fromkeys(("clock_offset", "drift", "outliers", "autocorrelation"))
+        return out | {
+            "clock_offset": None if c.offset_std is None else {"offset": c.offset, "std": c.offset_std},
+            "drift": {"kind": c.bias.kind, "knots": c.bias.knots, "range": c.bias.range},
+            "outliers": {**c.reasons, "share": float(np.mean(c.rejected))},
+            "autocorrelation": c.autocorrelation,
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        f = self.facts
+        names = ("mass", "mass_std", "quick_mass_less_bias", "bias", "bias_t", "noise", "gravity_dominance")
+        out = {name: f and getattr(f, name) for name in names}
+        channels = None
+        if f is not None:
+            channels = {
+                name: {"unit": c.unit, "signal": c.signal, "noise": c.noise, "snr": c.snr}
+                for name, c in f.channels.items()
+            }
+        return out | {"signal_to_noise": channels}
