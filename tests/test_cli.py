@@ -237,7 +237,7 @@ def cell(lines, row, column, text):
         (lambda n: cell(n, 7, "fx", "NaN"), ["row 7", "fx"]),
         (lambda n: cell(n, 7, "tz", "inf"), ["row 7", "tz"]),
         (lambda n: cell(n, 9, "time", "0"), ["row 9", "time"]),
-        (lambda n: [*n[:9], n[8], *n[9:]], ["row 10", "time"]),
+        (lambda n: [*n[:9], *cell(n, 9, "fx", "99")[8:9], *n[9:]], ["row 10", "time"]),
         (lambda n: cell(n, 5, "qw", "3"), ["row 5", "norm"]),
         (lambda n: n[:1], ["no samples"]),
         (lambda n: n[:4], ["poses are too few"]),

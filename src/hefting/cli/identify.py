@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli.options import POSE, add_json, add_log, add_sensor_pose, numbers, progress
+from hefting.cli.options import POSE, add_json, add_sensor_pose, numbers, progress
+from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
 from hefting.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
-    add_log(parser)
+    log = add_recording(parser)
+    add_gravity(log)
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
@@ -33,19 +35,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shape.add_argument("--object-pose", metavar="POSE", help=f"the file's frame in the sensor frame: {POSE}")
     shape.add_argument("--points", type=int, metavar="N", help="about how many point masses; default 56")
     shape.add_argument("--points-per-cm3", type=float, metavar="D", help="their density instead")
-    log = parser.add_argument_group("reading the log")
     log.add_argument(
         "--wrench", metavar="auto|on-object|on-sensor", default="auto", help="whom the recorded wrench acts on"
     )
-    log.add_argument(
-        "--bias", metavar="auto|none|estimate|tare:START,END|FILE", default="auto", help="constant wrench bias"
-    )
+    log.add_argument("--bias", metavar="auto|none|estimate|tare:START,END|FILE", default="auto", help="wrench bias")
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
         default="auto",
         help="velocities and accelerations: of the log, or from its poses",
     )
+    log.add_argument("--tool", metavar="FILE", help="subtract this gripper, as hefting calibrate measured it (JSON)")
     log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
     method = parser.add_argument_group("methods")
@@ -71,19 +71,19 @@ def run(arguments: argparse.Namespace) -> None:
     """Identify, save what was asked for, and print the result."""
     from hefting.export import SUFFIXES, export
     from hefting.files import write_atomically
-    from hefting.logs import read_log
     from hefting.shapes import load_shape, parse_pose
+    from hefting.tool import load_tool
     from hefting.truth import load_truth
 
     a = arguments
     _check_outputs(a)
-    gravity = numbers(a.gravity, 3, "--gravity")
+    gravity = gravity_of(a)
     pose = parse_pose(a.object_pose) if a.object_pose else None
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     known = load_truth(a.truth) if a.truth else None
 
     with progress("identifying ..."):
-        recording = read_log(a.log)
+        recording = read_recording(a)
         shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape is not None else None
         reading = {
             "gravity": gravity,
@@ -92,6 +92,7 @@ def run(arguments: argparse.Namespace) -> None:
             "motion": a.motion,
             "start": a.start,
             "duration": a.duration,
+            "tool": load_tool(a.tool) if a.tool else None,
         }
         comparison, estimates = _identify(a, recording, shape, reading)
     made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
@@ -157,7 +158,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
             raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {', '.join(SUFFIXES)}")
         if not Path(path).absolute().parent.is_dir():
             raise InputError("the folder does not exist", where=path)
-        inputs = (a.log, a.shape, a.truth, a.bias, a.object_pose)
+        inputs = (a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool)
         if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
             raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
 

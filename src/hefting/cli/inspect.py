@@ -2,22 +2,22 @@
 
 import argparse
 
-from hefting.cli.options import add_json, add_log, numbers, progress
+from hefting.cli.options import add_json, progress
+from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting inspect``."""
-    add_log(parser)
+    add_gravity(add_recording(parser))
     add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Print the findings."""
     from hefting.inspection import inspect
-    from hefting.logs import read_log
 
-    with progress("reading ..."):
-        found = inspect(read_log(arguments.log), numbers(arguments.gravity, 3, "--gravity"))
+    with progress("inspecting ..."):
+        found = inspect(read_recording(arguments), gravity_of(arguments))
     if arguments.json:
         import json
 

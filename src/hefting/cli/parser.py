@@ -3,10 +3,18 @@
 import argparse
 
 from hefting import __version__
-from hefting.cli import demo, export, identify, inspect, methods
+from hefting.cli import calibrate, convert, demo, export, identify, inspect, methods
 from hefting.errors import InputError
 
-COMMANDS = {"demo": demo, "inspect": inspect, "identify": identify, "methods": methods, "export": export}
+COMMANDS = {
+    "demo": demo,
+    "inspect": inspect,
+    "identify": identify,
+    "methods": methods,
+    "calibrate": calibrate,
+    "convert": convert,
+    "export": export,
+}
 """A command's module has a docstring for its help, `add_arguments(parser)` and `run(arguments)`."""
 
 

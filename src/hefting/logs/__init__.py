@@ -69,7 +69,7 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
     """
     suffix = check_output(path)
     if suffix not in (".csv", ".parquet"):
-        from hefting.logs.ros_writing import write_bag
+        from hefting.logs.ros.writing import write_bag
 
         return write_bag(recording, path)
     if suffix == ".csv":

@@ -1,0 +1,26 @@
+"""hefting calibrate: measure an empty gripper, its bias and noise, for --tool and --bias."""
+
+import argparse
+
+from hefting.cli.options import progress
+from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting calibrate``."""
+    add_gravity(add_recording(parser))
+    parser.add_argument("--output", metavar="FILE.json", required=True, help="where the tool's estimate goes")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Identify what the empty gripper is, save it, and say how to use it."""
+    from hefting.identification import calibrate
+    from hefting.report import estimate_report, print_report
+
+    a = arguments
+    with progress("calibrating ..."):
+        tool = calibrate(read_recording(a), gravity=gravity_of(a))
+    tool.save(a.output)
+    print_report(estimate_report(tool))
+    print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
+    print(f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}")

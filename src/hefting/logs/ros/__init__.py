@@ -1,0 +1,127 @@
+"""ROS 1 bags, ROS 2 bags and MCAP files as recordings: topics are found by the type of their messages."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hefting.errors import InputError, nearest
+from hefting.logs.ros.containers import BAG_SUFFIXES, Contents, is_bag, read_messages
+from hefting.logs.ros.frames import listing
+from hefting.logs.ros.messages import Collector, same_name
+from hefting.logs.ros.streams import Streams
+from hefting.recording import Recording, Stream
+
+__all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
+
+BAG_OPTIONS = (
+    "wrench_topic",
+    "pose_topic",
+    "twist_topic",
+    "joint_topic",
+    "imu_topic",
+    "world_frame",
+    "sensor_frame",
+)
+"""Names of the keyword options of `read_bag`."""
+
+
+def read_bag(
+    path: str | Path,
+    wrench_topic: str | None = None,
+    pose_topic: str | None = None,
+    twist_topic: str | None = None,
+    joint_topic: str | None = None,
+    imu_topic: str | None = None,
+    world_frame: str | None = None,
+    sensor_frame: str | None = None,
+) -> Recording:
+    """Recording in a ROS 1 bag (.bag), a ROS 2 bag (folder or .db3) or an MCAP file with ROS messages.
+
+    Read are WrenchStamped and Wrench; PoseStamped, PoseWithCovarianceStamped, TransformStamped, QuaternionStamped,
+    Odometry and tf; TwistStamped; JointState; Imu. The sensor frame is by default the one the wrench names, the
+    world frame the root of the tf tree above it; without tf a pose topic gives both. A topic option names a topic,
+    also one of another type that holds the same fields and whose definition is in the bag, or is "none" to leave
+    that role out. Times are the messages' stamps, shifted to start at 0; rows are messages of a topic from 1.
+
+    What was chosen is in `Recording.notes`, what is doubtful in `Recording.warnings`: also that a truncated file
+    was read as far as it goes. Raises `InputError` for what cannot be read without guessing, such as two
+    candidates for one role or a frame that changes, and `MissingDependencyError` without rosbags.
+    """
+    path = Path(path)
+    roles = ("wrench", "pose", "twist", "joint", "imu")
+    topics = (wrench_topic, pose_topic, twist_topic, joint_topic, imu_topic)
+    named = {role: name for role, name in zip(roles, topics, strict=True) if name}
+    contents = Contents(path)
+    collector = Collector(contents, named)
+    try:
+        for topic, logged, data in read_messages(contents, collector.wants):
+            collector.add(topic, logged, data)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from error
+    gathered = list(collector.finish().values())
+    if contents.cuts and not collector.span:
+        raise InputError(f"{', '.join(contents.cuts)}: nothing can be read", path, "record it again, or repair it")
+    for role, name in named.items():
+        present = [topic.name for topic in contents.topics]
+        if name != "none" and not any(same_name(name, other) for other in present):
+            raise InputError(
+                f"there is no topic '{name}'{nearest(name, present)}",
+                where=path,
+                fix=f"give --{role}-topic one of {_present(contents)}",
+            )
+    streams = Streams(path, gathered, named, _frame(world_frame), _frame(sensor_frame))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite in the end is refused by name
+        streams.build()
+    warnings = [
+        f"{topic.unreadable} of {topic.messages} messages of {topic.topic.name} do not fit their definition: left out"
+        for topic in gathered
+        if topic.unreadable
+    ]
+    cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings))
+    if "wrench" not in streams.series:
+        raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with --wrench-topic")
+    if not {"orientation", "joint_positions"} & set(streams.series):
+        fix = streams.hint or "record tf, PoseStamped or JointState along with it"
+        raise InputError(f"{cut}holds no orientation and no joint positions, only {_present(contents)}", path, fix)
+    if contents.cuts:
+        whole = f" of {contents.expected:.2f} s" if contents.expected else ""
+        warnings.insert(0, f"{', '.join(contents.cuts)}: read up to {_seconds(collector.span):.2f} s{whole}")
+    return _recording(streams, warnings)
+
+
+def _seconds(span: tuple[int, int] | None) -> float:
+    return (span[1] - span[0]) / 1e9 if span else 0.0
+
+
+def _frame(name: str | None) -> str | None:
+    return name.strip("/") if name else None
+
+
+def _present(contents: Contents) -> str:
+    return listing([str(topic) for topic in contents.topics]) or "no topics"
+
+
+def _recording(streams: Streams, warnings: list[str]) -> Recording:
+    """The recording of streams that overlap the wrench in time; what a pose or joints do not is an error."""
+    series, wrench = streams.series, streams.series["wrench"]
+    for name in list(series):
+        own = series[name]
+        if own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]:
+            continue
+        apart = f"{name.replace('_', ' ')} and wrench have no time in common (stamps {_span(own)} and {_span(wrench)})"
+        if name in ("orientation", "joint_positions"):
+            raise InputError(apart, streams.path, "stamp both with one clock")
+        streams.warnings.append(f"{apart}: left out")
+        del series[name]
+    start = min(own.time[0] for own in series.values())
+    return Recording(
+        {name: Stream((own.time - start) / 1e9, own.values, own.rows) for name, own in series.items()},
+        source=str(streams.path),
+        warnings=(*warnings, *streams.warnings),
+        notes=tuple(streams.notes),
+        joint_names=streams.joint_names if any("joint" in name for name in series) else (),
+    )
+
+
+def _span(series) -> str:
+    return f"{series.time[0] * 1e-9:.3f} to {series.time[-1] * 1e-9:.3f} s"

@@ -1,0 +1,138 @@
+"""The files ROS data come in: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders of those."""
+
+import re
+import struct
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hefting.errors import InputError
+from hefting.logs.ros.records import Declare, Message, scan_bag, scan_mcap
+from hefting.logs.ros.source import Budget, Cut, Source, Topic, zstandard
+from hefting.logs.ros.sqlite import scan_sqlite
+
+BAG_SUFFIXES = (".bag", ".mcap", ".db3")
+"""File name endings that are read as bags."""
+
+SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
+"""The reader of each suffix; any other is MCAP."""
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+MAX_METADATA = 1_000_000
+MAX_INFLATED = 4 * 1024**3
+"""Largest size a file compressed as a whole is decompressed to, on disk [bytes]."""
+
+
+@dataclass
+class Contents:
+    """What has been met in a bag so far."""
+
+    path: Path
+    topics: list[Topic] = field(default_factory=list)
+    cuts: list[str] = field(default_factory=list)
+    """Where reading stopped early: "name is truncated" """
+    expected: float | None = None
+    """Duration the bag says it has [s]"""
+
+
+def is_bag(path: str | Path) -> bool:
+    """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS 2 bag."""
+    if Path(path).is_dir():
+        return (Path(path) / "metadata.yaml").is_file() or bool(_storage_files(Path(path)))
+    return Path(path).suffix.lower() in BAG_SUFFIXES
+
+
+def read_messages(contents: Contents, wanted: Callable[[Topic], bool]) -> Iterator[Message]:
+    """Messages of the wanted topics of a bag, file after file, as far as each can be read.
+
+    Fills `contents` on the way. Raises `InputError` for what is not a bag.
+    """
+    known: dict[tuple[str, str, str], Topic] = {}
+
+    def declare(topic: Topic) -> Topic | None:
+        first = known.setdefault((topic.name, topic.type, topic.encoding), topic)
+        if first is topic:
+            contents.topics.append(topic)
+        return first if wanted(first) else None
+
+    for path in _files(contents):
+        try:
+            yield from _scan(path, declare)
+        except Cut as cut:
+            contents.cuts.append(f"{path.name} {cut}")
+
+
+def _files(contents: Contents) -> list[Path]:
+    path = contents.path
+    if not path.exists():
+        raise InputError("does not exist", where=path)
+    if path.is_file():
+        return [path]
+    if not path.is_dir():
+        raise InputError("is neither a file nor a folder", where=path)
+    present, listed = _storage_files(path), []
+    metadata = path / "metadata.yaml"
+    if metadata.is_file():
+        with metadata.open("rb") as file:
+            text = file.read(MAX_METADATA).decode(errors="replace")
+        names = re.search(r"^ *relative_file_paths:[ \r]*\n((?: *- *\S[^\n]*\n)+)", text, re.MULTILINE)
+        listed = [path / Path(n.strip(" -'\"\r")).name for n in names[1].splitlines()] if names else []
+        duration = re.search(r"^ *duration:[ \r]*\n *nanoseconds: *(\d{1,18})\b", text, re.MULTILINE)
+        contents.expected = int(duration[1]) * 1e-9 if duration else None
+    else:
+        contents.cuts.append("metadata.yaml is missing")
+    contents.cuts += [f"{file.name} is missing" for file in listed if file not in present]
+    files = [file for file in listed if file in present] if listed else present
+    if not files:
+        raise InputError("the folder holds no .db3 or .mcap file", where=path)
+    return files
+
+
+def _storage_files(folder: Path) -> list[Path]:
+    """Bag files in a folder, by name and number."""
+    names = (file for suffix in ("db3", "mcap") for end in ("", ".zstd") for file in folder.glob(f"*.{suffix}{end}"))
+    return sorted(names, key=lambda file: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)])
+
+
+def _scan(path: Path, declare: Declare) -> Iterator[Message]:
+    if path.suffix == ".zstd":
+        with tempfile.TemporaryDirectory() as folder:
+            inflated = Path(folder) / path.stem
+            whole = _inflate_file(path, inflated)
+            yield from _scan(inflated, declare)
+        if not whole:
+            raise Cut("is truncated")
+        return
+    size = path.stat().st_size
+    if size == 0:
+        raise InputError("the file is empty", where=path)
+    budget = Budget(path, size)
+    try:
+        for topic, logged, data in SCANS.get(path.suffix.lower(), scan_mcap)(path, budget, declare):
+            compressed = topic.encoding == "cdr" and data[:4] == ZSTD_MAGIC
+            yield topic, logged, budget.inflate("zstd", data) if compressed else data
+    except (struct.error, KeyError, IndexError, UnicodeDecodeError) as error:
+        raise Cut("is damaged") from error
+
+
+def _inflate_file(path: Path, target: Path) -> bool:
+    """Decompress a file that was compressed as a whole; whether it was whole. `InputError` when it is no zstd."""
+    zstd = zstandard()
+    decompressor, budget = zstd.ZstdDecompressor(), Budget(path, path.stat().st_size)
+    with Source(path) as source, target.open("wb") as out:
+        try:
+            while not decompressor.eof:
+                data = source.take_most(1 << 20) if decompressor.needs_input else b""
+                if not data and decompressor.needs_input:
+                    return False
+                inflated = decompressor.decompress(data, max_length=1 << 24)
+                budget.spend(len(inflated))
+                out.write(inflated)
+                if out.tell() > MAX_INFLATED:
+                    raise InputError("decompresses to more than 4 GiB", path, "decompress it first")
+        except zstd.ZstdError as error:
+            if not out.tell():
+                raise InputError("is not compressed with zstd", where=path) from error
+            return False
+    return True

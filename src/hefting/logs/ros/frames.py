@@ -1,0 +1,174 @@
+"""Frames: the tree that tf messages span, and the pose of one frame in another along it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from hefting.errors import InputError, nearest
+from hefting.logs.ros.series import Series
+from hefting.spatial import Array
+
+LONG_GAP = 10
+"""A link is not interpolated across a gap of more than so many of its median steps."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """The pose of `child` in `parent`."""
+
+    parent: str
+    child: str
+    series: Series
+    """x, y, z [m], quaternion x, y, z, w"""
+    static: bool
+    """The pose does not change: there is one sample"""
+
+    def at(self, time: NDArray[np.int64]) -> tuple[Array, Rotation]:
+        """Position (k, 3) and rotation at times [ns] within the link's own: interpolated between samples."""
+        if self.static:
+            values = np.repeat(self.series.values, len(time), axis=0)
+            return values[:, :3], Rotation.from_quat(values[:, 3:])
+        origin = self.series.time[0]
+        own, wanted = (self.series.time - origin).astype(float), (time - origin).astype(float)
+        position = np.stack([np.interp(wanted, own, column) for column in self.series.values[:, :3].T], axis=1)
+        return position, Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))(wanted)
+
+
+def checked(raw: Link, series: Series, where: str) -> Link:
+    """`raw` with its tidied samples; with the last alone where all are alike, as it then does not move.
+
+    Raises `InputError` when there are none, and for a quaternion that is not of unit norm.
+    """
+    if not len(series):
+        raise InputError("has no finite pose", where, "repair what publishes it")
+    norm = np.linalg.norm(series.values[:, 3:], axis=1)
+    if np.abs(norm - 1).max() > 1e-2:
+        k = int(np.argmax(np.abs(norm - 1) > 1e-2))
+        raise InputError(
+            f"the quaternion has norm {norm[k]:.4g}, not 1",
+            f"{where}, message {series.rows[k]}",
+            "repair its publisher",
+        )
+    still = raw.static or bool((series.values == series.values[0]).all())
+    return Link(raw.parent, raw.child, series[-1:] if still else series, still)
+
+
+@dataclass
+class Tree:
+    """Links by the frame they end in."""
+
+    where: str
+    links: dict[str, list[Link]] = field(default_factory=dict)
+
+    def add(self, new: Link) -> None:
+        """Take a link, in place of one between the same frames."""
+        others = [old for old in self.links.get(new.child, []) if old.parent != new.parent]
+        self.links[new.child] = [*others, new]
+
+    def replace(self, new: Link) -> None:
+        """Take a link in place of any other to its child."""
+        self.links[new.child] = [new]
+
+    @property
+    def frames(self) -> set[str]:
+        """All names."""
+        return set(self.links) | {link.parent for links in self.links.values() for link in links}
+
+    def upward(self, frame: str) -> list[Link]:
+        """Links from `frame` up to the root of its tree."""
+        chain: list[Link] = []
+        while frame in self.links:
+            links = self.links[frame]
+            if len(links) > 1:
+                parents = " and ".join(sorted(link.parent for link in links))
+                raise InputError(f"frame {frame} has two parents, {parents}", self.where, "keep one publisher of it")
+            if len(chain) == len(self.links):
+                raise InputError(f"the parents of frame {frame} go in a circle", self.where, "repair the tf tree")
+            chain.append(links[0])
+            frame = links[0].parent
+        return chain
+
+    def chain(self, world: str | None, sensor: str) -> list[tuple[Link, bool]]:
+        """Links from `world` (by default the root above `sensor`) to `sensor`, each with whether it goes down.
+
+        Empty when nothing links the two. `InputError` for a frame that is nowhere in the tree.
+        """
+        for frame, option in ((world, "--world-frame"), (sensor, "--sensor-frame")):
+            if frame is not None and frame not in self.frames:
+                raise InputError(
+                    f"tf has no frame '{frame}'{nearest(frame, self.frames)}",
+                    where=self.where,
+                    fix=f"give {option} one of {listing(self.frames)}",
+                )
+        down = self.upward(sensor)
+        if world is None:
+            return [(link, True) for link in reversed(down)]
+        up = self.upward(world)
+        while down and up and down[-1] is up[-1]:
+            down.pop()
+            up.pop()
+        ends = (down[-1].parent if down else sensor, up[-1].parent if up else world)
+        return [(link, False) for link in up] + [(link, True) for link in reversed(down)] if ends[0] == ends[1] else []
+
+
+def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[str], None]) -> Series:
+    """Pose (k, 7) along a chain of links, at the stamps of the moving link that has the most.
+
+    The other moving links are interpolated to these, within their first and last stamp and not across long
+    gaps; what falls outside is left out. One sample alone when no link moves. `InputError` when the links never
+    overlap in time.
+    """
+    if len(chain) == 1 and chain[0][1]:
+        return chain[0][0].series
+    moving = [link for link, _ in chain if not link.static]
+    lead = max(moving or [link for link, _ in chain], key=lambda link: len(link.series))
+    base = lead.series
+    inside = np.ones(len(base), dtype=bool)
+    for other in moving:
+        if other is not lead:
+            inside &= _within(other, base.time)
+    if not inside.any():
+        what = "the moving links between the frames never overlap in time"
+        raise InputError(what, f"{where}, tf {route(chain)}", "record them together")
+    if not inside.all():
+        warn(f"{(~inside).sum()} of {len(base)} stamps of {lead.child} lie where another link of the chain has none")
+    base = base[inside]
+    position, rotation = np.zeros((len(base), 3)), Rotation.identity(len(base))
+    for each, downward in chain:
+        step, turn = (
+            (base.values[:, :3], Rotation.from_quat(base.values[:, 3:])) if each is lead else each.at(base.time)
+        )
+        if not downward:
+            turn = turn.inv()
+            step = -turn.apply(step)
+        position = position + rotation.apply(step)
+        rotation = rotation * turn
+    return Series(base.time, base.logged, base.rows, np.concatenate([position, rotation.as_quat()], axis=1))
+
+
+def _within(link: Link, time: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which times lie between two samples of a link that are not far apart."""
+    own = link.series.time
+    after = np.searchsorted(own, time)
+    inside = (time >= own[0]) & (time <= own[-1])
+    steps = np.diff(own)
+    after = np.clip(after, 1, len(own) - 1)
+    return inside & ((steps[after - 1] <= LONG_GAP * np.median(steps)) | np.isin(time, own))
+
+
+def route(chain: Sequence[tuple[Link, bool]]) -> str:
+    """The frames along a chain, for people."""
+    if not chain:
+        return ""
+    first, downward = chain[0]
+    names = [first.parent if downward else first.child]
+    return " -> ".join(names + [link.child if down else link.parent for link, down in chain])
+
+
+def listing(names: set[str] | Sequence[str], most: int = 20) -> str:
+    """Names in order, comma separated; the first `most` of them."""
+    ordered = sorted(names)
+    return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")

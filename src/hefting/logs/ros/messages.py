@@ -1,0 +1,221 @@
+"""From messages to numbers: which message types play which role, and what is taken from them."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.errors import InputError
+from hefting.logs.ros.containers import Contents
+from hefting.logs.ros.layout import Definitions, Layout, UnknownTypeError, alike, definitions_for
+from hefting.logs.ros.series import Series
+from hefting.logs.ros.source import Topic
+from hefting.spatial import Array
+
+TYPES: dict[str, tuple[str, ...]] = {
+    "wrench": ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/Wrench"),
+    "pose": (
+        "geometry_msgs/msg/PoseStamped",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "geometry_msgs/msg/TransformStamped",
+        "geometry_msgs/msg/QuaternionStamped",
+        "nav_msgs/msg/Odometry",
+    ),
+    "twist": ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/TwistWithCovarianceStamped"),
+    "joint": ("sensor_msgs/msg/JointState",),
+    "imu": ("sensor_msgs/msg/Imu",),
+    "tf": ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"),
+}
+"""Message types that play a role without being asked to."""
+
+ROLE = {kind: role for role, kinds in TYPES.items() for kind in kinds}
+
+
+def _components(name: str, axes: str = "xyz") -> tuple[str, ...]:
+    return tuple(f"{name}.{axis}" for axis in axes)
+
+
+PARTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    "wrench": (("wrench", _components("force") + _components("torque")),),
+    "pose": (
+        ("pose", _components("position") + _components("orientation", "xyzw")),
+        ("pose", _components("translation") + _components("rotation", "xyzw")),
+        ("orientation", _components("quaternion", "xyzw")),
+    ),
+    "twist": (("twist", _components("linear") + _components("angular")),),
+    "imu": (
+        ("gyroscope", _components("angular_velocity")),
+        ("accelerometer", _components("linear_acceleration")),
+    ),
+}
+"""By role: what a message can give, and the fields it is read from."""
+
+MAX_BATCH = 8 * 1024**2
+"""Messages of a topic are decoded when so many bytes of them have gathered."""
+
+MAX_NUMBERS = 2**27
+"""Most numbers that are kept of a bag: 1 GiB."""
+
+OVERHEAD = 1024
+"""What each group of messages costs beside its numbers, counted as numbers."""
+
+Key = tuple[str, ...]
+"""What a series is, then the frames or joint names its messages carry."""
+
+
+@dataclass
+class Gathered:
+    """What the messages of one topic gave."""
+
+    topic: Topic
+    role: str
+    series: dict[Key, Series] = field(default_factory=dict)
+    messages: int = 0
+    unreadable: int = 0
+
+
+class Collector:
+    """Takes the messages of a bag as they come, and keeps their numbers.
+
+    `named` maps roles to the topics asked for; "none" leaves a role out. `span` becomes the first and last time
+    a message was logged at [ns].
+    """
+
+    def __init__(self, contents: Contents, named: Mapping[str, str]):
+        self.contents, self.named = contents, named
+        self.span: tuple[int, int] | None = None
+        self.numbers = 0
+        self.gathered: dict[Topic, Gathered] = {}
+        self._parts: dict[Topic, dict[Key, list[Series]]] = {}
+        self._waiting: dict[Topic, tuple[list[int], list[bytes]]] = {}
+        self._bytes: dict[Topic, int] = {}
+
+    def wants(self, topic: Topic) -> bool:
+        """Whether the messages of a topic are to be added."""
+        if topic in self.gathered:
+            return True
+        role = next((role for role, name in self.named.items() if same_name(name, topic.name)), None)
+        if role is None:
+            role = ROLE.get(topic.type)
+            if role is None or role in self.named:
+                return False
+        self.gathered[topic] = Gathered(topic, role)
+        self._parts[topic], self._waiting[topic], self._bytes[topic] = defaultdict(list), ([], []), 0
+        return True
+
+    def add(self, topic: Topic, logged: int, data: bytes) -> None:
+        """Take one message of a wanted topic."""
+        times, messages = self._waiting[topic]
+        times.append(logged)
+        messages.append(data)
+        self._bytes[topic] += len(data) + 64
+        if self._bytes[topic] > MAX_BATCH:
+            self._decode(topic)
+
+    def finish(self) -> dict[Topic, Gathered]:
+        """Everything gathered, by topic."""
+        for topic, gathered in self.gathered.items():
+            self._decode(topic)
+            gathered.series = {key: Series.joined(parts) for key, parts in self._parts[topic].items()}
+        return self.gathered
+
+    def _decode(self, topic: Topic) -> None:
+        times, messages = self._waiting[topic]
+        if not messages:
+            return
+        gathered = self.gathered[topic]
+        first, last = min(times), max(times)
+        if not 0 <= first <= last < 2**63:
+            what = "holds times before 1970 or after 2262"
+            raise InputError(what, f"{self.contents.path}, {topic}", "repair its clock")
+        logged = np.array(times, dtype=np.int64)
+        self.span = (min(self.span[0], first), max(self.span[1], last)) if self.span else (first, last)
+        decoded = 0
+        try:
+            for index, layout, table in alike(messages, topic.type, self._definitions(topic), topic.encoding):
+                decoded += len(index)
+                for key, chosen, stamps, values in _pieces(gathered.role, layout, table):
+                    rows = gathered.messages + 1 + index[chosen]
+                    self._parts[topic][key].append(Series(stamps, logged[index[chosen]], rows, values))
+                    self.numbers += values.size + 3 * len(values) + OVERHEAD
+        except UnknownTypeError as error:
+            raise self._undefined(topic, str(error)) from error
+        if self.numbers > MAX_NUMBERS:
+            what = "holds more than 1 GiB of numbers, or messages of too many kinds"
+            raise InputError(what, self.contents.path, "cut out the part of interest")
+        gathered.messages += len(messages)
+        gathered.unreadable += len(messages) - decoded
+        self._waiting[topic], self._bytes[topic] = ([], []), 0
+
+    def _definitions(self, topic: Topic) -> Definitions:
+        if topic.encoding not in ("cdr", "ros1"):
+            raise InputError(
+                f"messages of {topic} are encoded as {topic.encoding[:20]!r}",
+                self.contents.path,
+                "record them as ROS 1 or ROS 2 (cdr) messages",
+            )
+        return definitions_for(topic)
+
+    def _undefined(self, topic: Topic, name: str) -> InputError:
+        kinds = TYPES[self.gathered[topic].role]
+        return InputError(
+            f"the bag holds no message definition of {name}, the type of {topic.name}",
+            where=self.contents.path,
+            fix=f"record as MCAP, which holds definitions, or as {kinds[0]}",
+        )
+
+
+def same_name(one: str, other: str) -> bool:
+    """Whether two topic or frame names are the same but for slashes around them."""
+    return one.strip("/") == other.strip("/")
+
+
+Piece = tuple[Key, slice | NDArray, NDArray[np.int64], Array]
+
+
+def _pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
+    """What messages (k, size) of one layout give: key, which of them, their stamps [ns], values (k, d)."""
+    if role == "tf":
+        yield from _transforms(layout, table)
+        return
+    stamps = _stamps(layout, table, "header.stamp")
+    if role == "joint":
+        names = [layout.texts[f"name.{i}"] for i in range(len(layout.texts)) if f"name.{i}" in layout.texts]
+        for what, path in (("joint_positions", "position"), ("joint_velocities", "velocity")):
+            if path in layout.numbers and names and layout.numbers[path][2] == len(names):
+                yield (what, *names), slice(None), stamps, layout.read(table, path).astype(float)
+        return
+    frame = layout.texts.get("header.frame_id", "").strip("/")
+    child = layout.texts.get("child_frame_id", "").strip("/")
+    for what, endings in PARTS[role]:
+        paths = layout.find(*endings)
+        if paths is None:
+            continue
+        measured = slice(None)
+        covariance = f"{endings[0].rpartition('.')[0]}_covariance"
+        if role == "imu" and layout.numbers.get(covariance, ("", 0, 0))[2]:  # REP 145: -1 says "not measured"
+            measured = np.flatnonzero(layout.read(table, covariance)[:, 0] != -1)
+            if not len(measured):
+                continue
+        values = np.concatenate([layout.read(table, path) for path in paths], axis=1).astype(float)
+        yield (what, frame, child), measured, stamps[measured], values[measured]
+
+
+def _transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
+    i = 0
+    while (start := f"transforms.{i}") + ".child_frame_id" in layout.texts:
+        i += 1
+        parent, child = (layout.texts[f"{start}.{name}"].strip("/") for name in ("header.frame_id", "child_frame_id"))
+        places = [f"{start}.transform.{name}" for name in _components("translation") + _components("rotation", "xyzw")]
+        values = np.concatenate([layout.read(table, path) for path in places], axis=1).astype(float)
+        yield ("tf", parent, child), slice(None), _stamps(layout, table, f"{start}.header.stamp"), values
+
+
+def _stamps(layout: Layout, table: NDArray[np.uint8], path: str) -> NDArray[np.int64]:
+    """Stamps [ns] of messages; zeros where they carry none."""
+    if [layout.numbers.get(f"{path}.{part}", ("", 0, 0))[2] for part in ("sec", "nanosec")] != [1, 1]:
+        return np.zeros(len(table), dtype=np.int64)
+    seconds, nanoseconds = (layout.read(table, f"{path}.{part}")[:, 0].astype(np.int64) for part in ("sec", "nanosec"))
+    return seconds * 1_000_000_000 + nanoseconds

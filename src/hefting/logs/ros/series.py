@@ -1,0 +1,83 @@
+"""Samples of one quantity as a bag holds them, and their tidying: stamps, order, repeats."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.errors import InputError
+from hefting.spatial import Array
+
+FAR_BACK = 1_000_000_000
+"""Stamps that go back by more than this are not messages out of order but another clock [ns]."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """N samples of one quantity."""
+
+    time: NDArray[np.int64]
+    """(N,) stamp [ns]; 0 where the message has none"""
+    logged: NDArray[np.int64]
+    """(N,) when the message was logged [ns]"""
+    rows: NDArray[np.int64]
+    """(N,) number of the message within its topic, from 1"""
+    values: Array
+    """(N, d)"""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, index: slice | NDArray) -> Self:
+        """The samples chosen by a slice, a mask or an index array."""
+        return type(self)(self.time[index], self.logged[index], self.rows[index], self.values[index])
+
+    def order(self) -> NDArray[np.intp]:
+        """Indices that put the samples in the order in which they were logged."""
+        return np.lexsort((self.rows, self.logged))
+
+    @classmethod
+    def joined(cls, parts: "list[Series]") -> "Series":
+        """All samples of several series."""
+        columns = ([getattr(part, name) for part in parts] for name in ("time", "logged", "rows", "values"))
+        return cls(*(np.concatenate(column) for column in columns))
+
+
+def tidy(series: Series, what: str, where: str, note: Callable[[str], None], warn: Callable[[str], None]) -> Series:
+    """`series` with finite values and strictly increasing `time`; empty when no value is finite.
+
+    Messages without a stamp get the time they were logged at. `note` and `warn` are told what was done to
+    `what`. Raises `InputError` when time goes back by more than a second.
+    """
+    finite = np.logical_and.reduce(np.isfinite(series.values), axis=1)
+    if not finite.all():
+        warn(f"{(~finite).sum()} of {len(finite)} messages of {what} hold values that are not finite: left out")
+        series = series[finite]
+    unstamped = np.equal(series.time, 0)
+    if unstamped.any():
+        count = "" if unstamped.all() else f"{unstamped.sum()} of {len(unstamped)} "
+        warn(f"{count}messages of {what} have no stamp: the times they were logged at are used")
+        series = Series(np.where(unstamped, series.logged, series.time), series.logged, series.rows, series.values)
+    series = series[series.order()]
+    steps = np.diff(series.time)
+    if len(steps) and steps.min() < -FAR_BACK:
+        k = int(np.argmax(steps < -FAR_BACK))
+        raise InputError(
+            f"time goes back by {-steps[k] * 1e-9:.9g} s",
+            where=f"{where}, message {series.rows[k + 1]}",
+            fix="cut the bag there, or record with one clock",
+        )
+    if (backward := int((steps < 0).sum())) > 0:
+        warn(f"{backward} messages of {what} came out of order: sorted by their stamps")
+        series = series[np.argsort(series.time, kind="stable")]
+    repeated = np.append(False, np.diff(series.time) == 0)[: len(series)]
+    if repeated.any():
+        equal = np.append(False, (series.values[1:] == series.values[:-1]).all(axis=1))
+        if exact := int((repeated & equal).sum()):
+            note(f"{exact} repeated messages of {what} dropped")
+        if other := int((repeated & ~equal).sum()):
+            warn(f"{other} messages of {what} have the stamp of the message before but other values: left out")
+        series = series[~repeated]
+    return series

@@ -1,0 +1,158 @@
+"""Bytes of a bag read forward: every length is checked against what is there before it is believed."""
+
+import bz2
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hefting.errors import InputError, MissingDependencyError
+
+MAX_CHUNK = 256 * 1024**2
+"""Largest record, and largest decompressed chunk, that is read [bytes]."""
+
+MAX_RATIO = 200
+"""A file may decompress to so many times its size (beyond one chunk); sensor data reach about 20."""
+
+
+def printable(text: str) -> str:
+    """`text` fit to be shown: at most 200 characters, none of which controls a terminal."""
+    return "".join(c if c.isprintable() else "?" for c in text[:200])
+
+
+@dataclass(frozen=True, eq=False)
+class Topic:
+    """One topic of a bag; the same object for all of its messages."""
+
+    name: str
+    type: str
+    """As in ROS 2: package/msg/Name"""
+    encoding: str
+    """"cdr" (ROS 2), "ros1", or one that is not read"""
+    definition: str = ""
+    """The message definition in the bag; empty where there is none"""
+    language: str = ""
+    """Of the definition: "ros1msg", "ros2msg" or "ros2idl" """
+
+    def __post_init__(self):
+        for name in ("name", "type", "encoding"):
+            object.__setattr__(self, name, printable(getattr(self, name)))
+
+    def __str__(self) -> str:
+        encoding = "" if self.encoding in ("cdr", "ros1") else f", {self.encoding}"
+        return f"{self.name} ({self.type}{encoding})"
+
+
+class Cut(Exception):
+    """The file cannot be read beyond here; the text says why: "is truncated", "is damaged at byte 17"."""
+
+
+class Source:
+    """A file read forward within its size. Reading beyond the end raises `Cut`, too much `InputError`."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.file = path.open("rb")
+        self.size = os.fstat(self.file.fileno()).st_size
+        self.position = 0
+
+    def __enter__(self) -> "Source":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.file.close()
+
+    @property
+    def left(self) -> int:
+        """Bytes not yet read."""
+        return self.size - self.position
+
+    def take(self, count: int) -> bytes:
+        """The next `count` bytes, or `Cut` when there are fewer."""
+        if count > self.left:
+            raise Cut("is truncated")
+        return self.take_most(count)
+
+    def take_most(self, count: int) -> bytes:
+        """The next `count` bytes, or all that are left."""
+        count = min(count, self.left)
+        if count > MAX_CHUNK:
+            raise InputError(
+                f"a record at byte {self.position} has {count / 1e6:.0f} MB, more than 256 MiB",
+                self.path,
+                "record the log again with smaller chunks",
+            )
+        self.position += count
+        return self.file.read(count)
+
+    def skip(self, count: int) -> None:
+        """Pass over `count` bytes, or `Cut` when there are fewer."""
+        if count > self.left:
+            raise Cut("is truncated")
+        self.position += count
+        self.file.seek(self.position)
+
+
+class Budget:
+    """What a file may still decompress to."""
+
+    def __init__(self, path: Path, size: int):
+        self.path, self.left = path, MAX_CHUNK + MAX_RATIO * size
+
+    def inflate(self, kind: str, data: bytes, size: int = MAX_CHUNK) -> bytes:
+        """`data` decompressed, as far as it goes when it is not whole, to at most `size` bytes.
+
+        `kind` is the empty string or "none", "bz2", "lz4" or "zstd". `InputError` for another kind and for a
+        file that grows without measure, `Cut` when the data are damaged.
+        """
+        if kind in ("", "none"):
+            return data
+        if size > MAX_CHUNK:
+            raise InputError(
+                f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB", self.path, "record with smaller chunks"
+            )
+        decompressor = _decompressor(kind, self.path)
+        try:
+            inflated = decompressor.decompress(data, max_length=size + 1)
+        except (OSError, ValueError, RuntimeError, EOFError, *_zstd_errors()) as error:
+            raise Cut("is damaged (a compressed chunk)") from error
+        if len(inflated) > size:
+            raise Cut("is damaged (a chunk larger than it says)")
+        self.spend(len(inflated))
+        return inflated
+
+    def spend(self, count: int) -> None:
+        """Count `count` decompressed bytes; `InputError` when they are too many."""
+        self.left -= count
+        if self.left < 0:
+            raise InputError(f"decompresses to more than {MAX_RATIO} times its size", self.path, "decompress it first")
+
+
+def zstandard() -> Any:
+    """The module that holds `ZstdDecompressor`, which comes with rosbags."""
+    try:
+        from compression import zstd  # type: ignore[import-not-found]  # Python 3.14
+    except ImportError:
+        try:
+            from backports import zstd  # type: ignore[import-not-found]
+        except ImportError as error:
+            raise MissingDependencyError("rosbags", "ros") from error
+    return zstd
+
+
+def _zstd_errors() -> tuple[type[Exception], ...]:
+    return (zstandard().ZstdError,)
+
+
+def _decompressor(kind: str, path: Path) -> Any:
+    if kind == "bz2":
+        return bz2.BZ2Decompressor()
+    if kind == "zstd":
+        return zstandard().ZstdDecompressor()
+    if kind == "lz4":
+        try:
+            from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+        except ImportError as error:
+            raise MissingDependencyError("rosbags", "ros") from error
+        return LZ4FrameDecompressor()
+    raise InputError(f"chunks are compressed as {kind[:20]!r}, which is not read", path, "use lz4, zstd, bz2 or none")

@@ -1,0 +1,283 @@
+"""From what a bag's topics gave to the streams of a recording: which topic, which frames, whose axes."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hefting.errors import InputError
+from hefting.logs.ros.frames import Link, Tree, checked, compose, listing, route
+from hefting.logs.ros.messages import TYPES, Gathered, Key
+from hefting.logs.ros.series import Series, tidy
+from hefting.recording import JOINT_STREAMS
+
+WORLD, SENSOR = "world", "sensor"
+"""Names this library gives the two frames it writes: poses in the one are of the other."""
+
+LEVER_ARM = 0.005
+"""An accelerometer further than this from the sensor's origin is not taken for one at it [m]."""
+
+
+class Streams:
+    """Builds the streams of a recording from the gathered topics of a bag, role by role.
+
+    `named` maps roles to the topics asked for. Filled on the way: `series` by stream name, `notes`, `warnings`,
+    `joint_names`. Methods raise `InputError` where a choice is the user's to make.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        gathered: Sequence[Gathered],
+        named: Mapping[str, str],
+        world_frame: str | None,
+        sensor_frame: str | None,
+    ):
+        self.path, self.gathered, self.named = path, gathered, named
+        self.world, self.sensor = world_frame, sensor_frame
+        self.asked_for_sensor = sensor_frame is not None
+        self.series: dict[str, Series] = {}
+        self.notes: list[str] = []
+        self.warnings: list[str] = []
+        self.joint_names: tuple[str, ...] = ()
+        self.hint: str | None = None
+        self.tree = Tree(str(path))
+
+    def build(self) -> None:
+        """All streams there are, the wrench first: its frame is the sensor's."""
+        self.wrench()
+        self.transforms()
+        self.pose()
+        self.joints()
+        self.imu()
+        self.twist()
+
+    def wrench(self) -> None:
+        """The wrench, and with it the sensor frame."""
+        topic = self._topic("wrench")
+        if topic is None:
+            return
+        frame, _, series = self._one_frame(topic, "wrench")
+        self._keep("wrench", series, topic)
+        self._note("wrench", topic, frame)
+        if self.sensor is None:
+            self.sensor = frame
+        elif frame and frame != self.sensor:
+            self.warnings.append(
+                f"the wrench says it is in frame {frame}; it is taken to be in {self.sensor}, as asked"
+            )
+
+    def transforms(self) -> None:
+        """The tree of all tf messages."""
+        merged: dict[Key, list[tuple[bool, Series]]] = {}
+        for topic in self.gathered:
+            if topic.role == "tf":
+                for key, series in topic.series.items():
+                    merged.setdefault(key, []).append((topic.topic.name.endswith("static"), series))
+        for (_, parent, child), parts in merged.items():
+            static = all(is_static for is_static, _ in parts)
+            raw = Series.joined([part for is_static, part in parts if is_static == static])
+            if parent != child:
+                self.tree.add(Link(parent, child, raw[raw.order()[-1:]] if static else raw, static))
+
+    def _chain(self, world: str | None, sensor: str) -> list[tuple[Link, bool]]:
+        """Links from `world` to `sensor`, tidied and checked."""
+        chain = []
+        for raw, downward in self.tree.chain(world, sensor):
+            what = f"tf {raw.parent} -> {raw.child}"
+            where = f"{self.path}, {what}"
+            tidied = (
+                raw.series if raw.static else tidy(raw.series, what, where, self.notes.append, self.warnings.append)
+            )
+            chain.append((checked(raw, tidied, where), downward))
+        return chain
+
+    def pose(self) -> None:
+        """Orientation and position of the sensor: from the topic asked for, else from tf, else from a topic."""
+        if self.named.get("pose") is None and self._pose_from_tf():
+            return
+        topic = self._topic("pose")
+        if topic is None:
+            return
+        what = "pose" if any(key[0] == "pose" for key in topic.series) else "orientation"
+        frame, child, series = self._one_frame(topic, what)
+        series = self._tidy(series, topic)
+        if not len(series):
+            return
+        name = topic.topic.name
+        chain: list[tuple[Link, bool]] = []
+        if what == "pose" and frame != self._target(child):
+            self.tree.replace(Link(frame, self._target(child), series, False))
+            world = frame if self.world is None else self.world
+            if self.sensor and self.sensor in self.tree.frames and world != self.sensor:
+                chain = self._chain(world, self.sensor)
+        if chain:
+            series = compose(chain, str(self.path), self.warnings.append)
+            self._note("pose", topic, route(chain), "")
+            self.world = self.world or frame
+        else:
+            if self.world not in (None, frame):
+                raise InputError(f"poses are in frame '{frame}', not '{self.world}'", f"{self.path}, {name}")
+            self._note("pose" if what == "pose" else "orientation", topic, frame)
+            self.world = frame
+        if (not chain or not child) and (frame, self.sensor) != (WORLD, SENSOR):
+            of = f" of {child}" if child else ""
+            self.warnings.append(
+                f"nothing tells where the poses{of} of {name} are on the sensor: they are taken to be the sensor's own"
+            )
+        self._split_pose(series)
+
+    def _target(self, child: str) -> str:
+        return child or self.sensor or SENSOR
+
+    def _pose_from_tf(self) -> bool:
+        frames = self.tree.frames
+        if not frames:
+            return False
+        if not self.sensor:
+            self.hint = f"give --sensor-frame one of {listing(frames)}"
+            return False
+        if self.sensor not in frames and not self.asked_for_sensor:
+            self.hint = f"tf does not hold its frame {self.sensor}; give --sensor-frame one of {listing(frames)}"
+            return False
+        chain = self._chain(self.world, self.sensor)
+        if all(each.static for each, _ in chain):
+            self.hint = f"in tf nothing moves between {self.world or 'the root'} and {self.sensor}"
+            return False
+        series = compose(chain, str(self.path), self.warnings.append)
+        self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child
+        self.notes.append(f"orientation and position from tf: {route(chain)}")
+        self._split_pose(series)
+        return True
+
+    def _split_pose(self, series: Series) -> None:
+        values = series.values
+        if values.shape[1] == 7:
+            self.series["position"] = Series(series.time, series.logged, series.rows, values[:, :3])
+        self.series["orientation"] = Series(series.time, series.logged, series.rows, values[:, -4:])
+
+    def joints(self) -> None:
+        """Joint positions and velocities by name: of the largest set of joints that one message holds."""
+        topic = self._topic("joint")
+        if topic is None:
+            return
+        names = max((key[1:] for key in topic.series), key=len)  # the first such message gives the order
+        if len(set(names)) != len(names):
+            raise InputError("a joint has two values in one message", f"{self.path}, {topic.topic.name}")
+        others: set[str] = set()
+        parts: dict[str, list[Series]] = {}
+        for (what, *own), series in topic.series.items():
+            if len(own) == len(names) and set(own) == set(names):
+                columns = series.values[:, [own.index(name) for name in names]]
+                parts.setdefault(what, []).append(Series(series.time, series.logged, series.rows, columns))
+            else:
+                others |= set(own)
+        for what in JOINT_STREAMS:
+            if what in parts:
+                merged = Series.joined(parts[what])
+                self._keep(what, merged[np.argsort(merged.rows, kind="stable")], topic, what.replace("_", " "))
+        self.joint_names = names
+        self._note("joints", topic, ", ".join(names), "")
+        if others:
+            self.notes.append(f"messages of {topic.topic.name} with other joints left out: {listing(others)}")
+
+    def imu(self) -> None:
+        """Gyroscope and accelerometer, turned into the sensor's axes where tf says how."""
+        topic = self._topic("imu")
+        if topic is None:
+            return
+        name, rotation, accelerometer = topic.topic.name, None, True
+        frame = self._one_frame(topic, next(iter(topic.series))[0])[0]
+        if frame != self.sensor or not frame:
+            chain = []
+            if self.sensor and {frame, self.sensor} <= self.tree.frames:
+                chain = self._chain(self.sensor, frame)
+            if any(not each.static for each, _ in chain):
+                self.warnings.append(f"{name} left out: its frame {frame} moves against {self.sensor}")
+                return
+            if chain:
+                pose = compose(chain, str(self.path), self.warnings.append).values[0]
+                rotation, distance = Rotation.from_quat(pose[3:]), float(np.linalg.norm(pose[:3]))
+                accelerometer = distance <= LEVER_ARM
+                if not accelerometer:
+                    far = f"{1000 * distance:.0f} mm from the origin of {self.sensor}"
+                    self.warnings.append(f"accelerometer of {name} left out: it is {far}")
+            else:
+                self.warnings.append(
+                    f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
+                )
+        self._note("imu", topic, frame)
+        for what in ("gyroscope", "accelerometer") if accelerometer else ("gyroscope",):
+            if any(key[0] == what for key in topic.series):
+                series = self._one_frame(topic, what)[2]
+                if rotation is not None:
+                    series = Series(series.time, series.logged, series.rows, rotation.apply(series.values))
+                self._keep(what, series, topic, what)
+
+    def twist(self) -> None:
+        """Velocities in world axes: as they are, or turned by the orientation where given in the sensor's."""
+        topic = self._topic("twist")
+        if topic is None:
+            return
+        frame, _, series = self._one_frame(topic, "twist")
+        series = self._tidy(series, topic)
+        orientation = self.series.get("orientation")
+        if frame and frame == self.sensor and frame != self.world and orientation is not None and len(orientation) > 1:
+            within = (series.time >= orientation.time[0]) & (series.time <= orientation.time[-1])
+            series = series[within]
+            padded = np.pad(orientation.values, ((0, 0), (3, 0)))
+            turning = Link("", "", Series(orientation.time, orientation.logged, orientation.rows, padded), False)
+            if len(series):
+                rotation = turning.at(series.time)[1]
+                turned = [rotation.apply(series.values[:, part]) for part in (slice(0, 3), slice(3, 6))]
+                series = Series(series.time, series.logged, series.rows, np.concatenate(turned, axis=1))
+        elif not frame or frame != self.world:
+            self.warnings.append(f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's")
+            return
+        if not len(series):
+            return
+        self._note("velocities", topic, frame)
+        for what, part in (("linear_velocity", slice(0, 3)), ("angular_velocity", slice(3, 6))):
+            self.series[what] = Series(series.time, series.logged, series.rows, series.values[:, part])
+
+    def _topic(self, role: str) -> Gathered | None:
+        """The topic of a role; `InputError` when there are several, or the one asked for gave nothing."""
+        found = [topic for topic in self.gathered if topic.role == role and topic.series]
+        if len(found) > 1:
+            fix = f"choose one with --{role}-topic" + ("" if role == "wrench" else ", or none")
+            names = ", ".join(str(topic.topic) for topic in found)
+            raise InputError(f"{len(found)} topics could be the {role}: {names}", self.path, fix)
+        if not found and self.named.get(role, "none") != "none":
+            fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
+            empty = next((topic for topic in self.gathered if topic.role == role), None)
+            if empty is not None and not empty.messages:
+                raise InputError(f"topic {empty.topic} has no messages", self.path, fix)
+            raise InputError(f"no {role} can be read from topic {empty.topic if empty else ''}", self.path, fix)
+        return found[0] if found else None
+
+    def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
+        """Frame, child frame and samples of a topic; `InputError` when its messages are in several frames."""
+        keys = sorted((key for key in topic.series if key[0] == what), key=lambda key: topic.series[key].rows.min())
+        if len(keys) > 1:
+            k = 1 if keys[0][1] != keys[1][1] else 2
+            raise InputError(
+                f"the messages are in several frames: '{keys[0][k]}', then '{keys[1][k]}'",
+                where=f"{self.path}, {topic.topic.name}, message {topic.series[keys[1]].rows.min()}",
+                fix="record each frame on a topic of its own, or cut the bag",
+            )
+        return keys[0][1], keys[0][2], topic.series[keys[0]]
+
+    def _tidy(self, series: Series, topic: Gathered, what: str | None = None) -> Series:
+        name = topic.topic.name
+        label = f"{name} ({what})" if what else name
+        return tidy(series, label, f"{self.path}, {name}", self.notes.append, self.warnings.append)
+
+    def _keep(self, stream: str, series: Series, topic: Gathered, what: str | None = None) -> None:
+        series = self._tidy(series, topic, what)
+        if len(series):
+            self.series[stream] = series
+
+    def _note(self, what: str, topic: Gathered, detail: str, kind: str = "frame ") -> None:
+        detail = f", {kind}{detail}" if detail else ""
+        self.notes.append(f"{what} from {topic.topic.name} ({topic.topic.type}{detail})")
