@@ -1,0 +1,84 @@
+"""What the command line says of a shape: mesh files, boxes and poses, and those that are not any."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from hefting.errors import InputError
+from hefting.shapes import PointMasses, load_shape, parse_pose
+from solids import POSE, SOLIDS
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "off", "glb"])
+def test_mesh_files(tmp_path, suffix):
+    path = tmp_path / f"ell.{suffix}"
+    mesh = SOLIDS["ell"].copy()
+    mesh.apply_scale(1000)
+    mesh.export(path)
+    shape = load_shape(path, unit="mm", pose=POSE, points=40)
+    expected = PointMasses.from_mesh(SOLIDS["ell"], pose=POSE, points=40)
+    # .ply, .stl and .glb hold single precision: 6e-8 of 40 mm
+    np.testing.assert_allclose(shape.positions, expected.positions, atol=1e-8)
+
+
+def test_text_mesh_in_another_encoding(tmp_path):
+    path = tmp_path / "box.stl"
+    text = trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="stl_ascii")
+    path.write_bytes(text.replace("solid ", "solid Gehäuse", 1).encode("latin-1"))
+    np.testing.assert_allclose(load_shape(path).extents, 0.1)
+
+
+def test_box_specification():
+    shape = load_shape("box:-0.1,0.1,-0.05,0.05,0,0.2", points=80)
+    expected = PointMasses.from_box(-0.1, 0.1, -0.05, 0.05, 0, 0.2, points=80)
+    np.testing.assert_array_equal(shape.positions, expected.positions)
+
+
+@pytest.mark.parametrize(
+    "spec", ["box:1,2,3", "box:0,1,0,1,0,0", "box:0,inf,0,1,0,1", "box:a,b,c,d,e,f", "hammer.step"]
+)
+def test_bad_specifications(spec):
+    with pytest.raises(InputError):
+        load_shape(spec)
+
+
+def test_box_takes_no_pose():
+    with pytest.raises(InputError, match="sensor frame"):
+        load_shape("box:0,1,0,1,0,1", pose=POSE)
+
+
+def test_pose_as_numbers_and_files(tmp_path):
+    seven = [0.1, -0.2, 0.3, *Rotation.from_euler("z", 90, degrees=True).as_quat()]
+    expected = [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
+    path = tmp_path / "pose.json"
+    for text in (",".join(map(str, seven)), json.dumps(seven), json.dumps(expected)):
+        source = text
+        if text.startswith("["):
+            path.write_text(text)
+            source = path
+        np.testing.assert_allclose(parse_pose(source), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0,0,0,0,0,0,2", "norm 2"),
+        ("0,0,0,0,0,1", "not a pose"),
+        ("nan,0,0,0,0,0,1", "finite"),
+        ("missing.json", "neither"),
+        ("[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]", "proper"),
+        ("[[1,0,0],[0,1,0],[0,0,1]]", "not a pose"),
+        ('{"a": 1}', "not a pose"),
+        ("[1, 2", "JSON"),
+        ("[" * 99_000, "JSON"),
+    ],
+)
+def test_bad_poses(tmp_path, text, message):
+    if text[0] in "[{":
+        (tmp_path / "pose.json").write_text(text)
+        text = tmp_path / "pose.json"
+    with pytest.raises(InputError, match=message):
+        parse_pose(text)

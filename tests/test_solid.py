@@ -1,0 +1,103 @@
+"""The inside of meshes against solid angles, and meshes that are broken: nearly the same solid."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+import trimesh
+
+from hefting.shapes import PointMasses
+from hefting.shapes.inside import points_inside
+from hefting.shapes.solid import solid_from_mesh
+from solids import SOLIDS, winding
+
+# inside
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_inside_agrees_with_solid_angles(name):
+    mesh = SOLIDS[name]
+    lo, hi = mesh.bounds
+    p = np.random.default_rng(5).uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (150, 3))
+    solid = solid_from_mesh(mesh.vertices, mesh.faces)
+    np.testing.assert_array_equal(points_inside(solid.vertices[solid.faces], p), winding(mesh.triangles, p) > 0.5)
+
+
+def test_rays_through_edges_and_corners_count_once():
+    mesh = trimesh.creation.box((2, 2, 2)).subdivide()  # vertices and diagonals all over the lattice below
+    p = np.array(list(product([-1.5, -0.5, 0, 0.5, 1.5], repeat=3)))
+    np.testing.assert_array_equal(points_inside(mesh.triangles, p), (np.abs(p) < 1).all(axis=1))
+
+
+# meshes that are broken
+
+
+def _without(share):
+    return lambda v, f, rng: (v, f[rng.random(len(f)) > share])
+
+
+def _cut(v, f, rng):
+    centre = v[f].mean(axis=1)
+    return v, f[centre[:, 0] < np.quantile(centre[:, 0], 0.97)]
+
+
+def _half_flipped(v, f, rng):
+    flip = rng.random(len(f)) < 0.4
+    return v, np.where(flip[:, None], f[:, ::-1], f)
+
+
+def _patches(v, f, rng):
+    """Six patches that share no vertices, every other one finer: seams full of T-junctions."""
+    mesh = trimesh.Trimesh(v, f, process=False)
+    side = np.abs(mesh.face_normals).argmax(axis=1) * 2 + (mesh.face_normals.sum(axis=1) > 0)
+    parts = [mesh.submesh([np.flatnonzero(side == s)], append=True) for s in np.unique(side)]
+    joined = trimesh.util.concatenate([part.subdivide() if i % 2 else part for i, part in enumerate(parts)])
+    return joined.vertices, joined.faces
+
+
+BREAKS = {
+    "1% of faces missing": (_without(0.01), 1e-3),
+    "10% of faces missing": (_without(0.10), 5e-3),
+    "end cut off": (_cut, 0.06),
+    "orientation mixed": (_half_flipped, 1e-9),
+    "inside out": (lambda v, f, rng: (v, f[:, ::-1]), 1e-9),
+    "no shared vertices": (
+        lambda v, f, rng: (v[f].reshape(-1, 3), np.arange(3 * len(f)).reshape(-1, 3)),
+        1e-9,
+    ),
+    "every face twice": (lambda v, f, rng: (v, np.vstack((f, f))), 1e-9),
+    "both sides": (lambda v, f, rng: (v, np.vstack((f, f[:, ::-1]))), 1e-9),
+    "T-junctions": (_patches, 1e-6),
+}
+
+
+@pytest.mark.parametrize("damage", BREAKS)
+@pytest.mark.parametrize("name", ["torus", "cylinder"])
+def test_broken_mesh_is_nearly_the_same_solid(name, damage):
+    mesh, rng = SOLIDS[name].subdivide(), np.random.default_rng(6)
+    whole = solid_from_mesh(mesh.vertices, mesh.faces)
+    breaks, tolerance = BREAKS[damage]  # what a flat lid over each hole may cut off the volume
+    solid = solid_from_mesh(*breaks(np.array(mesh.vertices), np.array(mesh.faces), rng))
+    assert abs(solid.volume / whole.volume - 1) < tolerance
+    lo, hi = mesh.bounds
+    p = rng.uniform(lo, hi, (2000, 3))
+    before, after = (points_inside(s.vertices[s.faces], p) for s in (whole, solid))
+    assert (before & after).sum() >= (1 - 2 * tolerance - 2e-3) * (before | after).sum()
+
+
+def test_holes_give_nearly_the_same_points_and_a_warning():
+    mesh = SOLIDS["torus"]
+    keep = np.random.default_rng(7).random(len(mesh.faces)) > 0.1
+    holed = trimesh.Trimesh(mesh.vertices, mesh.faces[keep], process=False)
+    whole, broken = PointMasses.from_mesh(mesh), PointMasses.from_mesh(holed)
+    assert abs(whole.n - broken.n) <= 3
+    np.testing.assert_allclose(broken.homogeneous.center_of_mass, 0, atol=1e-3)  # 1 % of the diameter
+    assert not whole.warnings
+    assert "holes" in broken.warnings[0]
+
+
+def test_cavity_stays_empty():
+    outer, inner = trimesh.creation.icosphere(3, 0.05), trimesh.creation.icosphere(3, 0.03)
+    inner.invert()
+    shape = PointMasses.from_mesh(trimesh.util.concatenate([outer, inner]), points=300)
+    assert np.linalg.norm(shape.positions, axis=1).min() > 0.0295  # the cavity's facets reach 1.5 % inward
