@@ -6,8 +6,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from hefting.errors import InputError
-from hefting.logs.ros import writing
-from hefting.logs.ros import read_bag
+from hefting.logs.ros import read_bag, writing
 from hefting.logs.ros.writing import write_bag
 from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
 
