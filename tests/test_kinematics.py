@@ -45,7 +45,11 @@ def apart(orientation, others):
 
 LINKS = ("base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3", "tool0")
 SIX = tuple(f"joint_{i}" for i in range(1, 7))
-MOVED = [(0.0, 0.0, 0.0), *zip(UR5.a, UR5.alpha, UR5.d, strict=True)]
+MOVED = (
+    (0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.089159), (-0.425, 0.0, 0.0), (-0.39225, 0.0, 0.0),
+    (0.0, np.pi / 2, 0.10915), (0.0, -np.pi / 2, 0.09465), (0.0, 0.0, 0.0823),
+)  # fmt: skip
+"""a [m], alpha [rad] and d [m] of the UR5 after each turn, as its maker gives them."""
 KINDS = ["revolute"] * 6 + ["fixed"]
 LIMIT = '<limit lower="-6.3" upper="6.3" effort="1" velocity="1"/>'
 UR5_URDF = urdf(

@@ -1,11 +1,28 @@
-"""Whole simulated motions against MuJoCo, which has its own kinematics and dynamics."""
+"""Whole simulated motions against MuJoCo, which has its own kinematics and dynamics.
+
+The UR5 of this file is made from its maker's table, link by link; that of the library from its screws at rest.
+"""
 
 import numpy as np
 import pytest
 
+from hefting.errors import InputError, MissingDependencyError
 from hefting.inertia import InertialParameters
 from hefting.regressor import predict_wrench
-from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
+from hefting.simulation import (
+    MODULAR,
+    UR5,
+    XARM7,
+    Arm,
+    modular,
+    random_smooth,
+    sinusoids,
+    stop_and_go,
+    wield,
+    wield_analytically,
+    wield_in_mujoco,
+)
+from hefting.simulation.modular import grasp
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
 
@@ -23,6 +40,9 @@ MOTIONS = {
     "all joints 2 rad/s": lambda: random_smooth(5.0, 20.0, 2.0, seed=3),
     "stop and go": lambda: stop_and_go(6.0, 20.0, seed=4),
 }
+LENGTHS = (0.0, -0.425, -0.39225, 0.0, 0.0, 0.0)
+TWISTS = (np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0)
+OFFSETS = (0.089159, 0.0, 0.0, 0.10915, 0.09465, 0.0823)
 GRAVITIES = ((0.0, 0.0, -9.80665), (3.0, -1.0, 8.0))
 
 
@@ -32,8 +52,8 @@ def numbers(*values) -> str:
 
 def place(link: int) -> str:
     """Pose of the frame after a link at joint angle zero: Tz(d) Tx(a) Rx(alpha)."""
-    half = 0.5 * UR5.alpha[link]
-    return f'pos="{numbers(UR5.a[link], 0, UR5.d[link])}" quat="{numbers(np.cos(half), np.sin(half), 0, 0)}"'
+    half = 0.5 * TWISTS[link]
+    return f'pos="{numbers(LENGTHS[link], 0, OFFSETS[link])}" quat="{numbers(np.cos(half), np.sin(half), 0, 0)}"'
 
 
 def chain(body: InertialParameters, gravity) -> str:
@@ -126,3 +146,97 @@ def test_a_wrong_parameter_shows():
         vector[i] *= 1.001
         error = np.abs(predict_wrench(measurements, vector) - expected).max()
         assert error > 1e-6 * np.abs(expected[:, 3:]).max()
+
+
+# the library's own use of MuJoCo
+
+SLIDER = """<robot name="gantry">
+  <link name="base"/><link name="carriage"/><link name="elbow"/><link name="hand"/><link name="sensor"/>
+  <joint name="rail" type="prismatic"><parent link="base"/><child link="carriage"/>
+    <origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.1"/><axis xyz="1 2 0"/></joint>
+  <joint name="turn" type="continuous"><parent link="carriage"/><child link="elbow"/>
+    <origin xyz="0 0.1 0.4" rpy="0.5 0 1"/><axis xyz="0 1 1"/></joint>
+  <joint name="follower" type="revolute"><parent link="elbow"/><child link="hand"/>
+    <origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/>
+    <mimic joint="turn" multiplier="-0.7" offset="0.2"/></joint>
+  <joint name="mount" type="fixed"><parent link="hand"/><child link="sensor"/>
+    <origin xyz="0.02 0.03 0.1" rpy="0.1 0.2 0.3"/></joint>
+</robot>"""
+FIELDS = ("position", "rotation", "linear_velocity", "angular_velocity", "linear_acceleration", "angular_acceleration")
+
+
+def relative_errors(measurements, parameters):
+    """Of the regressor's force and torque, over the largest of each."""
+    predicted = predict_wrench(measurements, parameters.vector)
+    for part, shown in ((predicted[:, :3], measurements.force), (predicted[:, 3:], measurements.torque)):
+        yield np.abs(part - shown).max() / np.abs(shown).max()
+
+
+def test_the_librarys_chain_is_the_one_made_link_by_link():
+    body, joints = BODIES["full tensor"], random_smooth(5.0, 20.0, 2.0, seed=3)
+    expected = sensors(body, joints, GRAVITIES[1])
+    found = wield_in_mujoco(UR5, joints, body, GRAVITIES[1])
+    np.testing.assert_allclose(found.measurements.wrench, expected[:, :6], atol=1e-12)  # rounding of 40 N
+    np.testing.assert_allclose(found.motion.position, expected[:, 6:9], atol=1e-14)
+    np.testing.assert_allclose(found.motion.linear_acceleration - GRAVITIES[1], expected[:, 19:22], atol=1e-12)
+
+
+@pytest.mark.parametrize("arm", [UR5, XARM7, XARM7.mounted(0.115)], ids=("ur5", "xarm7", "xarm7, sensor further out"))
+@pytest.mark.parametrize("speed", [1.0, 1.5, 2.0, 3.0, 4.0])
+def test_simulator_and_model_check_each_other(arm, speed):
+    """All objects, speeds and arms: the regressor predicts what MuJoCo's sensors show."""
+    joints = sinusoids(5.0, 50.0, speed, arm)
+    for name in MODULAR:
+        body = modular(name).parameters.moved(grasp())
+        found = wield_in_mujoco(arm, joints, body)
+        # 1e-6 asked for; both are exact formulas in double precision over a chain of seven
+        assert max(relative_errors(found.measurements, body)) < 1e-11
+    ours = wield_analytically(arm, joints, body)
+    for field in FIELDS:
+        theirs, mine = getattr(found.motion, field), getattr(ours.motion, field)
+        np.testing.assert_allclose(mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max()))
+    np.testing.assert_allclose(ours.measurements.wrench, found.measurements.wrench, atol=1e-11)
+
+
+def test_joints_that_slide_and_mimic(tmp_path):
+    """A URDF with a rail, a joint that follows another, and fixed joints."""
+    (tmp_path / "gantry.urdf").write_text(SLIDER)
+    arm = Arm.from_urdf(tmp_path / "gantry.urdf", "sensor")
+    rng, time = np.random.default_rng(5), np.arange(0.0, 3.0, 0.05)
+    frequency, amplitude = rng.uniform(1.0, 4.0, 2), np.array((0.3, 1.0))
+    angle = time[:, None] * frequency
+    from hefting.simulation.arm import JointMotion
+
+    q, dq, ddq = np.sin(angle), frequency * np.cos(angle), -(frequency**2) * np.sin(angle)
+    joints = JointMotion(time, amplitude * q, amplitude * dq, amplitude * ddq)
+    body = BODIES["full tensor"]
+    found, ours = wield_in_mujoco(arm, joints, body, GRAVITIES[1]), arm.motion(joints)
+    position, orientation = arm.robot.poses(joints.position)
+    np.testing.assert_allclose(ours.position, position, atol=1e-14)
+    np.testing.assert_allclose(np.abs((ours.orientation * orientation).sum(axis=1)), 1.0, atol=1e-14)
+    for field in FIELDS:
+        theirs, mine = getattr(found.motion, field), getattr(ours, field)
+        np.testing.assert_allclose(mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max()))
+    assert max(relative_errors(found.measurements, body)) < 1e-11
+
+
+def test_the_papers_longest_run_takes_a_fraction_of_a_second():
+    import time
+
+    joints = sinusoids(35.0, 100.0, 1.0)
+    body = modular("hammer").parameters
+    start = time.perf_counter()
+    wield_in_mujoco(UR5, joints, body)
+    assert time.perf_counter() - start < 1.0  # 0.02 s on one slow core
+
+
+def test_bodies_mujoco_cannot_hold_and_no_mujoco(monkeypatch):
+    joints = stop_and_go(0.5, 10.0)
+    impossible = InertialParameters.from_com(1.0, (0.0, 0.0, 0.1), np.diag((1e-3, 1e-3, 5e-3)))
+    with pytest.raises(InputError, match="triangle inequality"):
+        wield_in_mujoco(UR5, joints, impossible)
+    with pytest.raises(InputError, match="6 joints, but the arm has 7"):
+        wield_in_mujoco(XARM7, joints, BODIES["compact"])
+    monkeypatch.setitem(__import__("sys").modules, "mujoco", None)
+    with pytest.raises(MissingDependencyError, match=r"hefting\[sim\]"):
+        wield_in_mujoco(UR5, joints, BODIES["compact"])

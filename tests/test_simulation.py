@@ -121,6 +121,12 @@ def test_impossible_motions_are_refused(generator, arguments):
         generator(*arguments)
 
 
+def test_too_short_to_get_going():
+    """Starting from rest, one sample has no speed."""
+    with pytest.raises(InputError, match="1 samples up to 0 s are too few to reach a mean of 1 rad/s"):
+        random_smooth(0.01, 100.0, 1.0)
+
+
 def test_joints_must_fit_the_arm():
     five = np.zeros((3, 5))
     with pytest.raises(InputError, match="5 joints, but the arm has 6"):

@@ -1,22 +1,41 @@
 """Simulation: an arm wields a rigid body and writes the log a robot would, with the truth beside it."""
 
-from hefting.simulation.arm import UR5, Arm, JointMotion, SensorMotion
+from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
+from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, tilted_gravity
+from hefting.simulation.held import HeldObject
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
+from hefting.simulation.modular import MODULAR, held_modular, modular, paper_points
 from hefting.simulation.objects import Assembly, Part, hammer
+from hefting.simulation.physics import Wielding, wield_analytically, wield_in_mujoco
+from hefting.simulation.record import record
 from hefting.simulation.wield import simulate, truth, wield
 
 __all__ = [
+    "MODULAR",
     "UR5",
+    "WRENCH_NOISE",
+    "XARM7",
     "Arm",
     "Assembly",
+    "Faults",
+    "HeldObject",
     "JointMotion",
     "Part",
+    "Rates",
     "SensorMotion",
+    "Wielding",
     "hammer",
+    "held_modular",
+    "modular",
+    "paper_points",
     "random_smooth",
+    "record",
     "simulate",
     "sinusoids",
     "stop_and_go",
+    "tilted_gravity",
     "truth",
     "wield",
+    "wield_analytically",
+    "wield_in_mujoco",
 ]

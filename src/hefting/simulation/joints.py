@@ -1,4 +1,10 @@
-"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion, stop-and-go."""
+"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion, stop-and-go.
+
+Every joint stays within its arm's limits: amplitudes are made smaller where a limit is nearer than they reach, and
+joints that slide stay where they start. `Arm.exceeded` tells of joint speeds that the real arm does not have.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -6,57 +12,100 @@ from hefting.errors import InputError
 from hefting.simulation.arm import UR5, Arm, JointMotion
 from hefting.spatial import Array
 
-START = tuple(np.radians((0.0, -90.0, 60.0, -90.0, -90.0, 0.0)).tolist())
+START = tuple(UR5.start.tolist())
 """Initial joint angles in the paper's simulations [rad]."""
 
-FREQUENCIES = (0.0, 0.0, 0.0, 0.10, 0.13, 0.16)
-"""Frequencies of the paper's sinusoids [Hz], before they are scaled to the wanted speed."""
+FREQUENCIES = (0.10, 0.13, 0.16)
+"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to the wanted speed."""
+
+SPEED_LIMIT = 0.25
+"""m/s: the largest speed of the tool centre point, by ISO 10218-1 (2011), next to people."""
+
+LARGEST_SCALE = 1e4
+"""Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that starts from rest has no time to."""
+
+BETWEEN = 0.999
+"""Share of a speed limit that samples may reach, so that it is kept between them too."""
 
 
-def sinusoids(duration: float = 35.0, rate: float = 240.0, angular_speed: float = 1.0, arm: Arm = UR5) -> JointMotion:
-    """The last three joints follow 45° sin(2 pi s f t) about `START` (Nadeau et al. 2022, sec. V-D).
+def sinusoids(
+    duration: float = 35.0,
+    rate: float = 240.0,
+    angular_speed: float = 1.0,
+    arm: Arm = UR5,
+    speed_limit: float | None = None,
+) -> JointMotion:
+    """The last three joints follow 45° sin(2 pi s f t) about the arm's start (Nadeau et al. 2022, sec. V-D).
 
     The common scale s of the frequencies is the one at which the sensor's angular speed, averaged over the
-    `duration` [s], is `angular_speed` [rad/s]. Samples come at `rate` [Hz]. The motion begins at full speed.
+    `duration` [s], is `angular_speed` [rad/s]; smaller, where the sensor's origin would go faster than `speed_limit`
+    [m/s]. Samples come at `rate` [Hz]. The motion begins at full speed.
     """
     time = _instants(duration, rate, angular_speed)
-    frequency = np.array([FREQUENCIES])
-    amplitude = np.where(frequency > 0.0, np.radians(45.0), 0.0)
-    return _at_speed(arm, angular_speed, time, (time, np.ones_like(time), np.zeros_like(time)), amplitude, frequency)
+    moving = min(arm.n, len(FREQUENCIES))
+    frequency = np.zeros((1, arm.n))
+    frequency[0, arm.n - moving :] = FREQUENCIES[len(FREQUENCIES) - moving :]
+    amplitude = np.where(frequency > 0.0, np.minimum(np.radians(45.0), arm.room), 0.0)
+    plain = time, np.ones_like(time), np.zeros_like(time)
+    return _at_speed(arm, angular_speed, speed_limit, time, plain, amplitude, frequency, np.zeros_like(frequency))
 
 
 def random_smooth(
-    duration: float = 10.0, rate: float = 100.0, angular_speed: float = 1.0, seed: int = 0, arm: Arm = UR5
+    duration: float = 10.0,
+    rate: float = 100.0,
+    angular_speed: float = 1.0,
+    seed: int = 0,
+    arm: Arm = UR5,
+    speed_limit: float | None = None,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest within a second.
 
-    Speed and sampling as in `sinusoids`; the same for the same `seed`.
+    Speed, its limit and sampling as in `sinusoids`; the same for the same `seed`.
     """
     time = _instants(duration, rate, angular_speed)
     rng = np.random.default_rng(seed)
-    shape = (3, len(START))
+    shape = (3, arm.n)
     amplitude, frequency = np.radians(rng.uniform(5.0, 15.0, shape)), rng.uniform(0.05, 0.3, shape)
-    return _at_speed(
-        arm, angular_speed, time, _from_rest(time), amplitude, frequency, rng.uniform(0.0, 2.0 * np.pi, shape)
-    )
+    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
+    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
+    return _at_speed(arm, angular_speed, speed_limit, time, _from_rest(time), amplitude, frequency, phase)
 
 
 def stop_and_go(
-    duration: float = 10.0, rate: float = 100.0, dwell: float = 1.0, move: float = 1.0, seed: int = 0
+    duration: float = 10.0,
+    rate: float = 100.0,
+    dwell: float = 1.0,
+    move: float = 1.0,
+    seed: int = 0,
+    arm: Arm = UR5,
+    speed_limit: float | None = None,
 ) -> JointMotion:
-    """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose near `START`, and so on.
+    """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose near the start, and so on.
 
     Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk jumps where a move
-    begins and ends. The same for the same `seed`.
+    begins and ends. With a `speed_limit` [m/s] of the sensor's origin all moves take longer, as much as the fastest
+    needs. The same for the same `seed`.
     """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
         raise InputError(f"the dwell must not be negative, but is {dwell} s")
+    reach = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
+    reach = np.minimum(reach, arm.room)
+    most = int(time[-1] // (dwell + move)) + 2
+    poses = arm.start + reach * np.random.default_rng(seed).uniform(-1.0, 1.0, (most, arm.n))
+    poses[0] = arm.start
+    joints = _moves(time, poses, dwell, move)
+    if speed_limit is not None:
+        fastest = _fastest(arm, joints)
+        if fastest > _limit(speed_limit):
+            joints = _moves(time, poses, dwell, move * fastest / _limit(speed_limit))
+    return joints
+
+
+def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
+    """Through all `poses` (m, n) in turn."""
     number, within = np.divmod(time, dwell + move)
     number = number.astype(int)
-    reach = np.radians((10.0, 10.0, 10.0, 60.0, 60.0, 60.0))
-    poses = START + reach * np.random.default_rng(seed).uniform(-1.0, 1.0, (number.max() + 2, len(START)))
-    poses[0] = START
     u = np.clip((within - dwell) / move, 0.0, 1.0)[:, None]
     step = poses[number + 1] - poses[number]
     return JointMotion(
@@ -80,17 +129,30 @@ def _from_rest(time: Array) -> tuple[Array, Array, Array]:
     return reading, u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2
 
 
+def _fastest(arm: Arm, joints: JointMotion) -> float:
+    """Highest speed of the sensor's origin [m/s]."""
+    return float(arm.motion(joints).linear_speed().max())
+
+
+def _limit(speed_limit: float) -> float:
+    if not speed_limit > 0.0:
+        raise InputError(f"the speed limit must be positive, but is {speed_limit} m/s")
+    return BETWEEN * speed_limit
+
+
 def _at_speed(
     arm: Arm,
     angular_speed: float,
+    speed_limit: float | None,
     time: Array,
     clock: tuple[Array, Array, Array],
     amplitude: Array,
     frequency: Array,
-    phase: Array | float = 0.0,
+    phase: Array,
 ) -> JointMotion:
-    """Sums of sinusoids (k, n) about `START`, their clock scaled to the wanted mean angular speed."""
-    from scipy.optimize import brentq
+    """Sums of sinusoids (k, n) about the start, their clock scaled to the wanted mean angular speed, or the limit."""
+    if not (amplitude * frequency).any():
+        raise InputError("no joint of the arm can turn", arm.robot.source, "start it away from its joints' limits")
 
     def joints(scale: float) -> JointMotion:
         reading, rate, change = (scale * c[:, None, None] for c in clock)
@@ -99,15 +161,30 @@ def _at_speed(
         slope = amplitude * w * np.cos(angle)
         return JointMotion(
             time,
-            START + (amplitude * (np.sin(angle) - np.sin(phase))).sum(axis=1),
+            arm.start + (amplitude * (np.sin(angle) - np.sin(phase))).sum(axis=1),
             (slope * rate).sum(axis=1),
             (slope * change - amplitude * w * w * np.sin(angle) * rate**2).sum(axis=1),
         )
 
-    def excess(scale: float) -> float:
+    low, high = 0.0, angular_speed
+
+    def angular(scale: float) -> float:
         return arm.motion(joints(scale)).mean_speeds[0] - angular_speed
 
-    low, high = 0.0, angular_speed
-    while excess(high) < 0.0:
+    while angular(high) < 0.0:
         low, high = high, 2.0 * high
-    return joints(float(brentq(excess, low, high, xtol=1e-12)))  # pyright: ignore[reportArgumentType]
+        if high > LARGEST_SCALE * angular_speed:
+            what = f"{len(time)} samples up to {time[-1]:g} s are too few to reach a mean of {angular_speed:g} rad/s"
+            raise InputError(what, fix="simulate longer")
+    scale = _root(angular, low, high)
+    if speed_limit is not None:
+        highest = _limit(speed_limit)
+        if _fastest(arm, joints(scale)) > highest:
+            scale = _root(lambda scale: _fastest(arm, joints(scale)) - highest, 0.0, scale)
+    return joints(scale)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq
+
+    return float(brentq(function, low, high, xtol=1e-12))  # pyright: ignore[reportArgumentType]

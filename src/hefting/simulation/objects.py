@@ -1,4 +1,4 @@
-"""Objects to wield: boxes and cylinders of different materials joined, with exact inertia and a mesh."""
+"""Objects to wield: boxes and cylinders of different materials joined or cut out, with exact inertia and a mesh."""
 
 from dataclasses import dataclass, field
 from functools import reduce
@@ -24,15 +24,15 @@ SECTIONS = 96
 class Part:
     """A homogeneous solid, its centre and axes given in the assembly's frame."""
 
-    solid: Literal["box", "cylinder"]
+    solid: Literal["box", "cylinder", "half cylinder"]
     size: tuple[float, ...]
-    """Box: its three sides; cylinder: radius and height [m]."""
+    """Box: its three sides; cylinders: radius and height [m]."""
     density: float
-    """[kg/m³]"""
+    """[kg/m³]; negative for a hole in a solid of that density"""
     center: tuple[float, float, float]
-    """[m]"""
+    """[m]; of a half cylinder, the middle of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
-    """(3, 3) part axes to assembly axes; a cylinder stands along its z"""
+    """(3, 3) part axes to assembly axes; a cylinder stands along its z, half a cylinder on the side of positive y"""
 
     def __post_init__(self):
         object.__setattr__(self, "axes", frozen(self.axes))
@@ -44,12 +44,18 @@ class Part:
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
             inertia = mass / 12.0 * (square.sum() - square)
-        else:
+        else:  # half a cylinder has the moments of a whole one of half the density, but for where its centre is
             radius, height = self.size
-            mass = self.density * np.pi * radius**2 * height
+            share = 1.0 if self.solid == "cylinder" else 0.5
+            mass = share * self.density * np.pi * radius**2 * height
             across = mass / 12.0 * (3.0 * radius**2 + height**2)
             inertia = np.array((across, across, mass / 2.0 * radius**2))
-        return InertialParameters.from_com(mass, self.center, (self.axes * inertia) @ self.axes.T)
+        middle = InertialParameters.from_com(mass, (0.0, 0.0, 0.0), np.diag(inertia)).vector.copy()
+        if self.solid == "half cylinder":
+            middle[2] = mass * 4.0 * self.size[0] / (3.0 * np.pi)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = self.axes, self.center
+        return InertialParameters(middle).moved(pose)
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
         """Closed surface [m] in the assembly's frame; a cylinder is a prism of that many sides."""
@@ -59,26 +65,37 @@ class Part:
         pose[:3, :3], pose[:3, 3] = self.axes, self.center
         if self.solid == "box":
             return trimesh.creation.box(self.size, transform=pose)
-        return trimesh.creation.cylinder(*self.size, sections=sections, transform=pose)
+        if self.solid == "cylinder":
+            return trimesh.creation.cylinder(*self.size, sections=sections, transform=pose)
+        angle = np.linspace(0.0, np.pi, sections // 2 + 1)
+        rim = self.size[0] * np.column_stack((np.cos(angle), np.sin(angle)))
+        ends = [np.column_stack((rim, np.full(len(rim), z))) for z in (-0.5 * self.size[1], 0.5 * self.size[1])]
+        return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(pose)
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Parts that do not overlap, rigidly joined."""
+    """Parts rigidly joined; they do not overlap, but for holes, which are inside other parts."""
 
     name: str
     parts: tuple[Part, ...]
+    outline: tuple[Part, ...] | None = None
+    """What of it shows, holes among it; by default all parts"""
 
     @property
     def parameters(self) -> InertialParameters:
         """Exact parameters in the assembly's frame."""
         return reduce(add, (part.parameters for part in self.parts))
 
-    def mesh(self) -> "trimesh.Trimesh":
-        """One watertight surface [m] around all parts, which says nothing of their materials."""
+    def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
+        """One watertight surface [m] around what shows, which says nothing of materials and of what is inside."""
         import trimesh
 
-        return trimesh.boolean.union([part.mesh() for part in self.parts], engine="manifold")
+        shown = self.parts if self.outline is None else self.outline
+        solids = [part.mesh(sections) for part in shown if part.density > 0.0]
+        holes = [part.mesh(sections) for part in shown if part.density < 0.0]
+        surface = trimesh.boolean.union(solids, engine="manifold")
+        return trimesh.boolean.difference([surface, *holes], engine="manifold") if holes else surface
 
 
 def hammer() -> Assembly:
