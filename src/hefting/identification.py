@@ -19,7 +19,7 @@ from hefting.plausibility import misfit_warnings
 from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
-from hefting.spatial import STANDARD_GRAVITY, vector_to_tensor
+from hefting.spatial import STANDARD_GRAVITY, Array, vector_to_tensor
 
 SMOOTHED_C1 = 1.0
 """c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
@@ -56,12 +56,13 @@ def identify(
     shape: PointMasses | None = None,
     *,
     method: str | None = None,
-    gravity: ArrayLike = STANDARD_GRAVITY,
+    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
     bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
+    tool: Estimate | None = None,
     **hyperparameters: Any,
 ) -> Identification:
     """Identify the object a recording shows.
@@ -72,12 +73,13 @@ def identify(
     shape : where the object may have mass, in the sensor frame.
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default PMD with a shape and LMI
         without.
-    gravity : (3,) in world axes [m/s²].
+    gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot on a tilted base.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
     bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there is none, ``"auto"`` keeps
         one that exceeds three standard deviations; or six numbers [N, N m], as recorded, to subtract.
     motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
     start, duration : part of the recording to use [s].
+    tool : estimate, in the same sensor frame, of what the sensor holds besides the object, to subtract.
     hyperparameters : fields of the estimator, such as ``c1``; that is `SMOOTHED_C1` where poses are smoothed here,
         else the paper's.
 
@@ -90,11 +92,22 @@ def identify(
         if shape is None:
             warnings = ("no shape given, so LMI: the inertia tensor rests on the motion alone; give --shape for more",)
     kind, settings = method_named(method)
-    prepared = prepare(recording, shape, gravity, wrench, bias, motion, start, duration)
+    prepared = prepare(recording, shape, gravity, wrench, bias, motion, start, duration, tool)
     estimator = estimator_for(kind, prepared, shape, hyperparameters | settings)
     estimate = finished(estimator.fit(prepared.measurements), estimator, prepared, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return Identification(estimate, prepared.measurements, prepared.sign, prepared.source)
+
+
+def calibrate(
+    recording: Recording | str | Path, *, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
+) -> Estimate:
+    """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the wrench's bias, and its noise.
+
+    Ten-parameter least squares, which has no prior to lean the object's estimate one way. The bias is in
+    ``Estimate.bias``, the noise levels in ``provenance["noise"]``. Errors as for `identify`.
+    """
+    return identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
 
 
 def estimator_for(
@@ -158,7 +171,7 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     estimate = replace(
         estimate,
         duration=None if prepared.static else estimate.duration,
-        covariance=None if estimate.covariance is None else estimate.covariance * fit.autocorrelation,
+        covariance=_covariance(estimate, prepared),
         hull_margin=None if shape is None else shape.margin(estimate.parameters.center_of_mass),
         residual=rms,
         provenance=provenance,
@@ -166,6 +179,15 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     warnings = [*prepared.warnings, *(shape.warnings if shape is not None else ()), *estimate.warnings]
     warnings += [*misfit_warnings(estimate, rms, z, fit), *_doubts(estimate, estimator, shape, z, fit)]
     return replace(estimate, warnings=tuple(warnings))
+
+
+def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
+    """The method's own covariance, widened for coloured residuals and by the tool's."""
+    if estimate.covariance is None:
+        return None
+    covariance = estimate.covariance * prepared.fit.autocorrelation
+    tool = prepared.tool
+    return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
 
 
 def _motion_noise(prepared: Prepared) -> Noise | None:

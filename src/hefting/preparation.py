@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.calibration import FreeFit, WrenchSign, bias_is_significant, fit_freely, wrench_sign
+from hefting.conditioning import Conditioned, condition
 from hefting.errors import InputError, NotIdentifiableError
+from hefting.estimate import Estimate
 from hefting.estimators.base import BiasModel
 from hefting.logs import read_log
 from hefting.measurements import Measurements
@@ -19,6 +21,7 @@ from hefting.plausibility import check_shape, check_wrench, com_warnings, gravit
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
 from hefting.spatial import STANDARD_GRAVITY, Array, frozen
+from hefting.tool import tool_warnings, with_tool_spread, without_tool
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,10 @@ class Prepared:
     """What the data say of the wrench's sign; None when it was given."""
     bias: BiasModel
     """Whether a constant bias is to be found with the object."""
+    conditioned: Conditioned
+    """What was found of clocks, drift, gravity and bad samples."""
+    tool: Estimate | None
+    """What was subtracted."""
     fit: FreeFit
     """Unconstrained least squares: what the data say before any prior, and their noise."""
     warnings: tuple[str, ...]
@@ -49,12 +56,13 @@ class Prepared:
 def prepare(
     recording: Recording | str | Path,
     shape: PointMasses | None = None,
-    gravity: ArrayLike = STANDARD_GRAVITY,
+    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
     wrench: str = "auto",
     bias: str | ArrayLike = "auto",
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
+    tool: Estimate | None = None,
 ) -> Prepared:
     """Prepare a recording; parameters and errors as for `hefting.identification.identify`.
 
@@ -65,66 +73,105 @@ def prepare(
     check_shape(shape)
     if start or duration is not None:
         recording = recording.slice(start, duration)
-    measured = measure(recording, gravity, motion)
-    z, source = measured.measurements, measured.source
-    warnings = [*recording.warnings, *measured.warnings]
-    given = None
-    if not isinstance(bias, str):
-        given = frozen(bias)
-        if given.shape != (6,) or not np.isfinite(given).all():
-            raise InputError(f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}")
-        z = replace(z, force=z.force - given[:3], torque=z.torque - given[3:])
-    elif bias not in ("auto", "none", "estimate"):
-        raise InputError(f"unknown bias model '{bias}'", fix="use auto, none, estimate or six numbers")
-    searched = given is None and bias == "auto"
-    may_be_biased = given is None and bias != "none"
+    recording, given = _less_bias(recording, bias)
+    free_bias = given is None and bias != "none"
+    conditioned = _conditioned(recording, gravity, motion)
+    recording = conditioned.corrected(recording, drift=free_bias)
+    measured = measure(recording, conditioned.gravity, motion, conditioned.curves)
+    z = measured.measurements
+    warnings = [*recording.warnings, *measured.warnings, *conditioned.warnings]
     if not np.any(z.wrench):
         raise InputError("the wrench is zero throughout", where=recording.source, fix="check its columns")
 
-    z, sign = _with_sign(z, wrench, may_be_biased, warnings)
-    fit = fit_freely(z, may_be_biased)
-    if searched and not bias_is_significant(fit):
-        if fit.mass_is_open:
+    z, sign = _with_sign(z, wrench, free_bias, warnings)
+    whole = fit_freely(z, free_bias)
+    drifts = free_bias and conditioned.bias.kind != "constant"
+    if free_bias and bias == "auto" and not drifts and not bias_is_significant(whole):
+        if whole.mass_is_open:
             warnings.append("this motion cannot tell a bias from the object's weight: assumed no bias")
-        fit, may_be_biased = fit_freely(z, False), False
+        whole, free_bias = fit_freely(z, False), False
+    warnings += gravity_warnings(z, whole)
+    moved = measured.motion is not None and measured.source != "orientation" and len(z) > 1
+    weights = _weights(whole, measured) if moved else None
+    fit = whole
+    if tool is not None:
+        z = without_tool(z, tool)
+        fit = with_tool_spread(fit_freely(z, free_bias), tool)
+        warnings += tool_warnings(tool)
     check_wrench(z, fit, shape, recording.source)
-    if fit.mass_is_open:
-        raise NotIdentifiableError(
-            "the motion is too poor to determine even the mass" + (" beside a bias" if may_be_biased else ""),
-            where=recording.source,
-            fix="turn the sensor to other orientations" + (", or give --bias none" if may_be_biased else ""),
-        )
-    if fit.mass_t < 0.0:
-        fix = "check the wrench's sign (--wrench) and --gravity"
-        raise NotIdentifiableError("no positive mass explains the wrench", where=recording.source, fix=fix)
-    warnings += [*com_warnings(fit, shape), *gravity_warnings(z, fit)]
-    moved = measured.motion is not None and source != "orientation" and len(z) > 1
-    if moved:
-        z = replace(z, weights=_weights(fit, measured))
-    model: BiasModel = "estimate" if may_be_biased else "none"
+    _check_mass(fit, free_bias, tool, recording.source)
+    warnings += com_warnings(fit, shape)
+    if weights is not None:
+        z = replace(z, weights=weights)
+    model: BiasModel = "estimate" if free_bias else "none"
     on_object = sign.on_object if sign else wrench == "on-object"
     return Prepared(
         log=recording.source,
         static=recording.static,
         measurements=z,
         motion=measured.motion if moved else None,
-        source=source,
+        source=measured.source,
         sign=sign,
         bias=model,
         fit=fit,
+        conditioned=conditioned,
+        tool=tool,
         warnings=tuple(warnings),
         provenance={
             "log": recording.source,
-            "gravity": np.asarray(gravity, dtype=float),
+            "gravity": conditioned.gravity,
+            "gravity_found": isinstance(gravity, str),
             "wrench": "on-object" if on_object else "on-sensor",
             "wrench_found": sign is not None,
             "bias": "given" if given is not None else model,
-            "bias_searched": searched,
+            "bias_searched": isinstance(bias, str) and bias == "auto",
             "bias_subtracted": given,
             "noise": {"force": fit.noise.force, "torque": fit.noise.torque},
-            "motion": DESCRIPTIONS[source],
+            "motion": DESCRIPTIONS[measured.source],
+            "clock_offset": conditioned.offset,
+            "outliers": conditioned.reasons,
+            "tool": None if tool is None else tool.parameters.vector,
+            "notes": [*recording.notes, *measured.notes, *conditioned.findings],
         },
     )
+
+
+def _less_bias(recording: Recording, bias: str | ArrayLike) -> tuple[Recording, Array | None]:
+    """The recording less a bias given as six numbers, and that bias; `InputError` for what is no bias."""
+    if isinstance(bias, str):
+        if bias not in ("auto", "none", "estimate"):
+            raise InputError(f"unknown bias model '{bias}'", fix="use auto, none, estimate or six numbers")
+        return recording, None
+    given = frozen(bias)
+    if given.shape != (6,) or not np.isfinite(given).all():
+        raise InputError(f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}")
+    wrench = recording["wrench"]
+    less = replace(wrench, values=wrench.values - given)
+    return replace(recording, streams={**recording.streams, "wrench": less}), given
+
+
+def _conditioned(recording: Recording, gravity: ArrayLike | str, motion: Source) -> Conditioned:
+    """What is wrong with clocks, bias and samples, and gravity as given or as found."""
+    tilt = isinstance(gravity, str)
+    if tilt and gravity != "estimate":
+        raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
+    return condition(recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt)  # type: ignore[arg-type]
+
+
+def _check_mass(fit: FreeFit, free_bias: bool, tool: Estimate | None, source: str) -> None:
+    """`NotIdentifiableError` unless unconstrained least squares finds a positive mass."""
+    if tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
+        found = f"{fit.vector[0]:.3g} kg" if np.isfinite(fit.covariance[0, 0]) else "nothing certain"
+        raise NotIdentifiableError(f"there is {found} beside the tool", source, "check --tool: was it in the hand?")
+    if fit.mass_is_open:
+        raise NotIdentifiableError(
+            "the motion is too poor to determine even the mass" + (" beside a bias" if free_bias else ""),
+            where=source,
+            fix="turn the sensor to other orientations" + (", or give --bias none" if free_bias else ""),
+        )
+    if fit.mass_t < 0.0:
+        fix = "check the wrench's sign (--wrench) and --gravity"
+        raise NotIdentifiableError("no positive mass explains the wrench", where=source, fix=fix)
 
 
 def _with_sign(

@@ -1,9 +1,20 @@
 """Motion of the sensor from what a log holds of it: see `hefting.motion.measure`."""
 
 from hefting.motion.kalman import PoseFilter
-from hefting.motion.measure import Measured, measure
+from hefting.motion.measure import Curves, Measured, measure, smooth_poses
 from hefting.motion.spline import SmoothedPoses, fit_poses, smooth
 from hefting.motion.state import Motion
 from hefting.motion.weighting import sample_weights
 
-__all__ = ["Measured", "Motion", "PoseFilter", "SmoothedPoses", "fit_poses", "measure", "sample_weights", "smooth"]
+__all__ = [
+    "Curves",
+    "Measured",
+    "Motion",
+    "PoseFilter",
+    "SmoothedPoses",
+    "fit_poses",
+    "measure",
+    "sample_weights",
+    "smooth",
+    "smooth_poses",
+]

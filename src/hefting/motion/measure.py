@@ -124,6 +124,8 @@ class Curves:
     """Smooth curves through the poses of a recording, and how they came about."""
 
     poses: SmoothedPoses
+    alone: SmoothedPoses
+    """Of the poses without those sensors, whose clocks and axes are their own."""
     source: str
     """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
     notes: tuple[str, ...]
@@ -151,8 +153,8 @@ def smooth_poses(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) ->
     streams = recording.streams
     accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
     gravity_removed = not recording.has("accelerometer")
-    poses, notes, warnings = fuse(poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed)
-    return Curves(poses, "inertial" if notes else "smooth", notes, warnings)
+    fused, notes, warnings = fuse(poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed)
+    return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
 
 
 def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:

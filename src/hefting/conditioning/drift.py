@@ -1,0 +1,129 @@
+"""How a bias may drift: constant, linear, or a walk from knot to knot with straight lines between."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.spatial import Array, Indices, frozen
+
+SHORTEST = 8.0
+"""s: in less nothing drifts that could be told from what the model misses."""
+CLOSEST_KNOTS = 12.0
+"""s: closer knots would follow the signal and eat it."""
+MOST_KNOTS = 81
+KINDS = ("constant", "linear", "random walk")
+
+
+@dataclass(frozen=True, eq=False)
+class Drift:
+    """A sensor's bias as a function of time: straight lines between knots, level before and after."""
+
+    knots: Array
+    """(n,) [s]; one: a constant bias, two: a linear drift"""
+    values: Array
+    """(n, 6) bias at the knots, as recorded [N, N m]"""
+    std: Array
+    """(n, 6) standard deviations; infinite where the motion cannot tell a bias from the object"""
+    mean: Array
+    """(6,) average over the samples kept"""
+
+    def __post_init__(self):
+        for name in ("knots", "values", "std", "mean"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def kind(self) -> str:
+        """``"constant"``, ``"linear"`` or ``"random walk"``."""
+        return KINDS[min(len(self.knots), 3) - 1]
+
+    @property
+    def range(self) -> Array:
+        """(6,) largest less smallest value of each component [N, N m]."""
+        return np.ptp(self.values, axis=0)
+
+    def __call__(self, time: Array) -> Array:
+        """Bias (K, 6) at times (K,) [s]."""
+        return np.column_stack([np.interp(time, self.knots, column) for column in self.values.T])
+
+    def change(self, time: Array) -> Array:
+        """What of it varies (K, 6): the bias at times (K,) less its mean."""
+        return self(time) - self.mean
+
+
+def level_bias(values: Array, std: Array, time: float) -> Drift:
+    """A constant bias (6,) with its deviations (6,)."""
+    return Drift(np.array([time]), values[None], std[None], values)
+
+
+def candidates(duration: float, closest: float) -> tuple[int, ...]:
+    """Numbers of knots worth trying for so many seconds, fewest first; lines are at least `closest` [s] long."""
+    if not duration >= SHORTEST:
+        return (1,)
+    most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
+    numbers = [1, 2]
+    while numbers[-1] * 2 - 1 < most:
+        numbers.append(numbers[-1] * 2 - 1)
+    return tuple(numbers) if most <= numbers[-1] else (*numbers, most)
+
+
+@dataclass(frozen=True, eq=False)
+class Hats:
+    """Piecewise-linear functions of time at sorted samples: what a drift is made of."""
+
+    knots: Array
+    """(n,) [s]"""
+    functions: Array
+    """(K, 1) or (K, 2): values at each sample of the one or two functions that live there"""
+    bounds: Indices
+    """(s + 1,) samples at which the intervals between knots begin and end"""
+
+    @classmethod
+    def over(cls, time: Array, n: int) -> "Hats":
+        """`n` knots evenly over the times (K,) [s]; with none, one function that is zero."""
+        if n == 0:
+            return cls(time[:1], np.zeros((len(time), 1)), np.array([0, len(time)]))
+        if n == 1 or time[-1] <= time[0]:
+            middle = np.array([0.5 * (time[0] + time[-1])])
+            return cls(middle, np.ones((len(time), 1)), np.array([0, len(time)]))
+        knots = np.linspace(time[0], time[-1], n)
+        segment = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, n - 2)
+        s = (time - knots[segment]) / (knots[1] - knots[0])
+        bounds = np.concatenate(([0], np.searchsorted(segment, np.arange(1, n - 1)), [len(time)]))
+        return cls(knots, np.column_stack((1.0 - s, s)), bounds)
+
+    @property
+    def n(self) -> int:
+        """Number of functions."""
+        return len(self.knots)
+
+    def part(self, rows: slice) -> "Hats":
+        """At some of the samples, in a row."""
+        start, stop, _ = rows.indices(len(self.functions))
+        return Hats(self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start)
+
+    def combine(self, coefficients: Array) -> Array:
+        """Sums (K, ...) of the functions with coefficients (n, ...)."""
+        out = np.empty((len(self.functions), *coefficients.shape[1:]))
+        flat, shape = out.reshape(len(out), -1), coefficients.reshape(self.n, -1)
+        for i, piece in enumerate(self._pieces()):
+            flat[piece] = self.functions[piece] @ shape[i : i + self.functions.shape[1]]
+        return out
+
+    def project(self, rows: Array) -> Array:
+        """Inner products (n, d) of the functions with the columns of `rows` (K, d)."""
+        out = np.zeros((self.n, rows.shape[1]))
+        for i, piece in enumerate(self._pieces()):
+            out[i : i + self.functions.shape[1]] += self.functions[piece].T @ rows[piece]
+        return out
+
+    def gram(self, weights: Array) -> Array:
+        """Weighted inner products (n, n) of the functions with each other, weights (K,)."""
+        out = np.zeros((self.n, self.n))
+        width = self.functions.shape[1]
+        for i, piece in enumerate(self._pieces()):
+            f = self.functions[piece]
+            out[i : i + width, i : i + width] += f.T @ (f * weights[piece, None])
+        return out
+
+    def _pieces(self):
+        return (slice(a, b) for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True))

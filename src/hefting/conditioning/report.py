@@ -1,0 +1,96 @@
+"""What conditioning found, in plain sentences."""
+
+import numpy as np
+
+from hefting.conditioning.outliers import Outliers
+from hefting.conditioning.result import Conditioned
+from hefting.conditioning.signals import Signal
+from hefting.recording import Recording
+from hefting.spatial import Mask
+
+UNDECIDED = 0.05
+"""s: an offset less well known than that is not known."""
+UNSURE = 2.0
+"""degrees, for gravity's direction"""
+EXPLAINED = 0.8
+"""Share of the wrench's changes that a body's motion should explain."""
+MANY = 0.4
+"""Share of samples left out that gives doubt."""
+
+
+def findings_of(found: Conditioned, recording: Recording, bad: Outliers) -> tuple[str, ...]:
+    """What was found and done."""
+    said = []
+    if found.offset:
+        late, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
+        size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.1g}"
+        said.append(f"the wrench is {size} ms {late} against the motion; shifted")
+    if found.sign.t and found.sign.certain:
+        said.append(f"the wrench is {'on-object' if found.sign.on_object else 'on-sensor'} (t = {found.sign.t:.0f})")
+    if found.bias.kind != "constant":
+        force, torque = (float(np.linalg.norm(r)) for r in (found.bias.range[:3], found.bias.range[3:]))
+        how = "linearly" if found.bias.kind == "linear" else f"between {len(found.bias.knots)} knots"
+        said.append(f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}; removed")
+    if found.tilt_std is not None:
+        x, y, z = found.gravity
+        degrees = np.degrees(found.tilt_std)
+        said.append(f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°")
+    if bad.contact.any():
+        seconds, stretches = _stretches(bad.contact, recording)
+        said.append(f"contact: {seconds:.1f} s in {stretches} {'stretch' if stretches == 1 else 'stretches'} left out")
+    for name, mask in (("spikes", bad.spike), ("saturated samples", bad.saturation)):
+        if mask.any():
+            said.append(f"{int(mask.sum())} {name} ({100.0 * mask.mean():.2g} %) left out")
+    return tuple(said)
+
+
+def warnings_of(
+    found: Conditioned,
+    signal: Signal,
+    explained: float,
+    late: tuple[float, float] | None,
+    clock: bool,
+    tilt: bool,
+    few: bool,
+    no_bias: bool,
+) -> tuple[str, ...]:
+    """What could not be found, and what gives doubt; `late` is an offset that was not taken, and its deviation."""
+    said = []
+    untold = "the motion does not tell a clock offset between wrench and motion: none assumed"
+    if few:
+        said.append("too few samples to look for clock offset, drift and outliers: none assumed")
+    elif clock and signal.kind == "static":
+        said.append("nothing moves, so no clock offset between wrench and motion can be found: none assumed")
+    elif clock and found.offset_std == np.inf:
+        said.append(untold)
+    elif late is not None:
+        offset, std = late
+        if not std < UNDECIDED or no_bias:
+            said.append(untold)
+        elif abs(offset) > 1e-5:
+            found_ms = f"{1e3 * offset:.2g} ± {1e3 * std:.2g} ms"
+            said.append(f"a clock offset of {found_ms} is not significant: none assumed")
+    if no_bias:
+        said.append("the motion cannot tell a bias from the object's weight: none assumed")
+    if tilt and found.tilt_std is None:
+        said.append(
+            "the direction of gravity was not looked for: "
+            + ("the accelerometer measures it" if signal.gravity_measured else "the motion does not tell it")
+        )
+    if found.tilt_std is not None and not found.tilt_std < np.radians(UNSURE):
+        said.append("the motion hardly tells the direction of gravity")
+    if not few and not no_bias and explained < EXPLAINED:
+        share = f"{100.0 * max(explained, 0.0):.0f} %"
+        said.append(f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?")
+    share = float(found.rejected.mean()) if len(found.rejected) else 0.0
+    if share > MANY:
+        said.append(f"{100.0 * share:.0f} % of the samples were left out: doubt the rest")
+    return tuple(said)
+
+
+def _stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
+    time = recording["wrench"].time
+    begins = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
+    apart = 1 + int(np.sum(time[begins[1:]] - time[begins[:-1]] > 0.0)) if len(begins) else 0
+    interval = float(np.median(np.diff(time)))
+    return float(mask.sum()) * interval, apart

@@ -1,0 +1,84 @@
+"""What conditioning finds of a recording, and the recording put right."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hefting.calibration import WrenchSign
+from hefting.conditioning.drift import Drift
+from hefting.measurements import Noise
+from hefting.motion import Curves
+from hefting.recording import Recording, Stream
+from hefting.spatial import Array, Mask, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Conditioned:
+    """What stands between a recording and its object: clocks, sign, bias, gravity, noise, and bad samples."""
+
+    parameters: Array
+    """(10,) found on the way, with the sign of `hefting.spatial`; least squares on the samples kept"""
+    covariance: Array
+    """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured residuals; infinite where open"""
+    offset: float
+    """s the wrench is late: stamped t, it shows the motion at t - offset. Zero unless significant."""
+    offset_std: float | None
+    """s; infinite where the recording does not tell, None where it was not asked or there is no motion"""
+    sign: WrenchSign
+    """which way the sensor counts, and the mass over its standard deviation, as recorded"""
+    bias: Drift
+    """as recorded, as a function of the recording's time"""
+    gravity: Array
+    """(3,) in world axes [m/s²]: as given, or as found"""
+    tilt_std: float | None
+    """rad, of gravity's direction about each axis; None where it was given"""
+    noise: Noise
+    """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""
+    rejected: Mask
+    """(K,) wrench samples left out"""
+    reasons: dict[str, int]
+    """how many for contact, as spikes, for saturation"""
+    autocorrelation: float
+    """variance of the parameters over that if the residuals were white"""
+    findings: tuple[str, ...]
+    """what was found and done, one plain sentence each"""
+    warnings: tuple[str, ...] = ()
+    """what could not be found, and what gives doubt"""
+    curves: Curves | None = field(default=None, repr=False)
+    """the curves the motion was read from, where poses were smoothed"""
+
+    def __post_init__(self):
+        for name in ("parameters", "covariance", "gravity"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        rejected = np.array(self.rejected, dtype=bool)
+        rejected.setflags(write=False)
+        object.__setattr__(self, "rejected", rejected)
+
+    @property
+    def std(self) -> Array:
+        """(10,) standard deviations of the parameters."""
+        return np.sqrt(self.covariance.diagonal())
+
+    def corrected(self, recording: Recording, drift: bool = True) -> Recording:
+        """`recording` with its wrench at the motion's clock, its drift removed, and without the rejected samples.
+
+        The drift stays where `drift` is False: then the bias is said to be known. What is constant of the bias stays:
+        every estimator finds it with the object. The very same object where there is nothing to correct. All samples
+        stay where none is left otherwise.
+        """
+        wrench = recording["wrench"]
+        drifts = drift and self.bias.kind != "constant"
+        if not (self.offset or drifts or self.rejected.any()):
+            return recording
+        time, values = wrench.time, wrench.values
+        if drifts:
+            values = values - self.bias.change(time)
+        kept = ~self.rejected if not self.rejected.all() else np.ones(len(time), dtype=bool)
+        streams = dict(recording.streams)
+        streams["wrench"] = Stream((time - self.offset)[kept], values[kept], wrench.rows[kept])
+        if recording.static:
+            streams = {
+                name: s if name == "wrench" else s[np.isin(s.rows, streams["wrench"].rows)]
+                for name, s in streams.items()
+            }
+        return replace(recording, streams=streams)

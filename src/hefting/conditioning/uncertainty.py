@@ -1,0 +1,171 @@
+"""Covariance of a fit whose residuals are coloured, and the offset that their spectrum makes most likely.
+
+Least squares with normal matrix H and whitened columns B errs by H^-1 B'u. With the residuals u of a channel a
+stationary process of spectrum S(f), the same for the three forces and for the three torques,
+
+    cov = sum over channels of sum over f of S(f) Z(f) Z(f)^*,      Z = B H^-1,
+
+in the unitary discrete Fourier transform. So the colour counts where the columns have their power: noise of the
+sensor's own, and errors of the smoothed motion, which hardly have any at the motion's own frequencies. No colour
+is counted twice, as it would be by weights that allow for it and an autocorrelation time on top.
+Hannan, Multiple Time Series (1970), ch. VII. The spectrum is the residuals' periodogram, averaged over
+neighbouring frequencies, over what of it the fit left: one less the leverage.
+
+Weighed by 1/S the same sums give generalised least squares. The offset is taken from it: what a sensor gets wrong,
+it gets wrong slowly, and a clock shows best in what is fast.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.conditioning.fit import Fit
+from hefting.spatial import Array
+
+LENGTH = 16384
+"""Samples transformed at a time."""
+TAPER = 0.1
+"""Part of a stretch at each end over which it is tapered."""
+FEWEST_BINS = 5
+"""Neighbours to each side in the average, and a third of the frequency's own number."""
+TYPES = (slice(0, 3), slice(3, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How far the solution of a fit may be off."""
+
+    covariance: Array
+    """(q, q) of phi, offset and tangents of gravity; infinite where undetermined"""
+    naive: Array
+    """(q,) variances as if the residuals were white"""
+    slow: float
+    """variance of a whitened residual at the lowest frequencies: what sums of them go by"""
+    bias: Array
+    """(n, 6) standard deviations of the bias at its knots"""
+    step: Array
+    """(q,) from the fit to that of generalised least squares"""
+    step_std: Array
+    """(q,) standard deviations there; infinite where undetermined"""
+
+    @property
+    def offset_std(self) -> float:
+        """s, of an offset by generalised least squares; infinite where none was looked for."""
+        return float(self.step_std[10]) if len(self.step_std) in (11, 13) else np.inf
+
+    def std(self, i: int) -> float:
+        """Standard deviation of an unknown."""
+        return float(np.sqrt(max(self.covariance[i, i], 0.0)))
+
+    @property
+    def autocorrelation(self) -> float:
+        """Variance over that of white residuals, of the determined parameters on average."""
+        known = np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
+        return float(np.mean(self.covariance.diagonal()[:10][known] / self.naive[:10][known])) if known.any() else 1.0
+
+
+def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
+    """Covariance of what a fit found; generalised least squares heeds frequencies up to `fastest` [1/sample]."""
+    q = fit.columns.shape[2]
+    own, bias = fit.solved.inverse[:q, :q], fit.solved.inverse[q:, :q]
+    stretches = [_Stretch.of(fit, part, own, bias) for part in _parts(len(fit.weights))]
+    cover = len(fit.weights) / sum(s.length for s in stretches)
+    schur = np.linalg.pinv(own, hermitian=True)
+    power, left = np.zeros_like(stretches[0].count), np.zeros_like(stretches[0].count)
+    for s in stretches:
+        leverage = np.einsum("fcq,fcq->fc", s.tapered @ schur, s.tapered.conj()).real
+        left += np.maximum(s.count - leverage, 0.2 * s.count)
+        power += np.abs(s.residual) ** 2
+    beyond = (fit.hats.n + 1) // 2 + 1  # below, the bias takes what there is
+    left[:beyond], power[:beyond] = 0.0, 0.0
+    spectra = [_smoothed(power[:, t].sum(axis=1), left[:, t].sum(axis=1)) for t in TYPES]
+    S = np.repeat(np.stack(spectra, axis=1), 3, axis=1)
+    floor = np.maximum(S, 1e-6 * max(float(S.max()), 1e-300))
+    floor[np.arange(len(S)) > fastest * 2 * (len(S) - 1)] = np.inf
+    covariance, N, b = np.zeros((q, q)), np.zeros((q, q)), np.zeros(q)
+    for s in stretches:
+        covariance += cover * _sum(S, s.plain)
+        N += _sum(1.0 / floor, s.tapered)
+        b += np.einsum("fcq,fc->q", s.tapered, s.residual.conj() / floor).real
+    length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
+    inner = np.linalg.pinv(N / length / length[:, None], rcond=1e-10, hermitian=True) / length / length[:, None]
+    step = own @ inner @ b
+    step_variance = np.einsum("ij,jk,ik->i", own, inner, own)
+    naive = own.diagonal().copy()
+    open_ = fit.solved.open[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~fit.solved.open))
+    covariance[open_], covariance[:, open_] = 0.0, 0.0
+    covariance[open_, open_] = np.inf
+    naive[open_] = np.inf
+    step_std = np.where(open_, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
+    slow = float(S[: FEWEST_BINS + 1].mean())
+    std = np.sqrt(np.maximum(fit.solved.inverse.diagonal()[q:], 0.0) * slow)
+    std[fit.solved.open[q:]] = np.inf
+    return Uncertainty(covariance, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """Transforms of a row of samples; frequencies but the first and last stand for their negatives too."""
+
+    length: int
+    residual: Array
+    """(F, 6) whitened residuals, tapered"""
+    plain: Array
+    """(F, 6, q) influences Z"""
+    tapered: Array
+    """(F, 6, q) influences, tapered"""
+    count: Array
+    """(F, 6) what unit white residuals' power would be"""
+
+    @classmethod
+    def of(cls, fit: Fit, part: slice, own: Array, bias: Array) -> "_Stretch":
+        """Samples `part` of a fit; `own` (q, q) and `bias` (6 n, q) are the inverse normal matrix's columns."""
+        q = len(own)
+        length = part.stop - part.start
+        weights = fit.weights[part]
+        root = np.sqrt(weights)[:, None] / np.repeat(fit.scale, 3)
+        taper = _taper(length)
+        Z = (fit.columns[part].reshape(-1, q) @ own).reshape(length, 6, q)
+        Z += fit.hats.part(part).combine(bias.reshape(fit.hats.n, 6, q))
+        Z *= root[:, :, None]
+        count = np.full((length // 2 + 1, 6), 2.0 * float(np.sum(taper[weights > 0.0] ** 2)) / length)
+        count[0] *= 0.5
+        residual = _transform(fit.residual[part] * root * taper[:, None])
+        return cls(length, residual, _transform(Z), _transform(Z * taper[:, None, None]), count)
+
+
+def _parts(K: int) -> list[slice]:
+    """Stretches of one length, of nearly all samples."""
+    length = min(K, LENGTH)
+    return [slice(start, start + length) for start in range(0, K - length + 1, length)]
+
+
+def _taper(length: int) -> Array:
+    """(K,) one, falling to zero at the ends: what is slow must not leak into what is fast."""
+    u = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5) / max(TAPER * length, 1.0)
+    return np.sin(0.5 * np.pi * np.minimum(u, 1.0))
+
+
+def _transform(values: Array) -> Array:
+    length = len(values)
+    turned = np.fft.rfft(values, axis=0) / np.sqrt(length)
+    turned[1 : (length + 1) // 2] *= np.sqrt(2.0)
+    return turned
+
+
+def _sum(weights: Array, Z: Array) -> Array:
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (F, 6, q)."""
+    flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[2])
+    return flat.real.T @ flat.real + flat.imag.T @ flat.imag
+
+
+def _smoothed(power: Array, count: Array) -> Array:
+    """Spectrum (F,): powers averaged over neighbouring frequencies, each average over its own count."""
+    n = len(power)
+    i = np.arange(n)
+    half = np.maximum(FEWEST_BINS, i // 3)
+    low, high = np.maximum(i - half, 0), np.minimum(i + half + 1, n)
+    sums, counts = (np.concatenate(([0.0], np.cumsum(x))) for x in (power, count))
+    average = sums[-1] / max(counts[-1], 1e-300)
+    weight = counts[high] - counts[low]
+    return np.where(weight > 0.0, (sums[high] - sums[low]) / np.maximum(weight, 1e-300), average)

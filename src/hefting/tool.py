@@ -1,0 +1,54 @@
+"""Tool: what the sensor holds besides the object, known from a recording of its own, taken away with its uncertainty.
+
+Parameters in the same frame add, so the wrench of object and tool is the sum of theirs: less the tool's predicted
+wrench, what is left is the object's. The tool's error then is the object's error, independent of that of the recording:
+the covariances add.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+from hefting.calibration import FreeFit
+from hefting.errors import InputError
+from hefting.estimate import Estimate
+from hefting.measurements import Measurements
+from hefting.regressor import predict_wrench
+
+
+def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
+    """Measurements of the object alone: the wrench less what the tool needs for the same motion.
+
+    `tool` is an estimate in the same sensor frame, made from a recording of the bare tool.
+    """
+    wrench = predict_wrench(measurements, tool.parameters.vector)
+    return replace(measurements, force=measurements.force - wrench[:, :3], torque=measurements.torque - wrench[:, 3:])
+
+
+def with_tool_spread(fit: FreeFit, tool: Estimate) -> FreeFit:
+    """The free fit of the object with the tool's uncertainty in its covariance."""
+    if tool.covariance is None:
+        return fit
+    covariance = fit.covariance.copy()
+    covariance[:10, :10] += tool.covariance
+    return replace(fit, covariance=covariance)
+
+
+def tool_warnings(tool: Estimate) -> list[str]:
+    """A sentence when the tool's uncertainty is not known."""
+    if tool.covariance is not None:
+        return []
+    return [
+        f"the tool's estimate ({tool.method}) has no standard deviations, so the object's leave it out: make it with "
+        "hefting calibrate"
+    ]
+
+
+def load_tool(path: str | Path) -> Estimate:
+    """The estimate of a bare tool, as `hefting calibrate` or `hefting identify` writes it.
+
+    Raises `InputError` when the file holds none, or one without mass.
+    """
+    tool = Estimate.load(path)
+    if not tool.parameters.mass > 0.0:
+        raise InputError(f"the tool has a mass of {tool.parameters.mass:.3g} kg", path, "leave it out")
+    return tool
