@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,7 +11,8 @@ import numpy as np
 import pytest
 
 from hefting.calibration import residuals
-from hefting.estimators import OLS, PMD
+from hefting.cli import main
+from hefting.estimators import LMI, OLS, PMD
 from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.identification import identify
@@ -19,6 +21,7 @@ from hefting.logs import read_log
 from hefting.measurements import NOISE_LEVELS, Measurements
 from hefting.metrics import errors_between
 from hefting.motion import measure
+from hefting.preparation import prepare
 from hefting.shapes import PointMasses, load_shape
 
 DATA = Path(os.environ.get("HEFTING_DATA", "nowhere"))
@@ -75,7 +78,8 @@ def test_pmd_on_the_tools_with_moderate_noise():
 
 @cache
 def panda(run: str) -> Measurements:
-    return measure(read_log(DATA / "panda-optoforce" / f"{run}.csv"), (0.0, 0.0, -9.81)).measurements
+    """Conditioned as `identify` does it: clock offset, drift and outliers out; the constant bias stays."""
+    return prepare(DATA / "panda-optoforce" / f"{run}.csv", gravity=(0.0, 0.0, -9.81)).measurements
 
 
 BOX = (-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
@@ -97,24 +101,26 @@ def least(z: Measurements) -> np.ndarray:
     return rms_with_bias_fitted(z, least_squares(Blend.of(z), True, None).solution[:10])
 
 
+FITS = {"PMD": pmd_over_box, "OLS": OLS("estimate").fit, "LMI": LMI(bias="estimate").fit}
+
+
+@pytest.mark.parametrize("method", FITS)
 @pytest.mark.parametrize(("one", "other"), [("run1", "run3"), ("run3", "run1")])
-def test_one_run_predicts_the_other(one, other):
-    found = pmd_over_box(panda(one))
-    assert found.physically_consistent
-    assert found.certificate.converged
+def test_one_run_predicts_the_other(one, other, method):
+    found = FITS[method](panda(one))
     ratio = rms_with_bias_fitted(panda(other), found.parameters.vector) / least(panda(other))
     print(f"{one} -> {other}: force {ratio[0]:.3f}, torque {ratio[1]:.3f} of the least residual")
-    assert (ratio <= 1.25).all()
+    assert (ratio <= 1.08).all()
 
 
+@pytest.mark.parametrize("method", FITS)
 @pytest.mark.parametrize("run", ["run1", "run3"])
-def test_odd_seconds_predict_even_seconds(run):
+def test_odd_seconds_predict_even_seconds(run, method):
     z = panda(run)
     odd = np.floor(z.time - z.time[0]).astype(int) % 2 == 1
-    found = pmd_over_box(z[odd])
+    found = FITS[method](z[odd])
     ratio = rms_with_bias_fitted(z[~odd], found.parameters.vector) / least(z[~odd])
     print(f"{run}: force {ratio[0]:.3f}, torque {ratio[1]:.3f} of the least residual")
-    assert found.physically_consistent
     assert (ratio <= 1.06).all()
 
 
@@ -171,4 +177,34 @@ def test_identify_predicts_the_other_run(one, other):
     assert found.sign.on_object
     assert found.estimate.physically_consistent
     z = panda(other)
-    assert (rms_with_bias_fitted(z, found.estimate.parameters.vector) <= 1.25 * least(z)).all()
+    assert (rms_with_bias_fitted(z, found.estimate.parameters.vector) <= 1.08 * least(z)).all()
+
+
+# every recording by one command
+
+
+@pytest.mark.parametrize(
+    ("log", "gravity", "mass", "com_z", "offset"),
+    [
+        ("panda-optoforce/run1", 9.81, (1.09, 1.17), (0.09, 0.12), (0.016, 0.0185)),
+        ("panda-optoforce/run3", 9.81, (1.09, 1.17), (0.09, 0.12), (0.016, 0.0185)),
+        ("kuka-ati/static_poses", 9.82085, (0.929, 0.936), (0.0434, 0.0444), (0.0, 0.0)),
+        ("kuka-ati/baseline", 9.82085, (0.923, 0.9416), (0.042, 0.046), (-0.008, -0.005)),  # within 1 % of the mass
+        ("kuka-ati/vibrations", 9.82085, (0.9137, 0.951), (0.042, 0.046), (-0.008, -0.005)),  # within 2 %
+        ("axia80/dwells", 9.80665, (1.14, 1.18), (0.046, 0.05), (0.45, 0.55)),
+        ("axia80/poses7", 9.80665, (1.099, 1.104), (0.0515, 0.0525), (0.0, 0.0)),
+    ],
+)
+def test_one_command(log, gravity, mass, com_z, offset, monkeypatch, capsys):
+    """Only gravity is given, as documented with the recordings; figures as there."""
+    words = ["hefting", "identify", str(DATA / f"{log}.csv"), "--gravity", f"0,0,-{gravity}", "--json"]
+    monkeypatch.setattr(sys, "argv", words)
+    main()
+    found = json.loads(capsys.readouterr().out)
+    made = found["provenance"]
+    print(f"{log}: {found['mass']:.4f} kg, {1e3 * made['clock_offset']:.1f} ms")
+    assert mass[0] <= found["mass"] <= mass[1]
+    assert com_z[0] <= found["center_of_mass"][2] <= com_z[1]
+    assert offset[0] <= made["clock_offset"] <= offset[1]
+    assert made["wrench"] == ("on-object" if "panda" in log else "on-sensor")
+    assert bool(made["clock_offset"]) == any("against the motion; shifted" in line for line in made["notes"])
