@@ -19,7 +19,7 @@ from hefting.plausibility import misfit_warnings
 from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
-from hefting.spatial import STANDARD_GRAVITY, Array, vector_to_tensor
+from hefting.spatial import STANDARD_GRAVITY, Array
 
 SMOOTHED_C1 = 1.0
 """c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
@@ -136,7 +136,7 @@ def estimator_for(
     if "shape" in known and "prior" not in hyperparameters:
         settings["shape"] = shape
     if "noise" in known:
-        settings["noise"] = _motion_noise(prepared) if kind is RTLS else prepared.fit.noise
+        settings["noise"] = _noise_of_all(prepared) if kind is RTLS else prepared.fit.noise
     if "c1" in known and prepared.source in ("smooth", "inertial"):
         settings["c1"] = SMOOTHED_C1
     return kind(**(settings | hyperparameters))
@@ -182,34 +182,23 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
 
 
 def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
-    """The method's own covariance, widened for coloured residuals and by the tool's."""
+    """The method's own covariance, widened for coloured residuals and by the tool's.
+
+    With gravity found as well it is that of the fit which found it: gravity's error is the larger part.
+    """
     if estimate.covariance is None:
         return None
     covariance = estimate.covariance * prepared.fit.autocorrelation
+    if prepared.conditioned.tilt_std is not None:
+        covariance = prepared.conditioned.covariance
     tool = prepared.tool
     return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
 
 
-def _motion_noise(prepared: Prepared) -> Noise | None:
-    """The wrench's own noise and that of the accelerations, where the motion was found here; else None.
-
-    The free fit's residual holds both: what the motion adds, E S E' at its parameters, is taken out again.
-    """
-    motion, fit = prepared.motion, prepared.fit
-    if motion is None or motion.linear_acceleration_std is None:
-        return None
-    a, alpha = (float(np.mean(s**2)) for s in (motion.linear_acceleration_std, motion.angular_acceleration_std))
-    known = np.where(np.isfinite(fit.covariance.diagonal()[:10]), fit.vector, 0.0)
-    lever = 2.0 * float(known[1:4] @ known[1:4]) / 3.0  # mean square of a component of mc x noise
-    inertia = float(np.sum(vector_to_tensor(known[4:]) ** 2)) / 3.0
-    force = fit.noise.force**2 - known[0] ** 2 * a - lever * alpha
-    torque = fit.noise.torque**2 - lever * a - inertia * alpha
-    return Noise(
-        force=max(force, 0.01 * fit.noise.force**2) ** 0.5,
-        torque=max(torque, 0.01 * fit.noise.torque**2) ** 0.5,
-        linear_acceleration=a**0.5,
-        angular_acceleration=alpha**0.5,
-    )
+def _noise_of_all(prepared: Prepared) -> Noise | None:
+    """Noise of wrench and accelerations, where the latter were found from noisy poses; else None."""
+    noise = prepared.conditioned.noise
+    return noise if noise.linear_acceleration > 0.0 else None
 
 
 def _doubts(

@@ -65,8 +65,8 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
     residual = measurements.wrench - predicted
     shown = np.unique(np.linspace(0, len(measurements) - 1, min(len(measurements), DRAWN)).astype(int))
     time = measurements.time[shown] - measurements.time[0]
-    with _style():
-        figure = _figure(4.3)
+    with style():
+        figure = figure_of(4.3)
         rows = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)})
         for top, part, name, unit in ((0, 0, "Force", "N"), (2, 3, "Torque", "N m")):
             whole, rest = rows[top], rows[top + 1]
@@ -87,7 +87,7 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
         rows[-1].set_xlabel("Time [s]")
         rows[-1].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
         figure.align_ylabels()
-        return _settled(figure)
+        return settled(figure)
 
 
 def _wrench_legend(axes: "Axes") -> None:
@@ -135,10 +135,10 @@ def plot_object(
     low, high = 1e3 * inside.min(axis=0), 1e3 * inside.max(axis=0)
     margin = 0.05 * float((high - low).max()) or 10.0
     low, high = low - margin, high + margin
-    with _style():
+    with style():
         x, y, z = high - low
         scale = min((WIDTH - 0.75) / (x + z), (TALLEST - 0.95) / (y + z))  # inches per millimetre
-        figure = _figure(max(0.95 + scale * (y + z), 1.9))
+        figure = figure_of(max(0.95 + scale * (y + z), 1.9))
         layout = figure.add_gridspec(3, 2, width_ratios=(x, z), height_ratios=(BAR / scale, y, z))
         front = figure.add_subplot(layout[1, 0])
         side = figure.add_subplot(layout[1, 1], sharey=front)
@@ -171,7 +171,7 @@ def plot_object(
             bar.ax.xaxis.set_label_position("top")
             bar.set_label("Mass of a point [g]")
             bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-        return _settled(figure)
+        return settled(figure)
 
 
 def equivalent_ellipsoid(body: InertialParameters) -> tuple[Array, Array] | None:
@@ -189,7 +189,7 @@ def equivalent_ellipsoid(body: InertialParameters) -> tuple[Array, Array] | None
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
     """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; their paths."""
     png, svg = io.BytesIO(), io.BytesIO()
-    with _style():
+    with style():
         figure.savefig(png, format="png", dpi=300)
         figure.savefig(svg, format="svg", metadata={"Date": None})
     paths = Path(f"{stem}.png"), Path(f"{stem}.svg")
@@ -199,7 +199,8 @@ def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
 
 
 @contextmanager
-def _style() -> Iterator[None]:
+def style() -> Iterator[None]:
+    """Within it matplotlib draws as everything here is drawn. `MissingDependencyError` without matplotlib."""
     try:
         import matplotlib
     except ImportError as error:
@@ -208,13 +209,14 @@ def _style() -> Iterator[None]:
         yield
 
 
-def _figure(height: float) -> "Figure":
+def figure_of(height: float, width: float = WIDTH) -> "Figure":
+    """An empty figure of a height and a width [in], to be laid out by `settled`."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+    return Figure(figsize=(width, height), layout="constrained")
 
 
-def _settled(figure: "Figure") -> "Figure":
+def settled(figure: "Figure") -> "Figure":
     """The figure with its layout worked out once, not again for every file format."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")

@@ -16,12 +16,16 @@ from hefting.logs import read_log
 from hefting.measurements import Measurements
 from hefting.motion import Measured, measure, sample_weights
 from hefting.motion.measure import DESCRIPTIONS, Source
-from hefting.motion.state import Motion
 from hefting.plausibility import check_shape, check_wrench, com_warnings, gravity_warnings
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
 from hefting.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.tool import tool_warnings, with_tool_spread, without_tool
+
+VAGUE_TILT = np.radians(10.0)
+"""Standard deviation of gravity's direction beyond which it is not found [rad]."""
+ENOUGH = 50_000
+"""Samples that suffice to tell the wrench's sign, and what is plausible."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +38,6 @@ class Prepared:
     """Whether it is poses without time."""
     measurements: Measurements
     """With the sign convention of `hefting.spatial`, a given bias removed, and weights."""
-    motion: Motion | None
-    """Smoothed motion with its standard deviations; None where the log gave it."""
     source: str
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     sign: WrenchSign | None
@@ -90,7 +92,7 @@ def prepare(
         if whole.mass_is_open:
             warnings.append("this motion cannot tell a bias from the object's weight: assumed no bias")
         whole, free_bias = fit_freely(z, False), False
-    warnings += gravity_warnings(z, whole)
+    warnings += gravity_warnings(z.thinned(ENOUGH), fit_freely(z.thinned(ENOUGH), free_bias))
     moved = measured.motion is not None and measured.source != "orientation" and len(z) > 1
     weights = _weights(whole, measured) if moved else None
     fit = whole
@@ -98,7 +100,7 @@ def prepare(
         z = without_tool(z, tool)
         fit = with_tool_spread(fit_freely(z, free_bias), tool)
         warnings += tool_warnings(tool)
-    check_wrench(z, fit, shape, recording.source)
+    check_wrench(z.thinned(ENOUGH), fit, shape, recording.source)
     _check_mass(fit, free_bias, tool, recording.source)
     warnings += com_warnings(fit, shape)
     if weights is not None:
@@ -109,7 +111,6 @@ def prepare(
         log=recording.source,
         static=recording.static,
         measurements=z,
-        motion=measured.motion if moved else None,
         source=measured.source,
         sign=sign,
         bias=model,
@@ -130,7 +131,7 @@ def prepare(
             "motion": DESCRIPTIONS[measured.source],
             "clock_offset": conditioned.offset,
             "outliers": conditioned.reasons,
-            "tool": None if tool is None else tool.parameters.vector,
+            "tool": None if tool is None else tool.parameters.vector.tolist(),
             "notes": [*recording.notes, *measured.notes, *conditioned.findings],
         },
     )
@@ -155,7 +156,12 @@ def _conditioned(recording: Recording, gravity: ArrayLike | str, motion: Source)
     tilt = isinstance(gravity, str)
     if tilt and gravity != "estimate":
         raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
-    return condition(recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt)  # type: ignore[arg-type]
+    found = condition(recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt)  # type: ignore[arg-type]
+    if tilt and found.tilt_std is not None and found.tilt_std > VAGUE_TILT:
+        known = f"known to {np.degrees(found.tilt_std):.0f}° at best" if np.isfinite(found.tilt_std) else "not at all"
+        what = f"the motion does not tell the direction of gravity ({known})"
+        raise NotIdentifiableError(what, recording.source, "turn the sensor about two axes, or give --gravity X,Y,Z")
+    return found
 
 
 def _check_mass(fit: FreeFit, free_bias: bool, tool: Estimate | None, source: str) -> None:
@@ -180,7 +186,7 @@ def _with_sign(
     """The measurements with the wrench exerted on the object, and what decided."""
     if wrench not in ("auto", "on-object", "on-sensor"):
         raise InputError(f"unknown wrench convention '{wrench}'", fix="use auto, on-object or on-sensor")
-    sign = wrench_sign(z, may_be_biased) if wrench == "auto" else None
+    sign = wrench_sign(z.thinned(ENOUGH), may_be_biased) if wrench == "auto" else None
     if sign is not None and not sign.certain:
         warnings.append(
             f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed "

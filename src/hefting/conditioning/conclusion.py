@@ -92,7 +92,7 @@ def conclude(
         findings=(),
         curves=raw.signal.curves,
     )
-    findings = findings_of(result, recording, bad)
+    findings = findings_of(result, recording, bad, late)
     warnings = warnings_of(result, raw.signal, found.explained, late, clock, tilt, few, no_bias)
     return replace(result, findings=findings, warnings=warnings)
 

@@ -12,7 +12,7 @@ from hefting.conditioning.drift import Hats, candidates
 from hefting.conditioning.fit import LARGEST_STEP, Fit, Problem, Start, begin, gauss_newton
 from hefting.conditioning.offset import scan
 from hefting.conditioning.outliers import Outliers
-from hefting.conditioning.result import Conditioned
+from hefting.conditioning.result import SIGNIFICANT, Conditioned
 from hefting.conditioning.sifting import FEWEST_SIFTED, all_outliers, outliers_of, sifted
 from hefting.conditioning.signals import Signal, signal_of, still
 from hefting.conditioning.system import solve
@@ -35,8 +35,6 @@ REFINEMENTS = 2
 """of the offset by generalised least squares"""
 FASTEST = 15.0
 """Hz: beyond, arms and sensors ring, each with a delay of its own"""
-SIGNIFICANT = 3.0
-"""standard deviations of an offset"""
 NEAR = 5e-3
 """s: so small an offset changes nothing about what is an outlier"""
 EXPLAINED = 0.8

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hefting.conditioning.outliers import Outliers
-from hefting.conditioning.result import Conditioned
+from hefting.conditioning.result import SIGNIFICANT, Conditioned
 from hefting.conditioning.signals import Signal
 from hefting.recording import Recording
 from hefting.spatial import Mask
@@ -18,9 +18,13 @@ MANY = 0.4
 """Share of samples left out that gives doubt."""
 
 
-def findings_of(found: Conditioned, recording: Recording, bad: Outliers) -> tuple[str, ...]:
-    """What was found and done."""
+def findings_of(
+    found: Conditioned, recording: Recording, bad: Outliers, late: tuple[float, float] | None
+) -> tuple[str, ...]:
+    """What was found and done; `late` is an offset that was not taken, and its deviation."""
     said = []
+    if late is not None and late[1] < UNDECIDED and not _contradictory(late):
+        said.append(f"no clock offset: {1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms")
     if found.offset:
         late, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.1g}"
@@ -59,17 +63,14 @@ def warnings_of(
     untold = "the motion does not tell a clock offset between wrench and motion: none assumed"
     if few:
         said.append("too few samples to look for clock offset, drift and outliers: none assumed")
-    elif clock and signal.kind == "static":
-        said.append("nothing moves, so no clock offset between wrench and motion can be found: none assumed")
-    elif clock and found.offset_std == np.inf:
+    elif clock and signal.kind != "static" and found.offset_std == np.inf:
         said.append(untold)
     elif late is not None:
-        offset, std = late
-        if not std < UNDECIDED or no_bias:
+        if not late[1] < UNDECIDED or no_bias:
             said.append(untold)
-        elif abs(offset) > 1e-5:
-            found_ms = f"{1e3 * offset:.2g} ± {1e3 * std:.2g} ms"
-            said.append(f"a clock offset of {found_ms} is not significant: none assumed")
+        elif _contradictory(late):
+            found_ms = f"{1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms"
+            said.append(f"a clock offset of {found_ms} would explain too little of the wrench: none assumed")
     if no_bias:
         said.append("the motion cannot tell a bias from the object's weight: none assumed")
     if tilt and found.tilt_std is None:
@@ -86,6 +87,11 @@ def warnings_of(
     if share > MANY:
         said.append(f"{100.0 * share:.0f} % of the samples were left out: doubt the rest")
     return tuple(said)
+
+
+def _contradictory(late: tuple[float, float]) -> bool:
+    """Whether an offset that was not taken is far from zero, going by its deviation."""
+    return abs(late[0]) > max(SIGNIFICANT * late[1], 1e-5)
 
 
 def _stretches(mask: Mask, recording: Recording) -> tuple[float, int]:

@@ -11,6 +11,9 @@ from hefting.motion import Curves
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array, Mask, frozen
 
+SIGNIFICANT = 3.0
+"""Standard deviations that an offset must be from zero."""
+
 
 @dataclass(frozen=True, eq=False)
 class Conditioned:

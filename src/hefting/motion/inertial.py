@@ -45,11 +45,11 @@ def fuse(
     A sensor that contradicts the poses (other axes, other units) is left out, with a warning.
     """
     notes, warnings = [], []
-    if gyroscope is not None:
+    if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
         poses, note, warning = _with_gyroscope(poses, gyroscope)
         notes += note
         warnings += warning
-    if accelerometer is not None and poses.position is not None:
+    if accelerometer is not None and len(accelerometer) >= FEWEST_READINGS and poses.position is not None:
         poses, note, warning = _with_accelerometer(poses, accelerometer, np.zeros(3) if gravity_removed else gravity)
         notes += note
         warnings += warning

@@ -234,5 +234,6 @@ def _accelerometer(
         raise InputError("accelerometer and wrench were never measured at the same time")
     wrench, g, motion = wrench[kept], g[kept], motion[kept]
     a = _interpolated(accelerometer, wrench.time) + g
-    spread = np.full(len(g), float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0)))
+    steps = np.diff(accelerometer.values, axis=0)
+    spread = np.full(len(g), float(np.std(steps) / np.sqrt(2.0)) if len(steps) else np.inf)
     return wrench, g, replace(motion, linear_acceleration=a, linear_acceleration_std=spread), a

@@ -106,7 +106,12 @@ def _assumptions(estimate: Estimate) -> Iterable[Text]:
     if "wrench" in made:
         how = "found from gravity" if made.get("wrench_found") else "as given"
         g = ", ".join(f"{x:g}" for x in made["gravity"])
-        yield Text(f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes")
+        found = ", found" if made.get("gravity_found") else ""
+        yield Text(f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}")
+    if made.get("tool"):
+        yield Text(f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone")
+    for note in made.get("notes", ()):
+        yield Text(f"- {note}")
     if made.get("bias_searched") and made.get("bias") == "none":
         yield Text("wrench bias: none beyond three standard deviations, so none assumed")
     if estimate.bias is not None:
