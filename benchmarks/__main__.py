@@ -20,6 +20,7 @@ def main() -> None:
     from benchmarks.conic import against_conic_solver
     from benchmarks.estimators import from_the_moments, geo_against_conic_solver, lmi_against_conic_solver
     from benchmarks.least_squares import against_pinocchio
+    from benchmarks.long_recording import long_recording
     from benchmarks.memory import folding_memory
     from benchmarks.points import many_points
     from benchmarks.report import show
@@ -35,6 +36,7 @@ def main() -> None:
         many_points(2_000 if quick else 100_000, rounds=2 if quick else 7),
         against_pinocchio(1000, rounds=5 if quick else 50),
         folding_memory(200_000 if quick else 10_000_000),
+        long_recording(50_000 if quick else 1_000_000),
     ]
     show(sections)
     if arguments.json is not None:

@@ -33,7 +33,7 @@ def rows(report: dict, title: str) -> list[dict]:
 
 def test_every_section_is_printed(quick_run):
     table, report = quick_run
-    assert len(report["sections"]) == 16
+    assert len(report["sections"]) == 17
     for section in report["sections"]:
         assert section["title"].split(",")[0] in table
         for row in section["rows"]:
@@ -79,3 +79,11 @@ def test_memory_does_not_grow(quick_run):
     _, report = quick_run
     rise = next(row for row in rows(report, "Folding") if row["unit"] == "MiB")
     assert rise["figure"] < 8.0
+
+
+def test_a_long_recording_takes_bounded_memory(quick_run):
+    """50,000 rows take 490 MiB, a million 870: what is worked on does not grow beyond 50,000 samples."""
+    _, report = quick_run
+    found = {row["what"]: row["figure"] for row in rows(report, "poses and wrench as CSV")}
+    assert found["peak memory"] < 650.0
+    assert found["error of the mass"] < 0.1  # ten times its standard deviation

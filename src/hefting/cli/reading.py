@@ -23,9 +23,7 @@ READING = {
 
 def add_recording(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of its kind."""
-    parser.add_argument(
-        "log", metavar="LOG", help="recording: .csv, .parquet, ROS bag or .mcap; see --map, --urdf"
-    )
+    parser.add_argument("log", metavar="LOG", help="recording: .csv, .parquet, ROS bag or .mcap; see --map, --urdf")
     group = parser.add_argument_group("reading the log")
     group.add_argument("--map", metavar="FILE", help="TOML file that says which columns of a CSV or Parquet hold what")
     group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")

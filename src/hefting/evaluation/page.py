@@ -1,0 +1,104 @@
+"""The page of a reproduction: each experiment's tables and figures beside the published ones, in files and as HTML."""
+
+import html
+import io
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from hefting.evaluation.experiment import Experiment, Report, Table, shown
+from hefting.evaluation.runner import source_version
+from hefting.files import write_atomically
+
+PACKAGES = ("hefting", "numpy", "scipy", "mujoco", "matplotlib", "distributed")
+PNG_DPI = 300
+
+STYLE = """
+body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
+h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
+.source, .made { color: #555; font-size: 0.9rem; }
+table { border-collapse: collapse; font-size: 0.9rem; font-variant-numeric: tabular-nums; }
+caption { text-align: left; font-weight: 600; padding: 0.5rem 0; }
+th, td { padding: 0.2rem 0.6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; }
+thead th { border-bottom: 2px solid #888; white-space: normal; }
+.wide { overflow-x: auto; }
+figure { display: inline-block; margin: 1rem 1rem 1rem 0; max-width: 100%; vertical-align: top; }
+figure img { max-width: 100%; }
+nav li { margin: 0.1rem 0; }
+"""
+
+
+def write_page(reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool) -> Path:
+    """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and the page; returns its path."""
+    from hefting.plotting import style
+
+    for experiment, report in reports:
+        place = folder / experiment.name
+        place.mkdir(parents=True, exist_ok=True)
+        for table in report.tables:
+            for suffix, text in ((".csv", table.csv()), (".json", table.json()), (".md", table.markdown())):
+                write_atomically(place / f"{table.name}{suffix}", text)
+        for name, figure in report.figures.items():
+            for suffix in (".svg", ".png"):
+                content = io.BytesIO()
+                metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
+                with style():  # the same bytes every time
+                    figure.savefig(content, format=suffix[1:], dpi=PNG_DPI, metadata=metadata)
+                write_atomically(place / f"{name}{suffix}", content.getvalue())
+    path = folder / "index.html"
+    write_atomically(path, page(reports, seconds, quick))
+    return path
+
+
+def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) -> str:
+    """The HTML page; its pictures are the files `write_page` writes."""
+    made = ", ".join(f"{name} {number}" for name, number in versions().items())
+    kind = "A reduced run: few seeds, short lists. " if quick else ""
+    parts = [
+        "<!doctype html>",
+        '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">',
+        f"<title>Hefting: the paper's experiments</title><style>{STYLE}</style></head><body>",
+        "<h1>The paper's experiments, run again</h1>",
+        "<p>Nadeau, Giamou and Kelly, <em>Fast Object Inertial Parameter Identification for Collaborative Robots</em>, "
+        "ICRA 2022, on simulated data. Published figures stand beside those of this run.</p>",
+        f'<p class="made">{kind}{seconds:.0f} s; {html.escape(made)}; Python {platform.python_version()}; '
+        f"source {source_version()[:12]}. Seeds are those of the job list.</p>",
+        "<nav><ul>",
+        *(f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>' for e, _ in reports),
+        "</ul></nav>",
+    ]
+    for experiment, report in reports:
+        parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
+        parts += [f'<p class="source">{html.escape(experiment.source)}</p>']
+        parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
+        parts += [_html_table(experiment, table) for table in report.tables]
+        parts += [
+            f'<figure><a href="{experiment.name}/{name}.svg"><img src="{experiment.name}/{name}.png" '
+            f'width="525" alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
+            for name in report.figures
+        ]
+    return "\n".join([*parts, "</body></html>\n"])
+
+
+def versions() -> dict[str, str]:
+    """Versions of what the figures depend on, as far as it is installed."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _html_table(experiment: Experiment, table: Table) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
+    body = "".join(f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>" for row in table.rows)
+    files = ", ".join(
+        f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>' for suffix in ("csv", "json", "md")
+    )
+    return (
+        f'<div class="wide"><table><caption>{html.escape(table.title)}</caption><thead><tr>{head}</tr></thead>'
+        f'<tbody>{body}</tbody></table></div><p class="source">{files}</p>'
+    )
