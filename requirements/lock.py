@@ -17,6 +17,6 @@ def lock(name: str, *arguments: str) -> None:
 
 if __name__ == "__main__":
     lock("run.txt", "pyproject.toml", "requirements/build.in", "--extra", "plot")
-    extras = [word for extra in ("plot", "ros", "sim") for word in ("--extra", extra)]
+    extras = [word for extra in ("plot", "ros", "sim", "batch") for word in ("--extra", extra)]
     sources = ["pyproject.toml", "requirements/build.in", "--group", "dev"]
     lock("dev.txt", *sources, *extras, "-c", "requirements/run.txt")

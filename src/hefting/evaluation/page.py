@@ -12,9 +12,12 @@ from hefting.files import write_atomically
 
 PACKAGES = ("hefting", "numpy", "scipy", "mujoco", "matplotlib", "distributed")
 PNG_DPI = 300
+PIXELS_AN_INCH = 130
+LONG = 16
+"""Rows of a table above which the page folds it away."""
 
 STYLE = """
-body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
+body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
 h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
 .source, .made { color: #555; font-size: 0.9rem; }
 table { border-collapse: collapse; font-size: 0.9rem; font-variant-numeric: tabular-nums; }
@@ -72,12 +75,13 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
         parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
         parts += [f'<p class="source">{html.escape(experiment.source)}</p>']
         parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
-        parts += [_html_table(experiment, table) for table in report.tables]
         parts += [
             f'<figure><a href="{experiment.name}/{name}.svg"><img src="{experiment.name}/{name}.png" '
-            f'width="525" alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
-            for name in report.figures
+            f'width="{PIXELS_AN_INCH * figure.get_figwidth():.0f}" '
+            f'alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
+            for name, figure in report.figures.items()
         ]
+        parts += [_html_table(experiment, table) for table in report.tables]
     return "\n".join([*parts, "</body></html>\n"])
 
 
@@ -98,7 +102,11 @@ def _html_table(experiment: Experiment, table: Table) -> str:
     files = ", ".join(
         f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>' for suffix in ("csv", "json", "md")
     )
-    return (
+    shown_table = (
         f'<div class="wide"><table><caption>{html.escape(table.title)}</caption><thead><tr>{head}</tr></thead>'
-        f'<tbody>{body}</tbody></table></div><p class="source">{files}</p>'
+        f"<tbody>{body}</tbody></table></div>"
     )
+    if len(table.rows) > LONG:
+        summary = f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
+        shown_table = f"<details>{summary}{shown_table}</details>"
+    return f'{shown_table}<p class="source">{files}</p>'
