@@ -111,6 +111,13 @@ def test_mistakes_in_a_map(path, text, words):
     mapping_fails(path, text, *words)
 
 
+def test_a_mirroring_matrix_is_no_rotation(tmp_path):
+    matrix = ",".join(f"r{i}" for i in range(9))
+    path = log(tmp_path, "0,1,0,0,0,1,0,0,0,-1,1,2,3,4,5,6", header=f"time,{matrix},fx,fy,fz,tx,ty,tz")
+    text = WRENCH + "orientation = { columns = 'r{0..8}', form = 'matrix' }"
+    mapping_fails(path, text, "row 2, columns r0..r8", "no rotation matrix")
+
+
 def test_maps_that_cannot_be_opened(path, tmp_path):
     for chosen, words in ((tmp_path / "absent.toml", "No such file"), (tmp_path, "directory")):
         with pytest.raises(InputError, match=words):

@@ -10,13 +10,13 @@ import pytest
 from disturbances import GRAVITY, NOISE, body, disturbed, with_wrench
 from hefting.conditioning import condition
 from hefting.conditioning.drift import Drift, Hats, candidates
-from hefting.conditioning.fit import Problem, Start, gauss_newton
+from hefting.conditioning.fit import Problem, Start, gauss_newton, motion_weights
 from hefting.conditioning.signals import signal_of
 from hefting.conditioning.system import model_at, solve, tangents_of
 from hefting.conditioning.uncertainty import uncertainty
 from hefting.errors import InputError
 from hefting.logs import read_log
-from hefting.motion import measure
+from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, random_smooth, simulate, stop_and_go, wield
 
@@ -129,6 +129,18 @@ def test_covariance_is_that_of_the_noises_colour(correlation):
     assert np.all((ratio > 0.7) & (ratio < 1.3))  # from a few dozen independent powers, six times
 
 
+def test_weights_are_those_of_the_estimators():
+    """On average one; the largest residuals are expected where the motion is least certain."""
+    d, p = problem()
+    seen = p.signal.at(p.time)
+    motion = smooth_poses(d.recording).poses.at(p.time)
+    weights, spread = motion_weights(d.body.vector, seen, p.signal.bandwidth, p.time, np.array((0.1, 0.005)))
+    expected = sample_weights(d.body.vector, motion, 0.1, 0.005)
+    np.testing.assert_allclose(weights, expected / expected.mean(), rtol=1e-9)
+    assert np.ptp(weights) > 0.1
+    assert np.argmax(spread) == np.argmin(weights)
+
+
 # laws
 
 
@@ -182,6 +194,14 @@ def test_shifts_signs_and_biases_pass_through():
     np.testing.assert_allclose(other.bias.mean, bias - one.bias.mean, atol=0.05)
 
 
+@pytest.mark.parametrize("late", [0.5, -0.7])
+def test_an_offset_may_be_large(late):
+    wrench = CLEAN["wrench"]
+    found = condition(with_wrench(CLEAN, wrench.time + late, wrench.values))
+    assert found.offset == pytest.approx(late, abs=1e-3)
+    assert found.parameters[0] == pytest.approx(1.5, rel=0.005)
+
+
 def test_time_begins_anywhere():
     d = disturbed("offset", 1.5, 3)
     moved = replace(d.recording, streams={n: Stream(s.time + 5e8, s.values) for n, s in d.recording.streams.items()})
@@ -209,6 +229,10 @@ def test_what_is_right_is_left_alone():
     np.testing.assert_allclose(found.parameters, body(1.5).vector, atol=1e-8)
 
 
+def test_no_drift_is_no_drift():
+    assert condition(disturbed("clean", 1.5, 0, duration=30.0).recording).bias.kind == "constant"
+
+
 def test_columns_may_be_late_too():
     found = condition(exact_recording(0.0237))
     assert found.offset == pytest.approx(0.0237, abs=1e-5)  # cubic interpolation of 100 Hz
@@ -222,6 +246,13 @@ def test_orientation_alone_shows_a_late_wrench_when_slow():
     assert found.offset == pytest.approx(0.5, abs=0.01)
     assert found.parameters[0] == pytest.approx(1.5, rel=0.005)
     np.testing.assert_array_equal(np.isinf(found.std[4:]), True)
+
+
+def test_orientation_alone_invents_no_offset_when_fast():
+    """What accelerations do to the wrench is not modelled, and would look like 66 ms."""
+    found = condition(replace(CLEAN, streams={name: CLEAN[name] for name in ("orientation", "wrench")}))
+    assert found.offset == 0.0
+    assert any("none assumed" in said for said in found.warnings)
 
 
 def test_accelerometer_of_another_clock():
@@ -322,6 +353,16 @@ def test_a_sensor_at_its_limit():
     assert found.rejected[clipped].all()
     assert found.reasons["saturation"] < 1.5 * clipped.sum()
     assert abs(found.parameters[0] - 1.5) < 4.0 * found.std[0]
+
+
+def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
+    monkeypatch.setattr("hefting.conditioning.procedure.WORKING", 400)
+    d = disturbed("contact", 1.5, 0)
+    found = condition(d.recording)
+    assert len(found.rejected) == len(d.bad)
+    assert np.mean(found.rejected[d.bad]) > 0.9
+    assert np.mean(found.rejected[~d.bad]) < 0.2
+    assert found.parameters[0] == pytest.approx(1.5, rel=0.01)
 
 
 # recordings nobody here made

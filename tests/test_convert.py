@@ -165,6 +165,36 @@ def test_joint_angles_become_poses(run, tmp_path):
     np.testing.assert_allclose(poses["orientation"].values[:, 2:], np.column_stack((np.sin(half), np.cos(half))))
 
 
+def test_columns_without_names_go_along_the_chain_not_as_the_file_lists_the_joints(run, tmp_path):
+    lift = '<joint name="lift" type="prismatic"><parent link="tool"/><child link="top"/><axis xyz="0 0 1"/></joint>'
+    (tmp_path / "robot.urdf").write_text(URDF.replace("<joint", f'<link name="top"/>{lift}<joint', 1))
+    path = tmp_path / "joints.csv"
+    path.write_text("time,q1,q2,fx,fy,fz,tx,ty,tz\n0,0.5,0.25,0,0,9.81,0,0,0\n")
+    run("convert", path, tmp_path / "out.csv", "--urdf", tmp_path / "robot.urdf", "--sensor-frame", "top")
+    poses = read_log(tmp_path / "out.csv")
+    np.testing.assert_allclose(poses["position"].values, [(0, 0, 0.75)])
+    np.testing.assert_allclose(poses["orientation"].values, [(0, 0, np.sin(0.25), np.cos(0.25))])
+
+
+def test_with_a_robot_a_bag_gives_no_poses_and_the_sensor_frame_is_the_robot_s(run, tmp_path):
+    """What the bag holds of poses cannot be ambiguous then; a wrench in another frame is still told."""
+    pytest.importorskip("rosbags")
+    from bags import write
+
+    kinds = {"/w": "geometry_msgs/WrenchStamped", "/a": "geometry_msgs/PoseStamped", "/b": "geometry_msgs/PoseStamped"}
+    entries = [(topic, kind, k, {"stamp": k, "frame": "flange"}) for k in range(1, 9) for topic, kind in kinds.items()]
+    angles = lambda k: {"stamp": k, "name": ["wrist", "other"], "position": np.array([0.01 * k, 9.0])}  # noqa: E731
+    entries += [("/joints", "sensor_msgs/JointState", k, angles(k)) for k in range(1, 9)]
+    path = write(tmp_path, "bare.mcap", entries)
+    (tmp_path / "robot.urdf").write_text(URDF)
+    options = ("--urdf", tmp_path / "robot.urdf", "--sensor-frame", "tool")
+    status, text, err = run("convert", path, tmp_path / "poses.csv", *options)
+    assert (status, err) == (0, "")
+    assert "warning: the wrench says it is in frame flange; it is taken to be in tool, as asked" in text
+    np.testing.assert_allclose(read_log(tmp_path / "poses.csv")["position"].values, np.tile((0, 0, 0.5), (8, 1)))
+    refused(run("convert", path, tmp_path / "no.csv", *options, "--joint-topic", "none"), "no joint positions")
+
+
 def test_robot_and_frame_go_together(run, tmp_path):
     path = log(tmp_path, *ROWS)
     (tmp_path / "robot.urdf").write_text(URDF)

@@ -71,7 +71,13 @@ def test_bad_times(tmp_path):
 
 def test_decimal_commas_are_named(tmp_path):
     lines = [row.replace(",", ";").replace(".", ",") for row in ROWS]
-    fails(log(tmp_path, *lines, header=HEADER.replace(",", ";")), "row 3, column time", "'0,1'", "with a point")
+    fails(
+        log(tmp_path, *lines, header=HEADER.replace(",", ";")),
+        "row 3, column time",
+        "'0,1'",
+        "with a point",
+        'decimal = ","',
+    )
 
 
 def test_quaternions(tmp_path):
@@ -110,6 +116,7 @@ def test_quaternions(tmp_path):
         ("0,0,0,0,1,1,2,3,4,5,6", ("row 1", "numbers, not column names", "header row")),
         (HEADER + ',"', ("row 2", "11 cells under 12 column names")),
         (HEADER + ",note" * 2000, ("2011 columns, more than 1000",)),
+        (HEADER + "," + "x" * 1_000_000, ("row 1", "the header has more than 1,000,000 bytes")),
         (HEADER + ",q1,q2,dq1,dq2,dq3", ("differ in number",)),
     ],
 )
@@ -168,6 +175,9 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     fails(tmp_path / "huge.csv", "3.2 GB")
     monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 22)
     fails(log(tmp_path, *ROWS), "more than 2 rows, too many")
+    with monkeypatch.context() as patch:
+        patch.setattr("hefting.logs.csv_file.BLOCK", 100)  # rows are counted over all blocks
+        fails(log(tmp_path, *ROWS), "more than 2 rows, too many")
     monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 33)
     assert len(read_log(log(tmp_path, *ROWS))["wrench"]) == 3
 

@@ -60,10 +60,10 @@ def test_a_disturbance_costs_little(kind, mass, bound):
 
 @pytest.mark.parametrize("kind", ["contact", "coloured"])
 def test_standard_deviations_are_true(kind):
-    """0.8 to 1.3 over forty seeds; the RMS of 16 normal masses is uncertain by 0.18, so two of those more."""
+    """0.8 to 1.3 over forty seeds; the RMS of 10 normal masses is uncertain by 0.22, so two of those more."""
     z, after = [], []
     for mass in MASSES.values():
-        for seed in range(8):
+        for seed in range(5):
             d = disturbed(kind, mass, round(100 * (1 + mass)) + seed)
             found = condition(d.recording)
             vector, std = identified_after(found, d.recording)
@@ -71,7 +71,7 @@ def test_standard_deviations_are_true(kind):
             after.append((vector - d.body.vector) / std)
     for values in (np.array(z), np.array(after)):
         for part in (slice(1), slice(1, 4), slice(4, 10)):
-            assert 0.8 - 0.36 < rms(values[:, part].ravel()) < 1.3 + 0.36
+            assert 0.8 - 0.44 < rms(values[:, part].ravel()) < 1.3 + 0.44
 
 
 def test_a_slow_drift_does_not_leak_into_the_mass():

@@ -263,3 +263,30 @@ def test_what_is_not_a_bag_is_one_clear_line(tmp_path):
     ):
         with pytest.raises(InputError, match=match):
             read_bag(tmp_path / name)
+
+
+def test_a_message_of_very_many_joints_takes_no_time(tmp_path):
+    """A search for each name among all would take seconds a message."""
+    names = [f"j{i}" for i in range(95_000)]
+    fields = {"stamp": 9, "name": names, "position": np.ones(len(names))}
+    data = serialised("sensor_msgs/msg/JointState", fields)
+    wrench = serialised("geometry_msgs/msg/WrenchStamped", {"stamp": 9})
+    topics = [
+        *mcap_topic(1, "/w", "geometry_msgs/msg/WrenchStamped"),
+        *mcap_topic(2, "/j", "sensor_msgs/msg/JointState"),
+    ]
+    (tmp_path / "bag.mcap").write_bytes(mcap([*topics, mcap_message(1, 9, wrench), mcap_message(2, 9, data)]))
+    began = time.process_time()
+    assert read_bag(tmp_path / "bag.mcap").joint_names[-1] == "j94999"
+    assert time.process_time() - began < 4  # 1 s; 48 s with a search
+
+
+def test_topics_without_messages_are_told(tmp_path):
+    wrench, pose = (
+        mcap_topic(1, "/w", "geometry_msgs/msg/WrenchStamped"),
+        mcap_topic(2, "/p", "geometry_msgs/PoseStamped"),
+    )
+    message = mcap_message(2, 9, serialised("geometry_msgs/msg/PoseStamped", {"stamp": 9}))
+    (tmp_path / "bag.mcap").write_bytes(mcap([*wrench, *pose, message]))
+    with pytest.raises(InputError, match="topic /w has no messages, and holds no wrench, only /p"):
+        read_bag(tmp_path / "bag.mcap")

@@ -7,6 +7,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from hefting.errors import InputError
 from hefting.logs.ros import read_bag, writing
+from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.writing import write_bag
 from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
 
@@ -60,6 +61,8 @@ def test_rosbags_reads_what_was_written(tmp_path, target):
     sent = recording(*WRITABLE)
     path = tmp_path / target
     write_bag(sent, path)
+    logged = [time for _, time, _ in read_messages(Contents(path), lambda _: True)]
+    assert logged == sorted(logged), "stored in the order of time"
     seen: dict[str, list] = {}
     if target == "log.mcap":  # rosbags opens MCAP files in bag folders, through its storage reader
         from rosbags.rosbag2.storage_mcap import McapReader

@@ -43,23 +43,26 @@ def errors(body):
     )
 
 
-def test_object_beside_a_gripper_is_nearly_as_well_known_as_alone():
-    """Issue's bound 1.7; 200 seeds gave FIGURES. `python -m benchmarks.tool` runs those.
+def beside_a_gripper(seed):
+    """Estimates of the object alone, and with a gripper that has a recording of its own, four times as long."""
+    tool = calibrate(log(GRIPPER, 40.0, 3000 + seed))
+    alone = identify(log(OBJECT, 10.0, seed), method="OLS", bias="estimate").estimate
+    return alone, identify(log(BOTH, 10.0, 1000 + seed), method="OLS", bias="estimate", tool=tool).estimate
 
-    Of 12 seeds an RMS ratio scatters by a factor of 1.3 or so, and |z| < 1.96 in 90 to 99 % of 120 parameters that are
+
+def test_object_beside_a_gripper_is_nearly_as_well_known_as_alone():
+    """At most 1.7 times the errors; two hundred seeds: `python -m benchmarks.tool`.
+
+    Of 7 seeds an RMS ratio scatters by a factor of 1.4 or so, and |z| < 1.96 in 85 to 100 % of 70 parameters that are
     correlated within a seed.
     """
-    alone, beside, z = [], [], []
-    for seed in range(12):
-        tool = calibrate(log(GRIPPER, 40.0, 3000 + seed))
-        one = identify(log(OBJECT, 10.0, seed), method="OLS", bias="estimate").estimate
-        two = identify(log(BOTH, 10.0, 1000 + seed), method="OLS", bias="estimate", tool=tool).estimate
-        alone.append(errors(one.parameters))
-        beside.append(errors(two.parameters))
-        z.append((two.parameters.vector - OBJECT.vector) / np.sqrt(two.covariance.diagonal()))
-    assert (np.sqrt(np.mean(np.square(beside), 0)) <= 1.7 * np.sqrt(np.mean(np.square(alone), 0))).all()
+    pairs = [beside_a_gripper(seed) for seed in range(7)]
+    alone, beside = (np.sqrt(np.mean([np.square(errors(pair[i].parameters)) for pair in pairs], 0)) for i in (0, 1))
+    z = [(two.parameters.vector - OBJECT.vector) / np.sqrt(two.covariance.diagonal()) for _, two in pairs]
+    print(f"ratio {(beside / alone).round(2)}, rms z {np.sqrt(np.mean(np.square(z))):.2f}")
+    assert (beside <= 1.7 * alone).all()
     assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.35
-    assert np.mean(np.abs(z) < 1.96) > 0.87
+    assert np.mean(np.abs(z) < 1.96) > 0.85
 
 
 def test_subtraction_is_exact_without_noise():

@@ -23,9 +23,11 @@ MAX_DEPTH = 10_000
 def read_json(path: str | Path) -> Any:
     """The content of a JSON file. `InputError` when it cannot be read, is too large or too deep, or is not JSON."""
     try:
-        if Path(path).stat().st_size > MAX_JSON:
+        with open(path, "rb") as stream:
+            data = stream.read(MAX_JSON + 1)
+        if len(data) > MAX_JSON:
             raise InputError(f"is larger than {MAX_JSON:,} bytes", where=path)
-        return json.loads(Path(path).read_text())
+        return json.loads(data)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=path) from error
     except (ValueError, RecursionError) as error:

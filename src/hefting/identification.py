@@ -105,9 +105,16 @@ def calibrate(
     """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the wrench's bias, and its noise.
 
     Ten-parameter least squares, which has no prior to lean the object's estimate one way. The bias is in
-    ``Estimate.bias``, the noise levels in ``provenance["noise"]``. Errors as for `identify`.
+    ``Estimate.bias``, the noise levels in ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError`
+    also when the motion leaves the COM open.
     """
-    return identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
+    tool = identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
+    if tool.covariance is None or not np.isfinite(tool.covariance.diagonal()[:4]).all():
+        where = tool.provenance["log"]
+        raise NotIdentifiableError(
+            "the motion leaves the tool's centre of mass open", where, "turn the sensor about two axes or more"
+        )
+    return tool
 
 
 def estimator_for(

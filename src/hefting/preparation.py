@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.calibration import FreeFit, WrenchSign, bias_is_significant, fit_freely, wrench_sign
-from hefting.conditioning import Conditioned, condition
+from hefting.conditioning import NO_BIAS, Conditioned, condition
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import BiasModel
@@ -24,6 +24,13 @@ from hefting.tool import tool_warnings, with_tool_spread, without_tool
 
 VAGUE_TILT = np.radians(10.0)
 """Standard deviation of gravity's direction beyond which it is not found [rad]."""
+LEAST_TILT = np.radians(3.0)
+"""Of a base that may be tilted [rad]."""
+POOR, BETTER = 0.1, 0.6
+"""Residual over the force's changes, or share left out, that makes one wonder about gravity; and the ratio of
+residuals that is worth telling. Tilted by 15° they are 0.2 to 0.3 and 0.1 to 0.3; Panda's are 0.08 and 0.8 to 1."""
+THIN = 5_000
+"""Samples that suffice to find gravity's direction."""
 ENOUGH = 50_000
 """Samples that suffice to tell the wrench's sign, and what is plausible."""
 
@@ -77,11 +84,14 @@ def prepare(
         recording = recording.slice(start, duration)
     recording, given = _less_bias(recording, bias)
     free_bias = given is None and bias != "none"
-    conditioned = _conditioned(recording, gravity, motion)
+    logged, conditioned = recording, _conditioned(recording, gravity, motion)
     recording = conditioned.corrected(recording, drift=free_bias)
     measured = measure(recording, conditioned.gravity, motion, conditioned.curves)
     z = measured.measurements
-    warnings = [*recording.warnings, *measured.warnings, *conditioned.warnings]
+    doubts = (line for line in conditioned.warnings if line != NO_BIAS)  # of the bias below
+    warnings = [*recording.warnings, *measured.warnings, *doubts, *_tilt_doubts(logged, conditioned, motion)]
+    if not free_bias and conditioned.bias.kind != "constant":
+        warnings.append("a bias given, or none, leaves its drift in: --bias estimate removes it")
     if not np.any(z.wrench):
         raise InputError("the wrench is zero throughout", where=recording.source, fix="check its columns")
 
@@ -101,7 +111,7 @@ def prepare(
         fit = with_tool_spread(fit_freely(z, free_bias), tool)
         warnings += tool_warnings(tool)
     check_wrench(z.thinned(ENOUGH), fit, shape, recording.source)
-    _check_mass(fit, free_bias, tool, recording.source)
+    _check_mass(fit, "free" if free_bias else "given" if given is not None else "none", tool, recording.source)
     warnings += com_warnings(fit, shape)
     if weights is not None:
         z = replace(z, weights=weights)
@@ -121,7 +131,7 @@ def prepare(
         provenance={
             "log": recording.source,
             "gravity": conditioned.gravity,
-            "gravity_found": isinstance(gravity, str),
+            "gravity_found": conditioned.tilt_std is not None,
             "wrench": "on-object" if on_object else "on-sensor",
             "wrench_found": sign is not None,
             "bias": "given" if given is not None else model,
@@ -158,25 +168,53 @@ def _conditioned(recording: Recording, gravity: ArrayLike | str, motion: Source)
         raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
     found = condition(recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt)  # type: ignore[arg-type]
     if tilt and found.tilt_std is not None and found.tilt_std > VAGUE_TILT:
-        known = f"known to {np.degrees(found.tilt_std):.0f}° at best" if np.isfinite(found.tilt_std) else "not at all"
-        what = f"the motion does not tell the direction of gravity ({known})"
-        raise NotIdentifiableError(what, recording.source, "turn the sensor about two axes, or give --gravity X,Y,Z")
+        known = f" (known to {np.degrees(found.tilt_std):.0f}° at best)" if np.isfinite(found.tilt_std) else ""
+        what = f"the motion does not tell the direction of gravity{known}"
+        fix = "turn the sensor about two axes (static poses: twelve or more), or give --gravity X,Y,Z"
+        raise NotIdentifiableError(what, recording.source, fix)
     return found
 
 
-def _check_mass(fit: FreeFit, free_bias: bool, tool: Estimate | None, source: str) -> None:
+def _tilt_doubts(recording: Recording, found: Conditioned, motion: Source) -> list[str]:
+    """A sentence when gravity along another direction would explain a poorly explained wrench much better."""
+    wrench = recording["wrench"]
+    changes = float(np.sqrt(np.mean(np.var(wrench.values[:, :3], axis=0))))
+    poor = found.noise.force > POOR * changes or float(found.rejected.mean()) > POOR
+    if found.tilt_std is not None or recording.static or not poor:
+        return []
+    thin = replace(recording, streams={**recording.streams, "wrench": wrench[:: -(-len(wrench) // THIN)]})
+    tilted = condition(thin, found.gravity, motion, tilt=True)
+    if tilted.tilt_std is None or not tilted.noise.force < BETTER * found.noise.force:
+        return []
+    size = np.linalg.norm(found.gravity) * np.linalg.norm(tilted.gravity)
+    angle = float(np.arccos(np.clip(found.gravity @ tilted.gravity / size, -1.0, 1.0)))
+    if not angle > max(LEAST_TILT, 5.0 * tilted.tilt_std):
+        return []
+    x, y, z = tilted.gravity
+    where = f"({x:.2f}, {y:.2f}, {z:.2f}) m/s², {np.degrees(angle):.0f}° off"
+    return [
+        f"with gravity along {where}, the force residual would be "
+        f"{tilted.noise.force:.2g} N in place of {found.noise.force:.2g} N: is the base tilted? see --gravity"
+    ]
+
+
+def _check_mass(fit: FreeFit, bias: Literal["free", "given", "none"], tool: Estimate | None, source: str) -> None:
     """`NotIdentifiableError` unless unconstrained least squares finds a positive mass."""
+    also = " and --bias" if bias == "given" else ""
     if tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
         found = f"{fit.vector[0]:.3g} kg" if np.isfinite(fit.covariance[0, 0]) else "nothing certain"
-        raise NotIdentifiableError(f"there is {found} beside the tool", source, "check --tool: was it in the hand?")
+        raise NotIdentifiableError(
+            f"there is {found} beside the tool", source, f"check --tool{also}: was it in the hand?"
+        )
     if fit.mass_is_open:
         raise NotIdentifiableError(
-            "the motion is too poor to determine even the mass" + (" beside a bias" if free_bias else ""),
+            "the motion is too poor to determine even the mass" + (" beside a bias" if bias == "free" else ""),
             where=source,
-            fix="turn the sensor to other orientations" + (", or give --bias none" if free_bias else ""),
+            fix="turn the sensor to other orientations"
+            + {"free": ", or give --bias none", "given": "; or is --bias wrong?", "none": ""}[bias],
         )
     if fit.mass_t < 0.0:
-        fix = "check the wrench's sign (--wrench) and --gravity"
+        fix = f"check the wrench's sign (--wrench){also} and --gravity"
         raise NotIdentifiableError("no positive mass explains the wrench", where=source, fix=fix)
 
 

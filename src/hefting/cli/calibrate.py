@@ -1,9 +1,11 @@
 """hefting calibrate: measure an empty gripper, its bias and noise, for --tool and --bias."""
 
 import argparse
+from pathlib import Path
 
 from hefting.cli.options import progress
-from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
+from hefting.cli.reading import add_gravity, add_recording, check_output, gravity_of, read_recording
+from hefting.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,6 +20,9 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.report import estimate_report, print_report
 
     a = arguments
+    if Path(a.output).suffix.lower() != ".json":
+        raise InputError("the tool's estimate is a JSON file", a.output, "choose a name that ends in .json")
+    check_output(a.output, a.log, a.map, a.urdf)
     with progress("calibrating ..."):
         tool = calibrate(read_recording(a), gravity=gravity_of(a))
     tool.save(a.output)

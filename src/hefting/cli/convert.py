@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli.options import progress
-from hefting.cli.reading import add_recording, read_recording
-from hefting.errors import InputError
+from hefting.cli.reading import add_recording, check_output, read_recording
 
 if TYPE_CHECKING:
     from hefting.recording import Recording
@@ -24,14 +23,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Convert, and say what was read and chosen."""
-    from hefting.logs import check_output, write_log
+    from hefting.logs import check_output as check_format
+    from hefting.logs import write_log
 
     a = arguments
-    check_output(a.output)
-    if not Path(a.output).absolute().parent.is_dir():
-        raise InputError("the folder does not exist", where=a.output)
-    if any(Path(a.output).resolve() == Path(name).resolve() for name in (a.log, a.map, a.urdf) if name):
-        raise InputError("is an input and would be overwritten", where=a.output, fix="choose another name")
+    check_format(a.output)
+    check_output(a.output, a.log, a.map, a.urdf)
     with progress("converting ..."):
         recording = read_recording(a)
         if a.start or a.duration is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli.options import POSE, add_json, add_sensor_pose, numbers, progress
-from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
+from hefting.cli.reading import add_gravity, add_recording, check_output, gravity_of, read_recording
 from hefting.errors import InputError
 
 if TYPE_CHECKING:
@@ -156,11 +156,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
     for path in a.output:
         if Path(path).suffix not in SUFFIXES:
             raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {', '.join(SUFFIXES)}")
-        if not Path(path).absolute().parent.is_dir():
-            raise InputError("the folder does not exist", where=path)
-        inputs = (a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool)
-        if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
-            raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
+        check_output(path, a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool)
 
 
 def _bias(text: str, recording):
@@ -171,4 +167,6 @@ def _bias(text: str, recording):
         return text
     if text.startswith("tare:"):
         return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
+    if not Path(text).exists():
+        raise InputError(f"no file '{text}'", "--bias", "use auto, none, estimate, tare:START,END or a JSON file")
     return load_bias(text)

@@ -1,6 +1,7 @@
 """Reading a log as the command line describes it: format, robot, gravity."""
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli.options import numbers
@@ -48,8 +49,10 @@ def read_recording(arguments: argparse.Namespace) -> "Recording":
 
     a = arguments
     options = {name: getattr(a, name) for name in READING}
-    if a.urdf or not is_bag(a.log):
+    if not is_bag(a.log):
         del options["sensor_frame"]  # names a link of the URDF then
+    elif a.urdf:
+        options["pose_topic"] = options["pose_topic"] or "none"  # the URDF gives the poses
     recording = read_log(a.log, column_map=a.map, **options)
     if not a.urdf:
         if a.sensor_frame and not is_bag(a.log):
@@ -60,6 +63,14 @@ def read_recording(arguments: argparse.Namespace) -> "Recording":
     from hefting.kinematics import Robot, with_poses
 
     return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+
+
+def check_output(path: str, *inputs: str | None) -> None:
+    """`InputError` for an output in no folder, or one that is an input and would be overwritten."""
+    if not Path(path).absolute().parent.is_dir():
+        raise InputError("the folder does not exist", where=path)
+    if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
+        raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
 
 
 def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":

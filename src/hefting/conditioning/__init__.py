@@ -2,6 +2,7 @@
 
 from hefting.conditioning.drift import Drift
 from hefting.conditioning.procedure import condition
+from hefting.conditioning.report import NO_BIAS
 from hefting.conditioning.result import Conditioned
 
-__all__ = ["Conditioned", "Drift", "condition"]
+__all__ = ["NO_BIAS", "Conditioned", "Drift", "condition"]

@@ -12,6 +12,7 @@ from hefting.conditioning.report import findings_of, warnings_of
 from hefting.conditioning.result import Conditioned
 from hefting.conditioning.uncertainty import Uncertainty
 from hefting.measurements import Noise
+from hefting.motion import smooth_poses
 from hefting.recording import Recording
 from hefting.spatial import skew, vector_to_tensor
 
@@ -68,6 +69,8 @@ def conclude(
     if clock and moving:
         offset_std = late[1] if late else spread.offset_std
     tilt_std = None
+    if tilt and not raw.signal.gravity_measured:
+        tilt_std = np.inf
     if raw.free_gravity and len(spread.covariance) >= 12:
         at = len(spread.covariance) - 2
         tilt_std = float(np.sqrt(np.mean(spread.covariance.diagonal()[at:])) / np.linalg.norm(fit.gravity))
@@ -92,6 +95,10 @@ def conclude(
         findings=(),
         curves=raw.signal.curves,
     )
+    if (
+        tilt_std is not None and np.isfinite(tilt_std) and result.curves is not None
+    ):  # an accelerometer beside them feels gravity
+        result = replace(result, curves=smooth_poses(recording, fit.gravity, result.curves.alone))
     findings = findings_of(result, recording, bad, late)
     warnings = warnings_of(result, raw.signal, found.explained, late, clock, tilt, few, no_bias)
     return replace(result, findings=findings, warnings=warnings)

@@ -90,6 +90,14 @@ def among(
     return Outliers(touched & known, spike & ~touched & known, limit)
 
 
+def among_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
+    """Static poses (K,), each by itself, with a wrench (K, 6) far from what the others predict."""
+    none = np.zeros(len(wrench), dtype=bool)
+    r = wrench - predicted
+    odd = _length(r, np.maximum(_spread(r), FLOOR * changes)) > SPIKE
+    return Outliers(none, none if np.mean(odd) > MOST else odd, none)
+
+
 def _imperfection(time: Array, predicted: Array, cell: Indices, changes: Array) -> Array:
     """(C, 2) what a good sensor may get wrong of force and torque in each cell."""
     rate = np.gradient(predicted, time, axis=0).reshape(-1, 2, 3)

@@ -13,7 +13,7 @@ from hefting.conditioning.fit import LARGEST_STEP, Fit, Problem, Start, begin, g
 from hefting.conditioning.offset import scan
 from hefting.conditioning.outliers import Outliers
 from hefting.conditioning.result import SIGNIFICANT, Conditioned
-from hefting.conditioning.sifting import FEWEST_SIFTED, all_outliers, outliers_of, sifted
+from hefting.conditioning.sifting import all_outliers, outliers_of, siftable, sifted
 from hefting.conditioning.signals import Signal, signal_of, still
 from hefting.conditioning.system import solve
 from hefting.conditioning.uncertainty import uncertainty
@@ -80,7 +80,7 @@ def condition(
     free_tilt = tilt and long and not signal.gravity_measured
     raw = Problem(signal, wrench.time, wrench.values, clock and moving and long, free_tilt, knots)
     if not enough:
-        return _plain(recording, raw, g, clock)
+        return _plain(recording, raw, g, clock, tilt)
     problem = _working(raw)
     found = _settled(problem, g, *sifted(problem, _rough(problem, g)))
     late = None
@@ -132,7 +132,7 @@ def _settled(problem: Problem, gravity: Array, fit: Fit, bad: Outliers) -> Settl
     for _ in range(REFINEMENTS if problem.free_offset else 0):
         sharper = float(np.clip(fit.offset + spread.step[10], middle - LARGEST_STEP, middle + LARGEST_STEP))
         fit = gauss_newton(problem, replace(begin(fit), offset=sharper), n, ~bad.rejected, steps=3, hold=True)
-        if problem.free_offset and len(problem.time) >= FEWEST_SIFTED:  # the ends may now be known
+        if problem.free_offset and siftable(problem):  # the ends may now be known
             bad = outliers_of(problem, fit)
         spread = uncertainty(fit, fastest)
     found = Settled(fit, spread, bad)
@@ -140,7 +140,7 @@ def _settled(problem: Problem, gravity: Array, fit: Fit, bad: Outliers) -> Settl
         return found
     bare = replace(problem, free_offset=False, free_gravity=False)
     alone = gauss_newton(bare, replace(begin(fit), offset=0.0, gravity=gravity), 0, ~bad.rejected, steps=5)
-    if len(problem.time) >= FEWEST_SIFTED and bad.rejected.any():
+    if siftable(problem) and bad.rejected.any():
         bad = outliers_of(bare, alone)
         alone = gauss_newton(bare, begin(alone), 0, ~bad.rejected, steps=5)
     without = Settled(alone, uncertainty(alone, fastest), bad)
@@ -186,11 +186,11 @@ def _fastest(problem: Problem) -> float:
     return min(FASTEST * float(np.median(np.diff(problem.time))), 0.5)
 
 
-def _plain(recording: Recording, problem: Problem, gravity: Array, clock: bool) -> Conditioned:
+def _plain(recording: Recording, problem: Problem, gravity: Array, clock: bool, tilt: bool) -> Conditioned:
     """Of too few samples: nothing is conditioned."""
     fixed = replace(problem, free_offset=False, free_gravity=False)
     start = Start(np.zeros(10), 0.0, gravity, np.maximum(problem.floor, 1e-12), problem.time[:1], np.zeros((1, 6)))
     bad = outliers.nothing(len(problem.time))
     fit = gauss_newton(fixed, start, 1, ~bad.rejected, steps=4)
     found = Settled(fit, uncertainty(fit), bad)
-    return conclude(recording, fixed, found, None, clock, False, few=True)
+    return conclude(recording, fixed, found, None, clock, tilt, few=True)

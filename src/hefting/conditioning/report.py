@@ -14,6 +14,7 @@ UNSURE = 2.0
 """degrees, for gravity's direction"""
 EXPLAINED = 0.8
 """Share of the wrench's changes that a body's motion should explain."""
+NO_BIAS = "the motion cannot tell a bias from the object's weight: none assumed"
 MANY = 0.4
 """Share of samples left out that gives doubt."""
 
@@ -24,27 +25,29 @@ def findings_of(
     """What was found and done; `late` is an offset that was not taken, and its deviation."""
     said = []
     if late is not None and late[1] < UNDECIDED and not _contradictory(late):
-        said.append(f"no clock offset: {1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms")
+        said.append(f"no clock offset: {_ms(late[0])} ± {_ms(late[1])} ms")
     if found.offset:
-        late, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
-        size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.1g}"
-        said.append(f"the wrench is {size} ms {late} against the motion; shifted")
+        side, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
+        size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
+        said.append(f"the wrench is {size} ms {side} against the motion; shifted")
     if found.sign.t and found.sign.certain:
-        said.append(f"the wrench is {'on-object' if found.sign.on_object else 'on-sensor'} (t = {found.sign.t:.0f})")
+        said.append(f"the wrench is {'on-object' if found.sign.on_object else 'on-sensor'} (t = {_t(found.sign.t)})")
     if found.bias.kind != "constant":
         force, torque = (float(np.linalg.norm(r)) for r in (found.bias.range[:3], found.bias.range[3:]))
         how = "linearly" if found.bias.kind == "linear" else f"between {len(found.bias.knots)} knots"
-        said.append(f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}; removed")
-    if found.tilt_std is not None:
+        said.append(f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}")
+    if found.tilt_std is not None and np.isfinite(found.tilt_std):
         x, y, z = found.gravity
         degrees = np.degrees(found.tilt_std)
         said.append(f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°")
     if bad.contact.any():
         seconds, stretches = _stretches(bad.contact, recording)
         said.append(f"contact: {seconds:.1f} s in {stretches} {'stretch' if stretches == 1 else 'stretches'} left out")
-    for name, mask in (("spikes", bad.spike), ("saturated samples", bad.saturation)):
+    kinds = (("odd pose" if recording.static else "spike", bad.spike), ("saturated sample", bad.saturation))
+    for name, mask in kinds:
         if mask.any():
-            said.append(f"{int(mask.sum())} {name} ({100.0 * mask.mean():.2g} %) left out")
+            several = "" if mask.sum() == 1 else "s"
+            said.append(f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out")
     return tuple(said)
 
 
@@ -72,13 +75,12 @@ def warnings_of(
             found_ms = f"{1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms"
             said.append(f"a clock offset of {found_ms} would explain too little of the wrench: none assumed")
     if no_bias:
-        said.append("the motion cannot tell a bias from the object's weight: none assumed")
+        said.append(NO_BIAS)
     if tilt and found.tilt_std is None:
-        said.append(
-            "the direction of gravity was not looked for: "
-            + ("the accelerometer measures it" if signal.gravity_measured else "the motion does not tell it")
-        )
-    if found.tilt_std is not None and not found.tilt_std < np.radians(UNSURE):
+        said.append("the direction of gravity was not looked for: the accelerometer measures it")
+    elif tilt and found.tilt_std == np.inf:
+        said.append("the direction of gravity was not looked for: the motion does not tell it")
+    elif tilt and not found.tilt_std < np.radians(UNSURE):
         said.append("the motion hardly tells the direction of gravity")
     if not few and not no_bias and explained < EXPLAINED:
         share = f"{100.0 * max(explained, 0.0):.0f} %"
@@ -92,6 +94,14 @@ def warnings_of(
 def _contradictory(late: tuple[float, float]) -> bool:
     """Whether an offset that was not taken is far from zero, going by its deviation."""
     return abs(late[0]) > max(SIGNIFICANT * late[1], 1e-5)
+
+
+def _ms(seconds: float) -> str:
+    return f"{1e3 * seconds:.2g}" if abs(seconds) > 1e-9 else "0"
+
+
+def _t(t: float) -> str:
+    return f"{t:.0f}" if abs(t) < 1e6 else f"{t:.0e}"
 
 
 def _stretches(mask: Mask, recording: Recording) -> tuple[float, int]:

@@ -34,7 +34,8 @@ class Conditioned:
     gravity: Array
     """(3,) in world axes [m/s²]: as given, or as found"""
     tilt_std: float | None
-    """rad, of gravity's direction about each axis; None where it was given"""
+    """rad, of gravity's direction about each axis; infinite where the motion does not tell it, None where it was
+    given or is measured"""
     noise: Noise
     """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""
     rejected: Mask

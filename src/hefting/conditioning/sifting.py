@@ -7,8 +7,8 @@ from hefting.conditioning.fit import Fit, Problem, Start, begin, gauss_newton
 from hefting.conditioning.outliers import Outliers
 from hefting.spatial import Array
 
-FEWEST_SIFTED = 40
-"""Samples below which none is an outlier."""
+FEWEST_SIFTED, FEWEST_POSES = 40, 12
+"""Samples, and static poses, below which none is an outlier."""
 STRETCH = 200_000
 """Samples of a long recording looked at together."""
 PASSES = 8
@@ -19,7 +19,7 @@ def sifted(problem: Problem, start: Start, bad: Outliers | None = None) -> tuple
     """A fit to the samples that are not outliers, with the most freely drifting bias, and the outliers."""
     knots = problem.knots[-1]
     none = outliers.nothing(len(problem.time))
-    if len(problem.time) < FEWEST_SIFTED or problem.signal.kind == "static":
+    if not siftable(problem):
         return gauss_newton(problem, start, knots, ~none.rejected, steps=5), none
     fit = gauss_newton(problem, start, knots, None if bad is None else ~bad.rejected, steps=2)
     before = none
@@ -33,8 +33,15 @@ def sifted(problem: Problem, start: Start, bad: Outliers | None = None) -> tuple
     return fit, before
 
 
+def siftable(problem: Problem) -> bool:
+    """Whether there are samples enough to tell which are outliers."""
+    return len(problem.time) >= (FEWEST_POSES if problem.signal.kind == "static" else FEWEST_SIFTED)
+
+
 def outliers_of(problem: Problem, fit: Fit) -> Outliers:
     """What a fit does not explain of the samples it was made from."""
+    if problem.signal.kind == "static":
+        return outliers.among_poses(problem.wrench, problem.wrench - fit.residual, _changes(problem))
     return outliers.among(
         problem.time, problem.wrench, problem.wrench - fit.residual, fit.spread, fit.known, fit.scale, _changes(problem)
     )

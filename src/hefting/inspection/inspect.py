@@ -87,8 +87,10 @@ class _Findings:
             self.missing["motion"] = self._lacks()
             return None
         try:
-            recording = self.recording if self.conditioned is None else self.conditioned.corrected(self.recording)
-            measured = measure(recording, self.gravity)
+            recording, curves = self.recording, None
+            if self.conditioned is not None:
+                recording, curves = self.conditioned.corrected(recording), self.conditioned.curves
+            measured = measure(recording, self.gravity, curves=curves)
         except InputError as error:
             self.missing |= dict.fromkeys(("conditioning", "motion"), _said(error))
             self.conditioned = self.hint = None

@@ -19,6 +19,9 @@ from hefting.recording import Recording
 BLOCK = 8 * 2**20
 """Text that is read at a time, and more than the longest row [bytes]."""
 
+MAX_HEADER = 1_000_000
+"""Longest header [bytes]."""
+
 BLANKS = [" " * n for n in range(33)]
 NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
 
@@ -102,7 +105,8 @@ class CsvTable:
                 cell = cells[j] if self.decimal == "." else cells[j].replace(".", "?").replace(self.decimal, ".")
                 if not NUMBER.fullmatch(cell):
                     comma = self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
-                    fix = "write decimals with a point" if comma else "give a number, or leave the cell blank"
+                    point = 'write decimals with a point, or give decimal = "," in a column map (--map FILE)'
+                    fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)
         return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=self.source)
@@ -120,8 +124,10 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     if len(lines) < row:
         raise InputError(f"there is no line {row} with the column names", where=path)
     where = f"{path}, row {row}"
+    if len(lines[row - 1]) > MAX_HEADER:
+        raise InputError(f"the header has more than {MAX_HEADER:,} bytes", where, "export the log as CSV")
     try:
-        line = lines[row - 1][: 1 << 20].decode().strip(" \r")
+        line = lines[row - 1].decode().strip(" \r")
         separator = layout.separator or _separator(line)
         line = re.sub(" +", " ", line) if separator == " " else line
         names = [name.strip() for name in next(csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), [])]

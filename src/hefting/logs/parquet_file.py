@@ -1,6 +1,7 @@
 """Parquet: a table with nulls for what was not measured, read block by block."""
 
 import io
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,9 +65,9 @@ def open_parquet(path: str | Path) -> ParquetTable:
         names = tuple(parquet.read_schema(path).names)
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
         raise _unreadable(path, error) from error
-    twice = [name for name in names if names.count(name) > 1]
+    twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(f"column {twice[0][:40]!r} is there {names.count(twice[0])} times", path, "keep one of them")
+        raise InputError(f"column {twice[0][0][:40]!r} is there {twice[0][1]} times", path, "keep one of them")
     return ParquetTable(str(path), names)
 
 

@@ -22,6 +22,8 @@ CLOCK, LEVER, GYROSCOPE_BIAS, ACCELEROMETER_BIAS = 0.02, 0.05, 0.05, 0.5
 """Standard deviations expected of a clock offset [s], a distance from the sensor origin [m], biases [rad/s, m/s²]."""
 STEP = 0.005
 """s, of numerical differences."""
+LARGEST_BIAS = 1.5
+"""m/s²: an accelerometer as far off measures something else, or gravity is not where it is said to be."""
 FEWEST_READINGS = 50
 FAR, FOREIGN = 0.2, 0.7
 """Readings that deviate by this part of the motion, and that a linear map of it explains this much better than it
@@ -42,7 +44,7 @@ def fuse(
     accelerometer: specific force a - g in sensor axes [m/s²]; the acceleration a itself if `gravity_removed`.
                    Of use only where the position was measured.
 
-    A sensor that contradicts the poses (other axes, other units) is left out, with a warning.
+    A sensor that contradicts the poses (other axes, other units, another gravity) is left out, with a warning.
     """
     notes, warnings = [], []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
@@ -97,8 +99,10 @@ def _with_accelerometer(
         found = _Calibration(found.bias + step[:3], found.clock + step[6], found.lever + step[3:6])
         readings, motion = _readings(fitted, accelerometer, found.clock)
         own = readings.values - found.bias - _lever_columns(motion) @ found.lever
-        if round_ == 0 and _is_foreign(own, _specific_force(motion, gravity)):
-            return poses, [], ["the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²?"]
+        foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
+        if foreign or np.linalg.norm(found.bias) > LARGEST_BIAS:
+            contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
+            return poses, [], [f"{contradicts}, and gravity as given?"]
         z = np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own) + gravity
         assert fitted.position is not None
         _, _, acceleration, *_ = fitted.position.evaluate(readings.time)
@@ -156,7 +160,7 @@ def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
     A, b, scale = columns.reshape(-1, len(spreads)), values.ravel(), np.array(spreads)
     A = A * scale
     noise = max(float(np.mean((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), 1e-20)
-    return scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b)
+    return np.asarray(scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b), dtype=float)
 
 
 def _is_foreign(readings: Array, expected: Array) -> bool:
@@ -170,6 +174,7 @@ def _is_foreign(readings: Array, expected: Array) -> bool:
 
 def _specific_force(motion: Motion, gravity: Array) -> Array:
     """Acceleration less gravity, in sensor axes (K, 3)."""
+    assert motion.linear_acceleration is not None
     return motion.linear_acceleration - in_sensor_axes(motion.orientation, gravity)
 
 

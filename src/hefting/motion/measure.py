@@ -14,10 +14,12 @@ from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
 from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
+from hefting.spatial import STANDARD_GRAVITY, Array, Mask, frozen, in_sensor_axes
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
+FEW = 0.02
+"""Share of the wrench samples, at the ends, that may be left out without a warning."""
 ABSURD = 1e9
 """No wrench [N, N m] and no gravity [m/s²] is as large."""
 
@@ -47,9 +49,9 @@ class Measured:
     motion: Motion | None
     """Smoothed motion at the same instants, with standard deviations; None where the log gave it."""
     warnings: tuple[str, ...] = ()
-    """Samples left out, and why."""
+    """What is not modelled, and many samples left out."""
     notes: tuple[str, ...] = ()
-    """What was found on the way."""
+    """What was found on the way, and a few samples left out."""
 
 
 def measure(
@@ -84,27 +86,29 @@ def measure(
             raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
         return Measured(_still(wrench, orientation.values, g_world), "static", None)
 
-    inside, warnings = _inside(recording, wrench)
+    inside, left_out = _inside(recording, wrench)
+    many = len(wrench) - len(inside) > FEW * len(wrench)
+    warnings, notes = (left_out, ()) if many else ((), left_out)
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
-        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings)
+        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings, notes)
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
     turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
     if not turns_or_moves and not may_move_unseen:
         held = np.repeat(orientation.values[:1], len(inside), axis=0)
-        return Measured(_still(inside, held, g_world), "static", None, warnings)
+        return Measured(_still(inside, held, g_world), "static", None, warnings, notes)
     at = inside.time
     if source == "filter":
         motion, inside = _filtered(recording, inside)
+        kind = "filter"
     else:
         curves = curves or smooth_poses(recording, g_world)
         motion = curves.poses.at(at)
-        warnings += curves.warnings
+        kind, warnings, notes = curves.source, warnings + curves.warnings, notes + curves.notes
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
-        warnings += (f"{np.sum(~known)} samples lie in gaps of the poses and were left out",)
+        warnings += (f"{_samples(~known)} in gaps of the poses left out",)
         inside, motion = inside[known], motion[known]
     g = in_sensor_axes(motion.orientation, g_world)
-    kind = "filter" if source == "filter" else curves.source
     if motion.linear_acceleration is not None:
         a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
     elif recording.has("accelerometer"):
@@ -115,7 +119,6 @@ def measure(
         kind = "orientation"
         warnings += ("no position and no accelerometer: only gravity is modelled, so mass and COM at most",)
     force, torque = inside.values[:, :3], inside.values[:, 3:]
-    notes = curves.notes if curves else ()
     return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings, notes)
 
 
@@ -133,10 +136,13 @@ class Curves:
     warnings: tuple[str, ...]
 
 
-def smooth_poses(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) -> Curves:
+def smooth_poses(
+    recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, alone: SmoothedPoses | None = None
+) -> Curves:
     """Smooth curves through the poses of a recording, with the inertial sensors it has.
 
-    `gravity` (3,) in world axes [m/s²]. Raises `InputError` for fewer than eight poses.
+    `gravity` (3,) in world axes [m/s²]; `alone`: the curves through the poses, where they are known already. Raises
+    `InputError` for fewer than eight poses.
     """
     orientation = recording["orientation"]
     position = recording["position"] if recording.has("position") else None
@@ -146,7 +152,9 @@ def smooth_poses(recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY) ->
             where=recording.source,
             fix="give a longer recording, or static poses without the time column",
         )
-    if position is None:
+    if alone is not None:
+        poses = alone
+    elif position is None:
         poses = fit_poses(orientation.time, None, orientation.values)
     else:
         poses = fit_poses(orientation.time, position.values, orientation.values, position.time)
@@ -165,16 +173,21 @@ def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
 
 
 def _inside(recording: Recording, wrench: Stream) -> tuple[Stream, tuple[str, ...]]:
-    """The wrench samples between the first and the last pose."""
+    """The wrench samples between the first and the last pose, and a sentence if that leaves out others."""
     poses = [recording[name].time for name in POSE if recording.has(name)]
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():
         raise InputError("no wrench was measured while the pose was", where=recording.source)
-    left_out = int(np.sum(~kept))
-    if left_out:
-        return wrench[kept], (f"{left_out} wrench samples before the first or after the last pose were left out",)
-    return wrench, ()
+    if kept.all():
+        return wrench, ()
+    return wrench[kept], (f"{_samples(~kept)} before the first or after the last pose left out",)
+
+
+def _samples(mask: Mask) -> str:
+    """How many a mask (K,) holds."""
+    n = int(mask.sum())
+    return f"{n} wrench sample{'' if n == 1 else 's'}"
 
 
 def _interpolated(stream: Stream, at: Array) -> Array:

@@ -111,7 +111,8 @@ def _assumptions(estimate: Estimate) -> Iterable[Text]:
     if made.get("tool"):
         yield Text(f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone")
     for note in made.get("notes", ()):
-        yield Text(f"- {note}")
+        if not note.startswith("the wrench is on-"):  # said above
+            yield Text(f"- {note}")
     if made.get("bias_searched") and made.get("bias") == "none":
         yield Text("wrench bias: none beyond three standard deviations, so none assumed")
     if estimate.bias is not None:

@@ -116,8 +116,8 @@ def _wrench(found: "Inspection") -> Iterable["str | Table"]:
 def _outliers(c: "Conditioned") -> str:
     if not c.rejected.any():
         return "outliers: none"
-    names = {"contact": "of contact", "spike": "spikes", "saturation": "saturated"}
-    what = ", ".join(f"{number} {names.get(reason, reason)}" for reason, number in c.reasons.items() if number)
+    names = {"contact": "of contact", "spike": "by itself", "saturation": "saturated"}
+    what = ", ".join(f"{number} {names[reason]}" for reason, number in c.reasons.items() if number)
     return f"outliers left out: {what} ({_share(float(np.mean(c.rejected)))} of {len(c.rejected)} samples)"
 
 
@@ -128,7 +128,7 @@ def _clock(offset: float, std: float | None) -> str:
         return "clock offset between wrench and motion: none found" + (
             f" (± {_time(std)})" if std < 1.0 else ", the motion does not tell"
         )
-    return f"the wrench is {1e3 * abs(offset):.3g} ± {1e3 * std:.1g} ms {'late' if offset > 0.0 else 'early'}"
+    return f"the wrench is {1e3 * abs(offset):.3g} ± {1e3 * std:.2g} ms {'late' if offset > 0.0 else 'early'}"
 
 
 def _bias(f: "WrenchFacts") -> str:

@@ -77,7 +77,8 @@ def read_bag(
         for topic in gathered
         if topic.unreadable
     ]
-    cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings))
+    silent = [f"topic {topic.topic.name} has no messages" for topic in gathered if not topic.messages]
+    cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
     if "wrench" not in streams.series:
         raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with --wrench-topic")
     if not {"orientation", "joint_positions"} & set(streams.series):

@@ -26,6 +26,15 @@ class Link:
     static: bool
     """The pose does not change: there is one sample"""
 
+    def covers(self, time: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which times lie between two samples of a moving link that are not far apart."""
+        own = self.series.time
+        after = np.searchsorted(own, time)
+        inside = (time >= own[0]) & (time <= own[-1])
+        steps = np.diff(own)
+        after = np.clip(after, 1, len(own) - 1)
+        return inside & ((steps[after - 1] <= LONG_GAP * np.median(steps)) | np.isin(time, own))
+
     def at(self, time: NDArray[np.int64]) -> tuple[Array, Rotation]:
         """Position (k, 3) and rotation at times [ns] within the link's own: interpolated between samples."""
         if self.static:
@@ -129,7 +138,7 @@ def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[str]
     inside = np.ones(len(base), dtype=bool)
     for other in moving:
         if other is not lead:
-            inside &= _within(other, base.time)
+            inside &= other.covers(base.time)
     if not inside.any():
         what = "the moving links between the frames never overlap in time"
         raise InputError(what, f"{where}, tf {route(chain)}", "record them together")
@@ -147,16 +156,6 @@ def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[str]
         position = position + rotation.apply(step)
         rotation = rotation * turn
     return Series(base.time, base.logged, base.rows, np.concatenate([position, rotation.as_quat()], axis=1))
-
-
-def _within(link: Link, time: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which times lie between two samples of a link that are not far apart."""
-    own = link.series.time
-    after = np.searchsorted(own, time)
-    inside = (time >= own[0]) & (time <= own[-1])
-    steps = np.diff(own)
-    after = np.clip(after, 1, len(own) - 1)
-    return inside & ((steps[after - 1] <= LONG_GAP * np.median(steps)) | np.isin(time, own))
 
 
 def route(chain: Sequence[tuple[Link, bool]]) -> str:

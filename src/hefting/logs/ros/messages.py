@@ -189,6 +189,8 @@ def _pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Pie
         return
     frame = layout.texts.get("header.frame_id", "").strip("/")
     child = layout.texts.get("child_frame_id", "").strip("/")
+    if role == "twist" and child:  # of an Odometry message: in the axes of its child frame
+        frame = child
     for what, endings in PARTS[role]:
         paths = layout.find(*endings)
         if paths is None:

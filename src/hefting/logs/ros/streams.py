@@ -78,8 +78,13 @@ class Streams:
         for (_, parent, child), parts in merged.items():
             static = all(is_static for is_static, _ in parts)
             raw = Series.joined([part for is_static, part in parts if is_static == static])
-            if parent != child:
-                self.tree.add(Link(parent, child, raw[raw.order()[-1:]] if static else raw, static))
+            if parent == child:
+                continue
+            if static:
+                if (raw.values != raw.values[0]).any():
+                    self.warnings.append(f"static tf {parent} -> {child} changes in the bag: the last one is taken")
+                raw = raw[raw.order()[-1:]]
+            self.tree.add(Link(parent, child, raw, static))
 
     def _chain(self, world: str | None, sensor: str) -> list[tuple[Link, bool]]:
         """Links from `world` to `sensor`, tidied and checked."""
@@ -162,14 +167,16 @@ class Streams:
         topic = self._topic("joint")
         if topic is None:
             return
-        names = max((key[1:] for key in topic.series), key=len)  # the first such message gives the order
+        first = {key: series.rows.min() for key, series in topic.series.items()}
+        _, *names = max(first, key=lambda key: (len(key), -first[key]))  # the first such message gives the order
         if len(set(names)) != len(names):
             raise InputError("a joint has two values in one message", f"{self.path}, {topic.topic.name}")
         others: set[str] = set()
         parts: dict[str, list[Series]] = {}
         for (what, *own), series in topic.series.items():
             if len(own) == len(names) and set(own) == set(names):
-                columns = series.values[:, [own.index(name) for name in names]]
+                places = {name: i for i, name in enumerate(own)}
+                columns = series.values[:, [places[name] for name in names]]
                 parts.setdefault(what, []).append(Series(series.time, series.logged, series.rows, columns))
             else:
                 others |= set(own)
@@ -177,7 +184,7 @@ class Streams:
             if what in parts:
                 merged = Series.joined(parts[what])
                 self._keep(what, merged[np.argsort(merged.rows, kind="stable")], topic, what.replace("_", " "))
-        self.joint_names = names
+        self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:
             self.notes.append(f"messages of {topic.topic.name} with other joints left out: {listing(others)}")
@@ -224,10 +231,9 @@ class Streams:
         series = self._tidy(series, topic)
         orientation = self.series.get("orientation")
         if frame and frame == self.sensor and frame != self.world and orientation is not None and len(orientation) > 1:
-            within = (series.time >= orientation.time[0]) & (series.time <= orientation.time[-1])
-            series = series[within]
             padded = np.pad(orientation.values, ((0, 0), (3, 0)))
             turning = Link("", "", Series(orientation.time, orientation.logged, orientation.rows, padded), False)
+            series = series[turning.covers(series.time)]
             if len(series):
                 rotation = turning.at(series.time)[1]
                 turned = [rotation.apply(series.values[:, part]) for part in (slice(0, 3), slice(3, 6))]
@@ -251,9 +257,12 @@ class Streams:
         if not found and self.named.get(role, "none") != "none":
             fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
             empty = next((topic for topic in self.gathered if topic.role == role), None)
-            if empty is not None and not empty.messages:
+            if empty is None:
+                what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
+                raise InputError(what, self.path, fix)
+            if not empty.messages:
                 raise InputError(f"topic {empty.topic} has no messages", self.path, fix)
-            raise InputError(f"no {role} can be read from topic {empty.topic if empty else ''}", self.path, fix)
+            raise InputError(f"no {role} can be read from topic {empty.topic}", self.path, fix)
         return found[0] if found else None
 
     def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
