@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
 
 from hefting.estimators import OLS
-from hefting.evaluation import objects, observations, prediction, robot
+from hefting.evaluation import objects, observations, observations_report, prediction, robot
 from hefting.evaluation.filtered import (
     OBSERVATIONS,
     WEAK,
@@ -23,7 +23,7 @@ from hefting.evaluation.filtered import (
     weak_geo,
     windows,
 )
-from hefting.evaluation.observations_report import FIRST, PUBLISHED, pooled
+from hefting.evaluation.observations_report import FIRST, PUBLISHED, SHARP, pooled
 from hefting.evaluation.setting import RATE, SPEEDS, thing, wielded
 from hefting.inertia import InertialParameters
 from hefting.regressor import full_regressor
@@ -160,6 +160,38 @@ def test_the_claims_on_150_observations(done):
             assert values[:, -1].mean() < 0.5, method
 
 
+def test_sharper_poses_make_other_motion_of_the_same_wrench(done):
+    for _, result in done["observations"]:
+        assert result["kinds"][SHARP]["accelerations"] != result["kinds"][FIRST]["accelerations"]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "theirs", "alike"),
+    [
+        (0.5, 10.0, True),
+        (2.0, 10.0, True),
+        (2.1, 10.0, False),
+        (0.4, 10.0, False),
+        (9.0, 500.0, True),
+        (0.4, 500, False),
+    ],
+)
+def test_what_counts_as_the_published_figure(ratio, theirs, alike):
+    """Within a factor of two; "> 500" is any figure above, and those down to half."""
+    assert observations_report._is_alike(ratio, theirs) == alike
+
+
+def test_the_papers_order_is_pmd_then_geo_then_both_others():
+    inertia = {"PMD": 1.0, "GEO, weak": 2.0, "GEO, literature": 3.5, "GEO, noise found": 0.5, "OLS": 4.0, "RTLS": 3.0}
+    scores = {
+        (kind, method, 1.0): np.full((3, 5), value)
+        for kind in observations_report.KINDS
+        for method, value in inertia.items()
+    }
+    (note,) = observations_report._ordering([({"object": "tee"}, {"homogeneous": 10.0})], scores, [1.0])
+    assert note.count("weak 1, literature 0, noise found 0") == len(observations_report.COMPARED)
+
+
 def test_faults_do_what_they_say(exact):
     subject, z = thing("tee"), exact.measurements[:OBSERVATIONS]
     troubled = robot._troubled(subject, z, np.random.default_rng(0))
@@ -176,6 +208,10 @@ def test_faults_do_what_they_say(exact):
     assert np.array_equal(late.wrench, z.wrench[:-2])
     assert np.array_equal(late.angular_velocity, z.angular_velocity[2:])
     np.testing.assert_allclose(troubled["gain"][1].wrench, 1.04 * z.wrench)
+    every = troubled["all"]
+    assert every[0] is troubled["pose"][0]
+    assert np.array_equal(every[1].time, late.time)
+    np.testing.assert_allclose(every[1].wrench, 1.04 * z.wrench[:-2] + bias[0], atol=1e-12)
     mass = OLS().fit(troubled["gain"][1]).parameters.mass
     assert mass == pytest.approx(1.04 * subject.held.parameters.mass, rel=1e-6)  # exact motion
 

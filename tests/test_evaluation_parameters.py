@@ -13,11 +13,17 @@ pytest.importorskip("matplotlib", reason="matplotlib is not installed (pip insta
 
 from scipy import stats
 
-from hefting.evaluation import c1, condition, density, gravity, stop_and_go
-from hefting.evaluation.setting import OBJECTS, SPEEDS, thing
+from hefting.estimate import Estimate
+from hefting.estimators import PMD
+from hefting.evaluation import c1, condition, density, gravity, noise, stop_and_go
+from hefting.evaluation.setting import OBJECTS, SPEEDS, signal_to_noise, thing, wielded
+from hefting.identifiability import condition_number
+from hefting.inertia import InertialParameters
+from hefting.measurements import NOISE_LEVELS
+from hefting.moments import Moments
 from hefting.simulation import UR5, sinusoids, wield_in_mujoco
 
-ALL = (density, c1, stop_and_go, condition, gravity)
+ALL = (density, c1, stop_and_go, condition, gravity, noise)
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +54,21 @@ def test_density_and_c1_have_the_papers_328_settings():
     assert motions == {(name, speed) for name in OBJECTS for speed in SPEEDS}
     assert grids + len(motions) * len(c1.VALUES) == 328
     assert {300.0, 5e3, 25e3} <= set(c1.VALUES)
+
+
+def test_errors_are_the_papers_formulas_along_the_sides_of_the_h():
+    """Sides 200, 315 (with the bosses) and 50 mm along the sensor's axes, as it is grasped."""
+    subject, a = thing("tee"), np.array((0.2, 0.315, 0.05))
+    true = subject.held.parameters
+    change = np.array((0.01, 1e-3, 2e-3, 3e-3, 1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4))
+    wrong = InertialParameters(true.vector + change)
+    found = subject.errors(Estimate("wrong", wrong, 0))
+    assert found.mass == pytest.approx(100.0 * 0.01 / true.mass)
+    com = np.abs(wrong.center_of_mass - true.center_of_mass) / a
+    assert found.center_of_mass == pytest.approx(100.0 * com.mean(), rel=1e-4)  # prisms for the round bosses
+    scale = true.mass / 12.0 * (np.eye(3) * (a @ a) - np.outer(a, a))
+    entries = np.abs((wrong.inertia_at_origin - true.inertia_at_origin) / scale)[np.triu_indices(3)]
+    assert found.inertia_at_origin == pytest.approx(100.0 * entries.mean(), rel=1e-3)
 
 
 def test_the_same_job_gives_the_same_result(quick):
@@ -152,7 +173,20 @@ def test_stop_and_go_is_below_the_published_bound_without_noise(quick):
         assert noisy[0] < 3.0 * 100.0 * 0.00026 / thing(job["object"]).held.parameters.mass
 
 
+def test_noise_of_the_motion_moves_the_com(quick):
+    for _, result in quick[stop_and_go]:
+        wrench_alone, motion_too = (np.array(result["errors"][s]) for s in ("moderate", "moderate, motion too"))
+        assert (wrench_alone[:, 1] != motion_too[:, 1]).all()
+
+
 # condition
+
+
+def test_the_windows_are_all_of_the_motion(quick):
+    job, result = next((job, result) for job, result in quick[condition] if job["arm"] == "ur5")
+    z = wielded("hammer", job["speed"]).measurements
+    each = [condition_number(Moments.of(z[k : k + 150]), condition.EXACT) for k in range(0, 3450, 150)]
+    assert result["windows"] == pytest.approx(np.mean(each), rel=1e-9)  # rounding
 
 
 def test_condition_numbers_are_within_a_factor_of_two_of_the_published(reports):
@@ -206,6 +240,77 @@ def test_gravity_leaves_more_to_motion_the_faster_it_is(reports):
     assert all(row[6] > row[7] for row in rows), "torque takes more of motion than force"
 
 
+# noise
+
+
+def test_signal_to_noise_is_the_geometric_mean_over_the_channels():
+    exact = wielded("hammer", 2.0).measurements
+    quiet, loud = (signal_to_noise(exact, NOISE_LEVELS[level]) for level in ("low", "moderate"))
+    assert quiet == pytest.approx(4.0 * loud, rel=1e-12)  # all four standard deviations are doubled
+    noise_only = exact.with_noise(NOISE_LEVELS["moderate"], 1)
+    ratios = [
+        np.mean(true**2, axis=0) / np.var(noisy - true, axis=0)
+        for true, noisy in (
+            (exact.linear_acceleration, noise_only.linear_acceleration),
+            (exact.angular_acceleration, noise_only.angular_acceleration),
+            (exact.wrench, noise_only.wrench),
+        )
+    ]
+    assert loud == pytest.approx(np.exp(np.mean(np.log(np.hstack(ratios)))), rel=0.05)  # 12 x 3500 samples: 1 %
+    assert np.hstack(ratios).size == 12
+
+
+def test_noise_figures_of_a_few_experiments(quick):
+    for job, result in quick[noise]:
+        levels = {level: found["methods"] for level, found in result["levels"].items()}
+        assert len(levels) == len(NOISE_LEVELS)
+        for methods in levels.values():
+            assert len(methods) == 4
+            for name in ("GEO", "PMD"):
+                assert all(methods[name]["consistent"]), (job, name)
+        assert max(levels["none"]["OLS"]["inertia"]) < 1e-6  # percent: rounding
+        errors = [levels[level]["OLS"]["inertia"][-1] for level in ("none", "low", "moderate", "high")]
+        assert (np.diff(errors) > 0.0).all(), "the same noise, larger"
+        snr = [result["levels"][level]["snr"] for level in ("low", "moderate", "high")]
+        assert (np.diff(snr) < 0.0).all()
+    assert len(noise.jobs(False)) * len(NOISE_LEVELS) * len(noise.METHODS) == 640
+
+
+def test_errors_over_time_end_at_those_of_one_fit(quick):
+    """All samples once, with the noise of the job's seed."""
+    job, result = quick[noise][1]
+    z = wielded(job["object"], job["speed"]).measurements
+    z = z.with_noise(NOISE_LEVELS["moderate"], (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"])))
+    subject = thing(job["object"])
+    for name, method in noise.METHODS.items():
+        for place in (noise.TIMES.index(10.0), -1):
+            some = z[: round(100 * noise.TIMES[place])]
+            inertia = subject.errors(method(subject, z).fit(some)).inertia_at_origin
+            found = result["levels"]["moderate"]["methods"][name]["inertia"][place]
+            assert found == pytest.approx(inertia, rel=1e-5), name  # solvers' tolerance
+
+
+def test_errors_by_c1_are_means_over_the_seeds():
+    result = c1.run({"object": "hammer", "speed": 4.0, "seeds": 2})
+    exact, subject = wielded("hammer", 4.0).measurements, thing("hammer")
+    noisy = [exact.with_noise(NOISE_LEVELS["moderate"], (seed, OBJECTS.index("hammer"), 40)) for seed in range(2)]
+    expected = np.mean([subject.errors(PMD(subject.shape, c1=300.0).fit(z[:150])).inertia_at_origin for z in noisy])
+    found = result["inertia_at_origin"][c1.VALUES.index(300.0)][c1.TIMES.index(1.5)]
+    assert found == pytest.approx(expected, rel=1e-5)  # solver's tolerance
+
+
+def test_lambda_kept_grows_as_the_root_of_the_number_of_points(quick):
+    job, result = quick[density][0]
+    exact, subject = wielded(job["object"], density.SPEED).measurements, thing(job["object"])
+    keys = [(seed, OBJECTS.index(job["object"])) for seed in range(job["seeds"])]
+    noisy = [exact.with_noise(NOISE_LEVELS["moderate"], key)[:150] for key in keys]
+    for series, regularization in (("moderate", 0.1), ("moderate, lambda kept", 0.15)):  # 126 points: 0.1 x 1.5
+        method = PMD(density.points(0.09), c1=300.0, regularization=regularization)
+        expected = np.mean([subject.errors(method.fit(z)).inertia_at_origin for z in noisy])
+        found = result["errors"][series]["inertia_at_origin"][0][job["densities"].index(0.09)]
+        assert found == pytest.approx(expected, rel=1e-5), series  # solver's tolerance
+
+
 # pages
 
 
@@ -246,9 +351,13 @@ def shown(figure) -> list:
     return [text for text in texts if text.get_text().strip()]
 
 
-@pytest.mark.parametrize("module", [condition, gravity], ids=["condition", "gravity"])
+@pytest.mark.parametrize("module", [condition, gravity, noise], ids=["condition", "gravity", "noise"])
 def test_the_iso_limit_is_marked_where_speed_is_an_axis(module, reports):
     """Between the published pairs (1.5 rad/s, 0.2 m/s) and (2 rad/s, 0.27 m/s), 0.25 m/s is at 1.857 rad/s."""
-    for figure in reports[module].figures.values():
+    for name, figure in reports[module].figures.items():
+        if name == "error-over-time":
+            said = [bool(ax.texts) and "ISO" in ax.texts[0].get_text() for ax in figure.axes]
+            assert said == [False, True]  # 1 and 2 rad/s
+            continue
         marks = [line for line in figure.axes[0].lines if "ISO" in str(line.get_label())]
         assert [mark.get_xdata()[0] for mark in marks] == [pytest.approx(1.5 + 0.5 * 5.0 / 7.0)]

@@ -196,6 +196,12 @@ def test_epoch_seconds_are_shifted_with_their_precision(tmp_path):
     assert got["wrench"].time[0] == 0
     assert "shifted by 1700000000.000000 s" in got.warnings[0]
     assert "2e-07 s" in got.warnings[0]
+    times = [1_700_000_000.5 + k / 4 for k in range(5)]
+    first, last = (f"{t},0,0,0,1,,,,,," for t in (times[0], times[4] + 1))
+    rows = [first, *(f"{t},,,,,1,2,3,4,5,6" for t in times[1:]), last]
+    got = read_log(log(tmp_path, *rows))
+    assert got["orientation"].time.tolist() == [0, 2]
+    assert got["wrench"].time.tolist() == [0.25, 0.5, 0.75, 1], "all streams are shifted alike"
 
 
 def test_implausible_steps(tmp_path):

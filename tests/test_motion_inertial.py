@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.motion import fit_poses, measure
+from hefting.motion import fit_poses, measure, smooth_poses
 from hefting.motion.inertial import fuse
 from hefting.recording import Recording, Stream
 from motions import GRAVITY, random_smooth, stop_and_go
@@ -89,7 +89,7 @@ def test_no_worse_than_without_where_they_are_poor():
     assert (np.array(after) <= 1.02 * np.array(before)).all()
 
 
-@pytest.mark.parametrize("spoil", ["degrees", "other axes", "g"])
+@pytest.mark.parametrize("spoil", ["degrees", "other axes", "g", "gravity"])
 def test_foreign_readings_are_left_out(spoil):
     truth, (p, q) = poses_of(random_smooth, 4)
     plain = fit_poses(truth.time, p, q)
@@ -99,10 +99,11 @@ def test_foreign_readings_are_left_out(spoil):
         gyroscope = replace(gyroscope, values=np.rad2deg(gyroscope.values))
     elif spoil == "other axes":
         gyroscope = replace(gyroscope, values=gyroscope.values @ turned.as_matrix().T)
-    else:
+    elif spoil == "g":
         accelerometer = replace(accelerometer, values=accelerometer.values / 9.81)
-    sensors = (None, accelerometer) if spoil == "g" else (gyroscope, None)
-    fused, notes, warnings = fuse(plain, GRAVITY, *sensors)
+    sensors = (None, accelerometer) if spoil.startswith("g") else (gyroscope, None)
+    gravity = Rotation.from_euler("x", 20, degrees=True).apply(GRAVITY) if spoil == "gravity" else GRAVITY
+    fused, notes, warnings = fuse(plain, gravity, *sensors)
     assert not notes
     assert "contradicts the poses: not used; is it in sensor axes" in warnings[0]
     assert fused is plain
@@ -134,6 +135,8 @@ def test_a_recording_with_sensors_is_measured_with_them():
     measured = measure(recording, GRAVITY)
     assert measured.source == "inertial"
     assert len(measured.notes) == 2
+    live = measure(recording, GRAVITY, "filter", smooth_poses(recording, GRAVITY))
+    assert not live.notes, "the filter heeds no such sensor"
     without = Recording({k: s for k, s in recording.streams.items() if k in streams})
     error = rms(measured.measurements.linear_acceleration - truth.linear_acceleration)
     assert error < 0.75 * rms(measure(without, GRAVITY).measurements.linear_acceleration - truth.linear_acceleration)

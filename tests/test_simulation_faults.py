@@ -231,6 +231,12 @@ def test_impossible_faults_are_refused(wrong):
     assert set(wrong) <= {field.name for field in fields(Faults)}
 
 
+def test_the_papers_sensor_is_its_moderate_level_and_quieter_about_its_own_axis():
+    """Robotiq FT 300, data sheet: signal noise 0.1 N; 0.005 N m about x and y, 0.003 N m about z."""
+    assert WRENCH_NOISE["ft300"] == (*WRENCH_NOISE["moderate"][:5], 0.003)
+    assert WRENCH_NOISE["moderate"] == (0.1, 0.1, 0.1, 0.005, 0.005, 0.005)
+
+
 def test_a_single_sample():
     wielding = wield_analytically(UR5, sinusoids(0.01, 100.0, 1.0), BODY)
     faults = Faults(wrench_noise=FT300, noise_correlation=0.5, drift=(1.0,) * 6, dropped=0.9, contacts=0.5, spikes=0.5)

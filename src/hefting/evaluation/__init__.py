@@ -57,10 +57,6 @@ def reproduce(
     if workers is not None and workers < 1:
         raise InputError(f"needs at least one process, not {workers}", where="--jobs")
     experiments = [e for name, e in EXPERIMENTS.items() if not names or name in names]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be made ({error.strerror})", where=folder) from error
     start = time.perf_counter()
     with Bars(show) as bars:
         results = run_experiments(experiments, folder, quick, workers, scheduler, bars)

@@ -115,10 +115,10 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
         f"readings are shown: exact motion at {EXACT} m ({min(exact):.2g} to {max(exact):.2g} times the published "
         f"figures), and the mean over the four noise levels at {AVERAGED} m ({min(averaged):.2g} to "
         f"{max(averaged):.2g} times).",
-        "For one motion at several speeds the figure falls as the square of the speed (column (rad/s)²), as angular "
-        f"acceleration is set against gravity. The published ones do not: times (rad/s)² they are {products[0]:.0f}, "
-        f"{products[1]:.0f} and {products[2]:.0f}. So no size gives all three on exact motion; an average over noisy "
-        "motion flattens the slope.",
+        "For one motion at several speeds the figure falls nearly as the square of the speed (column x (rad/s)²), as "
+        f"angular acceleration is set against gravity. The published ones do not: times (rad/s)² they are "
+        f"{products[0]:.0f}, {products[1]:.0f} and {products[2]:.0f}. So no size gives all three on exact motion; "
+        "an average over noisy motion flattens the slope.",
         "Noise in the accelerations makes the regressor look better conditioned, not the data better: at "
         f"{results[0][0]['speed']:g} rad/s moderate noise lowers it from {quiet:.0f} to {noisy:.0f} ({EXACT} m).",
     )

@@ -15,6 +15,8 @@ Job = dict[str, Any]
 Result = dict[str, Any]
 """Numbers a job found, JSON-ready."""
 Cell = str | float | int | None
+PLAIN = 1e6
+"""Numbers below it are shown without an exponent."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,10 @@ def shown(cell: Cell) -> str:
     """A cell as a person reads it: three significant digits, nothing for what is not known."""
     if cell is None:
         return ""
-    return f"{cell:.3g}" if isinstance(cell, float) else str(cell)
+    if not isinstance(cell, float):
+        return str(cell)
+    text = f"{cell:.3g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(cell) < PLAIN else text
 
 
 @dataclass(frozen=True)

@@ -170,11 +170,11 @@ def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]) -> 
         for (part, found), colour, marker in zip(shares.items(), (BLUE, VERMILION), "os", strict=True):
             values = 100.0 * np.array([found[s] for s in speeds])
             line = {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
-            axes.plot(speeds, values.mean(axis=1), label=f"{part}, mean of objects", **line)
+            axes.plot(speeds, values.mean(axis=1), label=f"{part}: mean and range", **line)
             axes.fill_between(speeds, values.min(axis=1), values.max(axis=1), color=colour, alpha=0.2, linewidth=0.0)
         ratio = human(0)["force, with the rotation"]
         place = HUMAN["angular velocity rad/s"][0]
-        axes.plot(place, 100.0 / (1.0 + ratio), "*", color=INK, markersize=7.0, label="human motion (published)")
+        axes.plot(place, 100.0 / (1.0 + ratio), "*", color=INK, markersize=7.0, label="human (published means)")
         mark_limit(axes)
         axes.set(xlabel="average angular speed [rad/s]", ylabel="gravity's share [%]", ylim=(0.0, 102.0))
         legend_above(figure, axes, 2)

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hefting.evaluation.drawing import legend_above, mark_limit, over_limit
 from hefting.evaluation.experiment import Experiment, Job, Report, Result, Table
 from hefting.evaluation.setting import (
     COLOURS,
-    ISO_LIMIT,
     MARKERS,
     METHODS,
     OBJECTS,
@@ -27,12 +27,10 @@ TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
 """When an estimate is made [s]."""
 SHOWN = 10.0
 """s, after which the paper compares the methods."""
-LIMIT = float(np.interp(ISO_LIMIT, list(SPEEDS.values()), list(SPEEDS)))
-"""Angular speed [rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
 LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
 """RTLS often lies on OLS."""
-RANGE = (0.1, 1e3)
-"""Of errors drawn [%]."""
+RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
+"""Of errors [%] and signal-to-noise ratios drawn."""
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -105,7 +103,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     experiments = len(results) * len(NOISE_LEVELS) * len(METHODS)
     notes = (
         f"{experiments} experiments: objects x speeds x noise levels x methods, each 35 s at 100 Hz. Noise is added to "
-        "the exact accelerations and wrench, as in the paper; inertia errors are about the sensor's origin.",
+        "the exact accelerations and wrench, as in the paper; inertia errors are about the sensor's origin. The SNR is "
+        "mean-squared signal over noise variance, the geometric mean over the twelve channels of accelerations and "
+        "wrench: the paper does not say how it averages.",
         "The paper gives no numbers for these two figures. GEO starts from the homogeneous body with the mass that "
         "least squares finds and the weight of its authors' code; PMD has c1 = 300.",
     )
@@ -117,35 +117,35 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
-    from hefting.plotting import figure_of, style
+    from hefting.plotting import INK, figure_of, settled, style
 
     levels = [level for level in NOISE_LEVELS if level != "none"]
     with style():
         figure = figure_of(2.6, width=7.2)
         axes = figure.subplots(1, len(levels), sharey=True)
-        for i, (ax, level) in enumerate(zip(axes, levels, strict=True)):
+        for ax, level in zip(axes, levels, strict=True):
             for method in METHODS:
                 values = np.clip([average(s, level, method, "inertia", at) for s in speeds], *RANGE)
                 ax.plot(speeds, values, color=COLOURS[method], **_line(method))
             ax.set(title=f"{level} noise", xlabel="average angular speed [rad/s]", yscale="log", ylim=RANGE)
-            _mark_limit(ax, speeds)
+            ax.plot([], [], color=INK, linestyle="--", linewidth=1.6, label="SNR (scale on the right)")
+            mark_limit(ax)
             ratios = ax.twinx()
             snr = [mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds]
-            ratios.plot(speeds, snr, color="#303030", linestyle="--", linewidth=1.4, label="SNR")
-            ratios.set(yscale="log", ylim=(1e1, 1e7))
-            ratios.spines["right"].set_visible(True)
-            if i == len(levels) - 1:
-                ratios.set_ylabel("signal-to-noise ratio (dashed)")
+            ratios.plot(speeds, snr, color=INK, linestyle="--", linewidth=1.6)
+            ratios.set(yscale="log", ylim=SNR_RANGE)
+            if ax is axes[-1]:
+                ratios.spines["right"].set_visible(True)
+                ratios.set_ylabel("signal-to-noise ratio [-]")
             else:
-                ratios.set_yticklabels([])
+                ratios.yaxis.set_visible(False)
         axes[0].set_ylabel("inertia error after 10 s [%]")
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
-    return figure
+        legend_above(figure, axes[0], len(METHODS) + 2)
+        return settled(figure)
 
 
 def _over_time_figure(speeds, average) -> "Figure":
-    from hefting.plotting import figure_of, style
+    from hefting.plotting import figure_of, settled, style
 
     with style():
         figure = figure_of(2.3, width=7.2)
@@ -162,22 +162,15 @@ def _over_time_figure(speeds, average) -> "Figure":
                 ylim=RANGE,
             )
             ax.set_xticks([1, 10], ["1", "10"])
-            if SPEEDS[speed] > ISO_LIMIT:
+            if over_limit(speed):
                 ax.text(0.97, 0.97, "above ISO 10218-1", transform=ax.transAxes, ha="right", va="top", size=6.5)
         axes[0].set_ylabel("inertia error [%]")
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
-    return figure
+        legend_above(figure, axes[0], len(METHODS))
+        return settled(figure)
 
 
 def _line(method: str) -> dict[str, Any]:
     return {"marker": MARKERS[method], "markersize": 3, "linestyle": LINES[method], "label": method}
-
-
-def _mark_limit(ax, speeds) -> None:
-    """ISO 10218-1's largest TCP speed, as an angular speed."""
-    if speeds[0] <= LIMIT <= speeds[-1]:
-        ax.axvline(LIMIT, color="#777777", linewidth=1.0, linestyle=":", label=f"{ISO_LIMIT} m/s (ISO 10218-1)")
 
 
 EXPERIMENT = Experiment(

@@ -6,15 +6,16 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+import hefting
 from hefting.evaluation.experiment import Experiment, Report, Table, shown
-from hefting.evaluation.runner import source_version
+from hefting.evaluation.runner import make_folder, source_version
 from hefting.files import write_atomically
 
-PACKAGES = ("hefting", "numpy", "scipy", "mujoco", "matplotlib", "distributed")
+PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
 PNG_DPI = 300
 PIXELS_AN_INCH = 130
 LONG = 16
-"""Rows of a table above which the page folds it away."""
+"""Rows of a table above which the page folds it away, unless it is an experiment's first."""
 
 STYLE = """
 body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
@@ -38,7 +39,7 @@ def write_page(reports: list[tuple[Experiment, Report]], folder: Path, seconds: 
 
     for experiment, report in reports:
         place = folder / experiment.name
-        place.mkdir(parents=True, exist_ok=True)
+        make_folder(place)
         for table in report.tables:
             for suffix, text in ((".csv", table.csv()), (".json", table.json()), (".md", table.markdown())):
                 write_atomically(place / f"{table.name}{suffix}", text)
@@ -65,15 +66,17 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
         "<h1>The paper's experiments, run again</h1>",
         "<p>Nadeau, Giamou and Kelly, <em>Fast Object Inertial Parameter Identification for Collaborative Robots</em>, "
         "ICRA 2022, on simulated data. Published figures stand beside those of this run.</p>",
-        f'<p class="made">{kind}{seconds:.0f} s; {html.escape(made)}; Python {platform.python_version()}; '
-        f"source {source_version()[:12]}. Seeds are those of the job list.</p>",
+        f'<p class="made">{kind}{seconds:.0f} s, without what an earlier run had done; {html.escape(made)}; Python '
+        f"{platform.python_version()}; source {source_version()[:12]}. Jobs, seeds and results: folder results.</p>",
         "<nav><ul>",
         *(f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>' for e, _ in reports),
         "</ul></nav>",
     ]
     for experiment, report in reports:
         parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
-        parts += [f'<p class="source">{html.escape(experiment.source)}</p>']
+        parts += [
+            f'<p class="source">{html.escape(line)}</p>' for line in (experiment.source, _jobs(experiment, quick))
+        ]
         parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
         parts += [
             f'<figure><a href="{experiment.name}/{name}.svg"><img src="{experiment.name}/{name}.png" '
@@ -81,13 +84,13 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
             f'alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
             for name, figure in report.figures.items()
         ]
-        parts += [_html_table(experiment, table) for table in report.tables]
+        parts += [_html_table(experiment, table, table is report.tables[0]) for table in report.tables]
     return "\n".join([*parts, "</body></html>\n"])
 
 
 def versions() -> dict[str, str]:
     """Versions of what the figures depend on, as far as it is installed."""
-    found = {}
+    found = {"hefting": hefting.__version__}
     for name in PACKAGES:
         try:
             found[name] = version(name)
@@ -96,7 +99,19 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _html_table(experiment: Experiment, table: Table) -> str:
+def _jobs(experiment: Experiment, quick: bool) -> str:
+    """How many jobs there are, and the values of their parameters, seeds among them."""
+    jobs = experiment.jobs(quick)
+    found: dict[str, list[str]] = {}
+    for job in jobs:
+        for name, value in job.items():
+            listed = value if isinstance(value, list) else [value]
+            found.setdefault(name, []).extend(f"{v:g}" if isinstance(v, float) else str(v) for v in listed)
+    parameters = "; ".join(f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items())
+    return f"{len(jobs)} jobs: {parameters.replace('_', ' ')}"
+
+
+def _html_table(experiment: Experiment, table: Table, first: bool) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
     body = "".join(f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>" for row in table.rows)
     files = ", ".join(
@@ -108,5 +123,5 @@ def _html_table(experiment: Experiment, table: Table) -> str:
     )
     if len(table.rows) > LONG:
         summary = f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
-        shown_table = f"<details>{summary}{shown_table}</details>"
+        shown_table = f"<details{' open' * first}>{summary}{shown_table}</details>"
     return f'{shown_table}<p class="source">{files}</p>'

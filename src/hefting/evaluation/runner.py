@@ -6,9 +6,10 @@ the source has changed, and never otherwise. Results do not depend on who does t
 
 import hashlib
 import json
+import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from functools import cache
 from multiprocessing import get_context
@@ -43,8 +44,10 @@ def run_experiments(
     workers : local processes, by default one a core.
     scheduler : address of a Dask scheduler to use instead (extra ``batch``).
 
-    Raises `InputError` when the scheduler cannot be reached, and whatever a job raises.
+    Raises `InputError` when `folder` cannot be written or the scheduler cannot be reached, `HeftingError` when it is
+    lost or its workers have another source, and whatever a job raises.
     """
+    make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
     found = {name: [_kept(folder, name, job) for job in jobs] for name, jobs in wanted.items()}
     missing = [(name, i) for name, results in found.items() for i, result in enumerate(results) if result is None]
@@ -56,16 +59,29 @@ def run_experiments(
         name, i = missing[k]
         found[name][i] = result
         path = _path(folder, name, wanted[name][i])
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         write_atomically(path, json.dumps({"job": wanted[name][i], "result": result}))
         progress(name, sum(r is not None for r in found[name]), len(found[name]))
     return {name: list(zip(wanted[name], found[name], strict=True)) for name in wanted}  # type: ignore[arg-type]
 
 
-def do(name: str, job: Job) -> Result:
-    """Do one job of the experiment called `name`, in whichever process."""
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it; `InputError` when that fails."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made ({error.strerror})", where=path) from error
+
+
+def do(name: str, job: Job, source: str | None = None) -> Result:
+    """Do one job of the experiment called `name`, in whichever process.
+
+    `HeftingError` when a `source` is given that is not this process's: its result would pass for one of that source.
+    """
     from hefting.evaluation import EXPERIMENTS
 
+    if source not in (None, source_version()):
+        raise HeftingError("a worker of the cluster has another version of hefting; install the same on all")
     return json.loads(json.dumps(EXPERIMENTS[name].run(job)))  # the same as when read back from a file
 
 
@@ -92,7 +108,7 @@ def _on_processes(tasks: list[tuple[str, Job]], workers: int) -> Iterator[tuple[
 def _on_cluster(tasks: list[tuple[str, Job]], address: str) -> Iterator[tuple[int, Result]]:
     """The same on a Dask cluster."""
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
         from distributed import as_completed as dask_completed
     except ImportError:
         raise MissingDependencyError("distributed", "batch") from None
@@ -100,11 +116,21 @@ def _on_cluster(tasks: list[tuple[str, Job]], address: str) -> Iterator[tuple[in
         client = Client(address, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"no Dask scheduler answers ({error})", address, "start one: dask scheduler") from error
-    with client:
-        futures = [client.submit(do, *task, pure=False, retries=ATTEMPTS) for task in tasks]
-        numbers = {future.key: k for k, future in enumerate(futures)}
-        for future in dask_completed(futures):
-            yield numbers[future.key], future.result()
+    log = logging.getLogger("distributed.client")
+    level = log.level
+    log.setLevel(logging.CRITICAL)  # what is wrong is said once, below
+    try:
+        with client:
+            futures = [client.submit(do, *task, source_version(), pure=False, retries=ATTEMPTS) for task in tasks]
+            numbers = {future.key: k for k, future in enumerate(futures)}
+            for future in dask_completed(futures):
+                yield numbers[future.key], future.result()
+    except (CancelledError, OSError) as error:
+        raise HeftingError(f"{address}: the Dask scheduler was lost; the same command goes on") from error
+    except KilledWorker as error:
+        raise HeftingError(f"{address}: workers died at one job again and again; have they memory enough?") from error
+    finally:
+        log.setLevel(level)
 
 
 class _OneThreadEach:

@@ -6,7 +6,6 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from hefting.calibration import fit_freely
 from hefting.estimate import Estimate
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.measurements import Measurements, Noise
@@ -23,7 +22,6 @@ from hefting.simulation import (
     sinusoids,
     wield_in_mujoco,
 )
-from hefting.spatial import Array
 
 OBJECTS = tuple(MODULAR)
 """The eight configurations of the modular object."""
@@ -71,11 +69,6 @@ def wielded(name: str, speed: float, arm: str = "ur5", duration: float = DURATIO
     return wield_in_mujoco(robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters)
 
 
-def residual_noise(measurements: Measurements) -> Noise:
-    """Levels of force and torque that least squares leaves: the wrench's own and what the motion's noise adds."""
-    return fit_freely(measurements, False).noise
-
-
 METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
     "OLS": lambda thing, z: OLS(),
     "RTLS": lambda thing, z: RTLS(),
@@ -100,17 +93,14 @@ def published(value: float) -> str:
 
 
 def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
-    """Mean-squared signal over noise variance, averaged over the six channels, each without its mean."""
-    return float(np.mean(channel_ratios(measurements, noise)))
+    """Mean-squared signal over noise variance: geometric mean over the 12 channels of accelerations and wrench."""
+    signals = (measurements.linear_acceleration, measurements.angular_acceleration, measurements.wrench)
+    levels = (noise.linear_acceleration, noise.angular_acceleration, noise.force, noise.torque)
+    ratios = np.mean(np.square(np.hstack(signals)), axis=0) / np.square(np.repeat(levels, 3))
+    return float(np.exp(np.mean(np.log(ratios))))
 
 
-def channel_ratios(measurements: Measurements, noise: Noise) -> Array:
-    """(6,) mean-squared signal over noise variance of each channel of an exact wrench."""
-    variance = np.repeat((noise.force**2, noise.torque**2), 3)
-    return np.mean(measurements.wrench**2, axis=0) / variance
-
-
-def grouped(results: list[tuple[Mapping, Mapping]], *keys: str) -> dict[tuple, list[Mapping]]:
+def grouped(results: Iterable[tuple[Mapping, Mapping]], *keys: str) -> dict[tuple, list[Mapping]]:
     """Results by the values of some of their jobs' parameters, in the order in which those first come."""
     groups: dict[tuple, list[Mapping]] = {}
     for job, result in results:

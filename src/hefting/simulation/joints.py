@@ -118,7 +118,8 @@ def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
 
 def _instants(duration: float, rate: float, speed: float) -> Array:
     if not (duration > 0.0 and rate > 0.0 and speed > 0.0 and np.isfinite(duration * rate * speed)):
-        raise InputError("duration, rate and speed of a motion must be positive")
+        what = f"but are {duration:g} s, {rate:g} Hz and {speed:g} rad/s"
+        raise InputError(f"duration, rate and speed of a motion must be positive, {what}")
     return np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
 
 

@@ -79,12 +79,15 @@ class Scenario:
     def joints(self) -> JointMotion:
         """The motion of the joints, at the lowest rate of which all `rates` are parts.
 
-        Raises `InputError` for a motion that is not known, numbers out of range and more than `MOST_SAMPLES`.
+        Raises `InputError` for a motion that is not known, numbers out of range, less than two samples, and
+        more than `MOST_SAMPLES`.
         """
         rate = _common_rate(self.rates)
         if not self.duration * rate <= MOST_SAMPLES:
             what = f"{self.duration:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples"
             raise InputError(what, fix="simulate less, or choose rates of which one is a multiple of the others")
+        if 0.0 < self.duration * rate < 2.0:
+            raise InputError(f"{self.duration:g} s at {rate:g} Hz are less than two samples", fix="simulate longer")
         if self.motion == "stop-and-go":
             if self.angular_speed is not None:
                 raise InputError("stop-and-go has no speed to choose", fix="leave it out, or give a speed limit")
