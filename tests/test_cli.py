@@ -9,8 +9,8 @@ import time
 import numpy as np
 import pytest
 
+from commands import refused
 from hefting import Estimate
-from hefting.cli import main
 from hefting.logs import read_log, write_log
 from hefting.measurements import Noise
 from hefting.recording import Recording, Stream
@@ -39,37 +39,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command in this process: exit status, standard output, standard error."""
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["hefting", *map(str, words)])
-        status = 0
-        try:
-            main()
-        except SystemExit as stop:
-            status = stop.code
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
-
-
 def shape_options(folder):
     return ["--shape", folder / "mesh.stl", "--unit", "mm", "--object-pose", POSE_TEXT]
-
-
-def refused(result, *words):
-    """Exit status 2, one line on standard error that holds `words`, nothing on standard output."""
-    status, out, err = result
-    assert status == 2
-    assert out == ""
-    assert err.count("\n") == 1
-    assert "Traceback" not in err
-    for word in words:
-        assert word in err, err
-    return True
 
 
 def test_identify_prints_a_table_with_units_and_truth(run, folder):

@@ -1,7 +1,6 @@
 """Several methods on one recording: the table, the machine's version of it, and what is recommended."""
 
 import json
-import sys
 import time
 from dataclasses import replace
 
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 
 from hefting import comparison
-from hefting.cli import main
 from hefting.comparison import compare
 from hefting.errors import InputError
 from hefting.estimators import METHODS, VARIANTS, describe_methods, method_named
@@ -43,22 +41,6 @@ def shape():
 @pytest.fixture(scope="module")
 def everything(recording, shape):
     return compare(recording, shape, bias="none")
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command in this process: exit status, standard output, standard error."""
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["hefting", *map(str, words)])
-        status = 0
-        try:
-            main()
-        except SystemExit as stop:
-            status = stop.code
-        return status, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture(scope="module")

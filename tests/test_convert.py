@@ -1,41 +1,14 @@
 """hefting convert: any log in, any log out, and what it says about it."""
 
-import sys
-
 import numpy as np
 import pytest
 
-from hefting.cli import main
+from commands import refused
 from hefting.cli.reading import READING
 from hefting.logs import read_log, write_log
 from hefting.logs.ros import BAG_OPTIONS
 from hefting.recording import Recording, Stream
 from log_files import HEADER, ROWS, log, random_recording, same
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run a command in this process: exit status, standard output, standard error."""
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["hefting", *map(str, words)])
-        status = 0
-        try:
-            main()
-        except SystemExit as stop:
-            status = stop.code
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
-
-
-def refused(result, *words):
-    """Exit status 2, one line on standard error that holds `words`, nothing on standard output."""
-    status, out, err = result
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    for word in words:
-        assert word in err, err
 
 
 @pytest.mark.parametrize("suffixes", [(".csv", ".parquet"), (".parquet", ".csv")])

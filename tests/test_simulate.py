@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from hefting.cli import main
 from hefting.logs import read_log
 from hefting.simulation import UR5, Faults, Rates, held_modular
 from hefting.simulation.scenario import Scenario, named_object
@@ -16,22 +15,10 @@ from hefting.simulation.scenario import Scenario, named_object
 pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
 
 
-@pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Run a command in this process, in a folder of its own: exit status, standard output, standard error."""
+@pytest.fixture(autouse=True)
+def folder(monkeypatch, tmp_path):
+    """Commands run in a folder of their own."""
     monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["hefting", *map(str, words)])
-        status = 0
-        try:
-            main()
-        except SystemExit as stop:
-            status = stop.code
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
 
 
 def errors_read_back(run, out):
