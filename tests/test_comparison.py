@@ -81,7 +81,7 @@ def test_variants_differ_from_their_methods(everything):
 
 def test_without_a_shape_what_needs_one_is_left_out_with_a_reason(recording):
     found = compare(recording)
-    assert set(found.skipped) == {"PMD", "GEO", "HPS"}
+    assert set(found.skipped) == {"Bayes", "PMD", "GEO", "HPS"}
     assert list(found.results) == ["LMI", "OLS", "RTLS", "OLS-blended", "OLS-reduced"]
     for name, why in found.skipped.items():
         assert METHODS[name].needs in why

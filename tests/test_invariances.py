@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import NotIdentifiableError
-from hefting.estimators import GEO, HPS, LMI, METHODS, OLS, PMD, RTLS, Estimator
+from hefting.estimators import GEO, HPS, LMI, METHODS, OLS, PMD, RTLS, Bayes, Estimator
 from hefting.estimators.base import INVARIANCES
 from hefting.estimators.geo import GAMMA
 from hefting.inertia import InertialParameters
@@ -114,6 +114,10 @@ BOUNDARY = 1e-4
 ORIGIN_AND_UNITS = frozenset({"sensor origin", "units"})
 
 KINDS = {
+    "Bayes": Kind(lambda p: Bayes(p.shape), frozenset({"sensor origin"}), SAME_STEPS),
+    "Bayes, noise": Kind(
+        lambda p: Bayes(p.shape, noise=p.covariance), frozenset({"sensor origin", "wrench scale"}), SAME_STEPS
+    ),
     "PMD": Kind(lambda p: PMD(p.shape, c1=10.0), frozenset(), SAME_STEPS),
     "PMD, bias": Kind(lambda p: PMD(p.shape, 10.0, 1e-3, "estimate"), frozenset(), SAME_STEPS),
     "GEO": Kind(lambda p: GEO(p.shape), ORIGIN_AND_UNITS | {"wrench scale"}, SAME_STEPS),

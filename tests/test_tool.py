@@ -100,9 +100,10 @@ def test_every_method_takes_it():
     from hefting import PointMasses
 
     shape = PointMasses.from_box(-0.02, 0.04, -0.025, 0.025, 0.08, 0.2)
-    for method in ("PMD", "GEO", "LMI", "RTLS"):
+    for method in ("Bayes", "PMD", "GEO", "LMI", "RTLS"):
         found = identify(recording, shape, method=method, tool=tool).estimate
         assert found.parameters.mass == pytest.approx(OBJECT.mass, abs=0.01), method  # ten times what noise makes
+        assert found.intervals is None, method  # which would know nothing of the tool's uncertainty
         assert np.linalg.norm(found.parameters.center_of_mass - OBJECT.center_of_mass) < 0.006, method
 
 

@@ -1,5 +1,6 @@
 """Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
 
+from hefting.conditioning import condition as condition
 from hefting.errors import HeftingError as HeftingError
 from hefting.errors import InputError as InputError
 from hefting.estimate import Certificate as Certificate
@@ -10,11 +11,16 @@ from hefting.estimators import LMI as LMI
 from hefting.estimators import OLS as OLS
 from hefting.estimators import PMD as PMD
 from hefting.estimators import RTLS as RTLS
+from hefting.estimators import Bayes as Bayes
 from hefting.identification import Identification as Identification
+from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify
 from hefting.inertia import Consistency as Consistency
 from hefting.inertia import InertialParameters as InertialParameters
+from hefting.kinematics import Robot as Robot
+from hefting.kinematics import with_poses as with_poses
 from hefting.logs import read_log as read_log
+from hefting.logs import write_log as write_log
 from hefting.measurements import NOISE_LEVELS as NOISE_LEVELS
 from hefting.measurements import Measurements as Measurements
 from hefting.measurements import Noise as Noise

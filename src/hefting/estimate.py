@@ -52,6 +52,10 @@ class Estimate:
     """Time spanned by the samples [s]; None for static poses without time."""
     covariance: Array | None = None
     """(10, 10) covariance of ``parameters.vector``; None where the method has none."""
+    intervals: dict[str, Array] | None = None
+    """Lower and upper ends between which each quantity lies with 95 % probability: ``mass`` (2,) [kg],
+    ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and ``inertia_at_com`` (2, 3, 3) [kg m²]; None where the
+    method has none."""
     certificate: Certificate | None = None
     """How close to the method's optimum."""
     bias: Array | None = None
@@ -112,6 +116,7 @@ class Estimate:
                 "inertia_at_origin": p.inertia_at_origin,
                 "vector": p.vector,
                 "covariance": self.covariance,
+                "intervals": self.intervals,
                 "std": std if std else {"mass": None, "center_of_mass": None, "inertia_at_com": None},
                 "physically_consistent": self.physically_consistent,
                 "consistency": {"margins": self.consistency.margins, "violated": self.consistency.violated},
@@ -176,6 +181,12 @@ class Estimate:
                 int(certificate["iterations"]),
                 bool(certificate["converged"]),
             )
+        intervals = None
+        if data.get("intervals") is not None:
+            shapes = {"mass": (2,), "center_of_mass": (2, 3)}
+            intervals = {str(name): frozen(ends) for name, ends in data["intervals"].items()}
+            if any(ends.shape != shapes.get(name, (2, 3, 3)) for name, ends in intervals.items()):
+                raise ValueError("an interval has the wrong shape")
         hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
         if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
             raise ValueError("the margin of the hull is not a finite number")
@@ -185,6 +196,7 @@ class Estimate:
             samples=int(data["samples"]),
             duration=None if data.get("duration") is None else float(data["duration"]),
             covariance=array("covariance", 10, 10),
+            intervals=intervals,
             certificate=certificate,
             bias=array("bias", 6),
             point_masses=array("point_masses", None),

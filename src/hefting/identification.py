@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from hefting.calibration import TYPICAL_SIZE, FreeFit, WrenchSign, residuals
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
-from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Estimator, method_named
+from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
+from hefting.estimators.bayes.colour import coloured
 from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
 from hefting.measurements import Measurements, Noise
@@ -146,7 +147,11 @@ def estimator_for(
         settings["noise"] = _noise_of_all(prepared) if kind is RTLS else prepared.fit.noise
     if "c1" in known and prepared.source in ("smooth", "inertial"):
         settings["c1"] = SMOOTHED_C1
-    return kind(**(settings | hyperparameters))
+    if kind is not Bayes:
+        return kind(**(settings | hyperparameters))
+    settings["noise"] = None  # as the weighted residuals say, and their colour too
+    estimator = Bayes(**(settings | hyperparameters))
+    return estimator if "autocorrelation" in hyperparameters else coloured(estimator, prepared.measurements)
 
 
 def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:
@@ -179,6 +184,7 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
         estimate,
         duration=None if prepared.static else estimate.duration,
         covariance=_covariance(estimate, prepared),
+        intervals=None if _is_widened(prepared) else estimate.intervals,
         hull_margin=None if shape is None else shape.margin(estimate.parameters.center_of_mass),
         residual=rms,
         provenance=provenance,
@@ -188,6 +194,11 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     return replace(estimate, warnings=tuple(warnings))
 
 
+def _is_widened(prepared: Prepared) -> bool:
+    """Whether a tool's or gravity's uncertainty is added to the method's own."""
+    return prepared.tool is not None or prepared.conditioned.tilt_std is not None
+
+
 def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
     """The method's own covariance, widened for coloured residuals and by the tool's.
 
@@ -195,7 +206,10 @@ def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
     """
     if estimate.covariance is None:
         return None
-    covariance = estimate.covariance * prepared.fit.autocorrelation
+    if estimate.intervals is not None:  # the method has seen to the colour itself
+        covariance = estimate.covariance
+    else:
+        covariance = estimate.covariance * prepared.fit.autocorrelation
     if prepared.conditioned.tilt_std is not None:
         covariance = prepared.conditioned.covariance
     tool = prepared.tool

@@ -5,6 +5,7 @@ from typing import Any
 
 from hefting.errors import InputError
 from hefting.estimators.base import INVARIANCES, Estimator
+from hefting.estimators.bayes import Bayes
 from hefting.estimators.geo import GEO
 from hefting.estimators.hps import HPS
 from hefting.estimators.lmi import LMI
@@ -12,7 +13,15 @@ from hefting.estimators.ols import OLS
 from hefting.estimators.pmd import PMD
 from hefting.estimators.rtls import RTLS
 
-METHODS: dict[str, type[Estimator]] = {"PMD": PMD, "GEO": GEO, "HPS": HPS, "LMI": LMI, "OLS": OLS, "RTLS": RTLS}
+METHODS: dict[str, type[Estimator]] = {
+    "Bayes": Bayes,
+    "PMD": PMD,
+    "GEO": GEO,
+    "HPS": HPS,
+    "LMI": LMI,
+    "OLS": OLS,
+    "RTLS": RTLS,
+}
 """Every method by its name, those first that use most of what is known."""
 
 VARIANTS: dict[str, tuple[str, dict[str, str]]] = {
@@ -76,6 +85,7 @@ __all__ = [
     "PMD",
     "RTLS",
     "VARIANTS",
+    "Bayes",
     "Estimator",
     "describe_methods",
     "method_named",

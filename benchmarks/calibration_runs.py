@@ -1,0 +1,109 @@
+"""One identification of a random body, and whether the intervals held."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from benchmarks.bodies import Body
+from hefting.estimators import PMD, Bayes
+from hefting.estimators.bayes.colour import coloured
+from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.white_noise import white_noise
+from hefting.inertia import InertialParameters
+from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.metrics import errors_between
+from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
+from hefting.simulation.arm import SensorMotion
+from hefting.spatial import Array
+
+RATE = 100.0
+SAMPLES = (150, 500, 1000)
+LEVELS = ("low", "moderate", "high")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came of one identification."""
+
+    body: Body
+    held95: Array
+    """(10,) booleans: mass, COM, inertia about the sensor"""
+    held50: Array
+    errors: Array
+    """(3,) [%] of mass, COM and inertia about the sensor"""
+    pmd: Array
+    """the same of PMD on the same samples"""
+    widths: Array
+    """(3,) [%] width of the 95 % intervals of mass, COM (of the mean side) and trace of the inertia"""
+
+
+@cache
+def motions() -> tuple[SensorMotion, ...]:
+    """Ten seconds each: the paper's sinusoids, smooth random motion and stop-and-go at several speeds."""
+    joints = [sinusoids(10.0, RATE, speed) for speed in (1.0, 2.0, 3.0)]
+    joints += [random_smooth(10.0, RATE, speed, seed=seed) for seed, speed in enumerate((0.7, 1.5, 2.5))]
+    joints += [stop_and_go(10.0, RATE, seed=seed) for seed in range(3)]
+    return tuple(UR5.motion(j) for j in joints)
+
+
+def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
+    """Wield a body once more; `case` is one of `benchmarks.calibration.CASES`."""
+    rng = np.random.default_rng(seed)
+    motion = motions()[rng.integers(len(motions()))]
+    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
+    count = int(rng.choice(SAMPLES))
+    exact = wield(motion, body.parameters)
+    first = int(rng.integers(len(exact) - count + 1))
+    exact = exact[first : first + count]
+    estimator = Bayes(body.shape)
+    if case.startswith("AR"):
+        z = with_colour(exact.with_noise(replace(level, force=0.0, torque=0.0), seed), level, float(case[3:]), rng)
+        found = white_noise(z)
+        motion = found.linear_acceleration, found.angular_acceleration
+        estimator = coloured(replace(estimator, motion_noise=motion), z)
+    else:
+        z = exact.with_noise(level, seed)
+        estimator = replace(estimator, noise=level if case == "given" else white_noise(z))
+    state = estimator.update(estimator.start(), z)
+    mixture = estimator.posterior(state).mixture
+    estimate = estimator.estimate(state)
+    truth, sides = body.numbers[:10], body.shape.extents
+    low, high = ends(mixture, 0.95)
+    axes = body.shape.pose[:3, :3]
+
+    def errors(found: InertialParameters) -> Array:
+        e = errors_between(found, body.parameters, sides, axes)
+        return np.array((e.mass, e.center_of_mass, e.inertia_at_origin))
+
+    width = high - low
+    widths = (width[0] / truth[0], width[1:4].mean() / sides.mean(), width[[4, 7, 9]].sum() / truth[[4, 7, 9]].sum())
+    return Run(
+        body,
+        (low <= truth) & (truth <= high),
+        np.logical_and(*((s * (truth - e) >= 0.0) for s, e in zip((1, -1), ends(mixture, 0.5), strict=True))),
+        errors(estimate.parameters),
+        errors(PMD(body.shape).fit(z).parameters),
+        100.0 * np.array(widths),
+    )
+
+
+def ends(mixture: Mixture, level: float) -> tuple[Array, Array]:
+    """Lower and upper ends (10,) of mass, COM and inertia about the sensor."""
+    found = mixture.intervals(level)
+    rows, columns = np.triu_indices(3)
+    low, high = (
+        np.concatenate(([found["mass"][i]], found["center_of_mass"][i], found["inertia_at_origin"][i][rows, columns]))
+        for i in (0, 1)
+    )
+    return low, high
+
+
+def with_colour(exact: Measurements, level: Noise, rho: float, rng: np.random.Generator) -> Measurements:
+    """With wrench noise of the given levels, each sample's `rho` times the last one's, and the rest new."""
+    from scipy.signal import lfilter
+
+    new = rng.normal(size=(len(exact), 6)) * np.sqrt(1.0 - rho**2)
+    new[0] /= np.sqrt(1.0 - rho**2)
+    noise = np.asarray(lfilter([1.0], [1.0, -rho], new, axis=0)) * np.repeat((level.force, level.torque), 3)
+    return replace(exact, force=exact.force + noise[:, :3], torque=exact.torque + noise[:, 3:])

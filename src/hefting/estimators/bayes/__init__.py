@@ -1,0 +1,224 @@
+"""Bayes: the posterior of an object of known shape and unknown density, under a model of the noise."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hefting.errors import InputError, NotIdentifiableError
+from hefting.estimate import Estimate
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
+from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.projection import projected
+from hefting.estimators.blend import Blend
+from hefting.estimators.quadratic import WrenchNoise, whitening
+from hefting.inertia import InertialParameters
+from hefting.measurements import Noise
+from hefting.shapes import PointMasses
+from hefting.spatial import Array
+
+PASSES = 6
+"""Most times the noise, which depends on the body, is found anew."""
+SETTLED = 0.02
+"""Relative change of the noise's variances from one pass to the next that is not worth another."""
+LIGHTEST, HEAVIEST = 0.2, 2.0
+"""Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
+NEAR = 1.0
+"""Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
+ELSEWHERE = 30.0
+"""The same beyond which the shape is wrong: for ten numbers, five standard deviations or so more than expected."""
+CONTRADICTED = 5.0
+"""Standard deviations by which residuals may exceed the noise that is claimed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What is known of the object after the samples seen."""
+
+    mixture: Mixture
+    """of the ten parameters"""
+    residual_covariance: Array
+    """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
+    excess: float
+    """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
+    contradicted: bool
+    """whether that is more than chance"""
+    passes: int
+    """how often the noise was found anew"""
+    bias: Array | None
+    """(6,) wrench bias [N, N m]; None where none is free"""
+
+
+@dataclass(frozen=True, eq=False)
+class Bayes(Estimator):
+    """Posterior mean, covariance and intervals of a body whose density varies, smoothly or not, about an even one:
+
+        p(phi | samples)  ~  p(samples | phi) p(phi | shape)
+
+    The likelihood knows noise in wrench and motion (`likelihood`), the prior the shape (`prior`); how much the density
+    varies is integrated out. The estimate is the non-negative mass distribution nearest to the posterior mean. The
+    more the motion tells, the less the shape matters; where it tells little, the intervals say so. The wrench's scale
+    does not matter where the noise is found.
+    """
+
+    needs = "a shape"
+    consistent = True
+    source = "this project, docs/bayes.md"
+    best_for = "a known shape, any motion, and wherever it matters how sure the answer is"
+    invariances = frozenset(INVARIANCES) - {"sensor origin"}
+
+    shape: PointMasses
+    """Where the object may have mass, in the sensor frame."""
+    noise: WrenchNoise = None
+    """Known noise of the wrench: levels, with those of white noise in the accelerations, or a covariance (6, 6). None:
+    found from the residuals."""
+    motion_noise: tuple[float, float] | None = None
+    """Standard deviations of white noise in linear [m/s²] and angular [rad/s²] acceleration; None: those of `noise`,
+    or, where it has none, the motion is exact. See `hefting.estimators.bayes.white_noise`."""
+    motion_memory: float = 1.0
+    """Samples over which errors of the accelerations last: 1 for white noise, pi times the sampling rate [1/s] over the
+    bandwidth [rad/s] for motion from a filter. They then count as independent of the motion itself."""
+    bias: BiasModel = "none"
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
+    autocorrelation: float = 1.0
+    """Variance of sums of residuals over that of white ones, at least 1: see `colour.coloured`."""
+    disagreement: float = 1.0
+    """Variance between stretches of the recording over what each claims, at least 1: see `colour.coloured`. Above
+    1 it widens all intervals, and there is a warning."""
+
+    def __post_init__(self):
+        require_bias_model(self.bias)
+        whitening(self.noise)
+        if not isinstance(self.shape, PointMasses):
+            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if self.motion_noise is not None and not (
+            np.shape(self.motion_noise) == (2,) and all(0.0 <= level < np.inf for level in self.motion_noise)
+        ):
+            raise InputError(f"motion noise is two levels, finite and not negative, not {self.motion_noise}")
+        for name in ("autocorrelation", "disagreement", "motion_memory"):
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and 1.0 <= value < np.inf):
+                raise InputError(f"{name} must be finite and at least 1, but is {value}")
+
+    @cached_property
+    def _prior(self) -> Prior:
+        return Prior.of(self.shape)
+
+    def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
+        """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
+
+        Raises `NotIdentifiableError` when there are no samples, or they determine nothing beside a bias.
+        """
+        posterior = self.posterior(state, start)
+        mixture = posterior.mixture
+        vector, masses, distance = self._nearest_body(mixture)
+        return Estimate(
+            method=self.name,
+            parameters=InertialParameters(vector),
+            samples=state.samples,
+            duration=state.duration,
+            covariance=mixture.covariance,
+            intervals=mixture.intervals(0.95),
+            bias=posterior.bias,
+            point_masses=masses,
+            warnings=_warnings(posterior, distance, self.disagreement),
+        )
+
+    def _nearest_body(self, mixture: Mixture) -> tuple[Array, Array, float]:
+        """Parameters (10,) of the mass distribution nearest to the mean, the mass (n,) in each point's cell, and their
+        squared distance in standard deviations. Of cells that are even within or, where those do not do, of voxels."""
+        prior, mean, C = self._prior, mixture.mean, mixture.covariance
+        mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
+        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        if distance < NEAR:
+            return prior.cells @ masses, masses, distance
+        fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
+        return prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1), distance
+
+    def posterior(self, state: Blend, start: Estimate | None = None) -> Posterior:
+        """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
+        require_samples(state.samples)
+        samples = Samples.of(state, self.bias == "estimate")
+        _require_information(samples, state)
+        known, S_k = self._levels
+        white = S_k if self.motion_memory == 1.0 else None
+        colour = self.autocorrelation * self.disagreement
+        rough = samples.mass_scale(0.0 if known is None else float(known[:3, :3].trace() / 3.0) ** 0.5)
+        if start is None:
+            phi = rough * self._prior.mean
+            R = samples.least_residual if known is None else None
+        else:
+            phi = start.parameters.vector
+            R = samples.residual_covariance(phi) if known is None else None
+        S = self._covariance(samples, phi, R)
+        excess, contradicted, count = 1.0, False, 0
+        while True:
+            count += 1
+            scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
+            found = likelihood(samples, phi, excess * S, white, colour)
+            mixture = Mixture.of(self._prior, scale, found)
+            phi = mixture.mean
+            R = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
+            before = excess * S
+            S = self._covariance(samples, phi, R)
+            if known is not None:
+                ratio = float(np.trace(np.linalg.solve(S, R))) / 6.0
+                contradicted = ratio > 1.0 + CONTRADICTED * (self.autocorrelation / (3.0 * samples.K)) ** 0.5
+                excess = ratio if contradicted else 1.0
+            change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
+            if change < SETTLED or count >= PASSES:
+                break
+        bias = samples.bias(phi) if self.bias == "estimate" else None
+        return Posterior(mixture, before, excess, contradicted, count, bias)
+
+    @cached_property
+    def _levels(self) -> tuple[Array | None, Array | None]:
+        """Covariance (6, 6) of the wrench and variances (6,) of the accelerations; None where they are not known."""
+        noise = self.noise
+        S_k = None if self.motion_noise is None else np.repeat(np.square(self.motion_noise), 3)
+        if isinstance(noise, Noise):
+            S_w = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            if S_k is None:
+                S_k = np.repeat((noise.linear_acceleration**2, noise.angular_acceleration**2), 3)
+        else:
+            S_w = None if noise is None else np.array(noise, dtype=float)
+        return S_w, S_k if S_k is not None and S_k.any() else None
+
+    def _covariance(self, samples: Samples, phi: Array, R: Array | None) -> Array:
+        """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
+        S_w, S_k = self._levels
+        if S_w is None:
+            assert R is not None
+            S, times = samples.noise_left(R), self.motion_memory - 1.0
+        else:
+            S, times = S_w + np.diag(samples.floor**2), self.motion_memory
+        if S_k is not None and times > 0.0:
+            E = motion_effect(phi)
+            S = S + times * (E * S_k) @ E.T
+        return S
+
+
+def _require_information(samples: Samples, state: Blend) -> None:
+    if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
+        raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")
+
+
+def _warnings(posterior: Posterior, distance: float, disagreement: float) -> tuple[str, ...]:
+    warnings = []
+    if posterior.contradicted:
+        times = posterior.excess**0.5
+        warnings.append(
+            f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that"
+        )
+    if disagreement > 1.0:
+        warnings.append(
+            "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): its "
+            f"stretches differ {disagreement**0.5:.1f} times as much as they should; the intervals are wider by that"
+        )
+    if distance > ELSEWHERE:
+        warnings.append(
+            f"no mass inside the shape explains the wrench: the nearest is {distance**0.5:.0f} standard deviations away"
+        )
+    return tuple(warnings)

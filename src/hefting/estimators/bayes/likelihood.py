@@ -1,0 +1,152 @@
+"""What the samples say of the ten parameters, with noise in the wrench and in the motion.
+
+Of K samples with regressor A = A0 + sum_q n_q D_q, n the noise of the accelerations (a, alpha), D_q = dA/d(a, alpha)_q,
+and wrench b = A0 phi + e, the residual b - A phi = e - E n has the covariance
+
+    S = S_w + E S_k E',   E = [D_1 phi .. D_6 phi] = d(f, tau)/d(a, alpha)
+
+The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
+
+    G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
+    V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
+
+and the samples weigh like a Gaussian of precision H V^-1 H about H^-1 h. Constant bias is taken out beforehand: the
+samples less their mean. See Fuller, *Measurement Error Models*, 1987.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hefting.estimators.blend import Blend
+from hefting.lapack import lapack
+from hefting.regressor import FULL_MAP, ONE, WRENCH, full_rows
+from hefting.spatial import Array
+
+D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
+"""(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
+LEVEL_FLOOR = 1e-6
+"""Least noise that is believed, relative to the wrench: below it are the rounding and the model."""
+PRIOR_SAMPLES = 12.0
+"""Of the residuals' covariance: so many samples say that forces and torques err independently."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Virtual samples of a state, without their mean where a bias is free."""
+
+    A: Array
+    """(22, 6, 10)"""
+    b: Array
+    """(22, 6)"""
+    K: float
+    """samples, by weight; one less beside a free bias"""
+    d: Array
+    """(22, 3) a - g"""
+    floor: Array
+    """(6,) least standard deviations of the wrench [N, N m]"""
+    A_mean: Array
+    """(6, 10) mean regressor"""
+    b_mean: Array
+    """(6,) mean wrench"""
+
+    @classmethod
+    def of(cls, state: Blend, free_bias: bool) -> Self:
+        """Of all samples in `state`."""
+        R = state.full.factor
+        ones = R[:, ONE]
+        K = float(ones @ ones)
+        mean = (ones @ R) / K
+        sizes = np.sqrt((R[:, WRENCH] ** 2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K))
+        if free_bias:
+            R = R - ones[:, None] * mean
+            K -= 1.0
+        floor = LEVEL_FLOOR * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
+        A_mean = full_rows(mean[None])[0]
+        return cls(full_rows(R), R[:, WRENCH], K, R[:, :3], np.maximum(floor, 1e-12), A_mean, mean[WRENCH])
+
+    @cached_property
+    def least_residual(self) -> Array:
+        """(6, 6) covariance of the residuals of least squares, forces and torques weighed by their size."""
+        squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
+        scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
+        A = (self.A * scale[:, None]).reshape(-1, 10)
+        units = np.sqrt((A * A).sum(axis=0))
+        units[units < 1e-13 * units.max()] = np.inf
+        phi = np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
+        return self.residual_covariance(phi)
+
+    def residual_covariance(self, phi: Array, spent: float = 10.0) -> Array:
+        """(6, 6) mean square of what parameters phi (10,) leave of the wrench.
+
+        `spent` equations of the 6 K are taken as fulfilled by the fit, at most three quarters of them.
+        """
+        r = self.b - self.A @ phi
+        return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
+
+    def noise_left(self, R: Array) -> Array:
+        """(6, 6) noise covariance that residuals of covariance R bear out."""
+        levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
+        S = (self.K * R + PRIOR_SAMPLES * np.diag(levels)) / (self.K + PRIOR_SAMPLES)
+        return S + np.diag(self.floor**2)
+
+    def bias(self, phi: Array) -> Array:
+        """(6,) the best beside parameters phi."""
+        return self.b_mean - self.A_mean @ phi
+
+    def mass_scale(self, force_std: float) -> float:
+        """Rough mass [kg]: the force over the acceleration, whichever measure of it is largest; never zero."""
+        f = self.b[:, :3]
+        square = float((self.d * self.d).sum()) or 1e-12
+        by_size = max(float((f * f).sum()) - 3.0 * self.K * force_std**2, 0.0)
+        return max((by_size / square) ** 0.5, float((f * self.d).sum()) / square, 3.0 * force_std / square**0.5, 1e-9)
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """exp(-½ phi' precision phi + shift' phi)"""
+
+    precision: Array
+    """Lambda (10, 10)"""
+    shift: Array
+    """lambda (10,)"""
+    covariance: Array
+    """S (6, 6) of one sample's residual"""
+
+
+def likelihood(samples: Samples, phi: Array, S: Array, S_k: Array | None, colour: float) -> Likelihood:
+    """At about the parameters phi (10,).
+
+    S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the accelerations' part in it, None
+    where there is none; `colour` is the variance of sums of residuals over that of white ones.
+    """
+    W = np.linalg.inv(np.linalg.cholesky(S))
+    A = (W @ samples.A).reshape(-1, 10)
+    b = (samples.b @ W.T).ravel()
+    G, h = A.T @ A, A.T @ b
+    if S_k is None:
+        return Likelihood(G / colour, h / colour, S)
+    K = samples.K
+    WD = W @ D  # (6, 6, 10)
+    H = G - K * np.tensordot(S_k[:, None, None] * WD, WD, ((0, 1), (0, 1)))
+    WE = W @ motion_effect(phi)
+    B = -np.einsum("qia,ir->qra", WD, WE * S_k)  # B[q, r] = -D_q' S^-1 E S_k e_r
+    V = colour * (G + K * np.einsum("qra,rqb->ab", B, B))
+    half = _root_of_inverse(V) @ H
+    return Likelihood(half.T @ half, half.T @ (_root_of_inverse(V) @ h), S)
+
+
+def motion_effect(phi: Array) -> Array:
+    """E (6, 6): derivative of the wrench by linear and angular acceleration."""
+    return (D @ phi).T
+
+
+def _root_of_inverse(V: Array) -> Array:
+    """(k, 10) X with X'X = V^+; directions without information are left out."""
+    scale = np.sqrt(V.diagonal())
+    scale[scale <= 1e-13 * scale.max()] = np.inf
+    values, vectors, _ = lapack.dsyevd(V / np.outer(scale, scale))
+    kept = values > 1e-12 * values[-1]
+    return (vectors[:, kept] / np.sqrt(values[kept])).T / scale

@@ -1,0 +1,139 @@
+"""Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its intervals."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.estimators.bayes.likelihood import Likelihood
+from hefting.estimators.bayes.prior import Prior
+from hefting.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
+
+MAX_STEPS = 60
+NEGLIGIBLE = 1e-5
+"""Weight below which a member of the mixture is left out of the intervals."""
+QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
+QUANTITIES |= {"inertia_at_origin": slice(4, 10), "inertia_at_com": slice(10, 16)}
+"""Of which there are intervals, and where they stand among sixteen numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Gaussians over the parameters (10,) in sensor axes about the sensor origin."""
+
+    weights: Array
+    """(j,) summing to one"""
+    means: Array
+    """(j, 10)"""
+    covariances: Array
+    """(j, 10, 10)"""
+
+    @classmethod
+    def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
+        """Posterior of a prior for a body of about `scale` kg: each member of the mixture on its own, in closed form.
+
+        With F = s F_j and the prior's mean s mu: I + F'Lambda F = R R', y = R^-1 F'(lambda - Lambda s mu), the mean is
+        s mu + F R^-T y, the covariance F (R R')^-1 F', and the log weight ½ |y|² - log det R + log of the prior's.
+        """
+        F, mu = scale * prior.spread, scale * prior.mean
+        FL = F.transpose(0, 2, 1) @ likelihood.precision
+        R = np.linalg.cholesky(np.eye(10) + FL @ F)
+        rest = F.transpose(0, 2, 1) @ (likelihood.shift - likelihood.precision @ mu)
+        inverse = np.linalg.inv(R)
+        y = (inverse @ rest[:, :, None])[:, :, 0]
+        half = F @ inverse.transpose(0, 2, 1)
+        log = 0.5 * (y * y).sum(axis=1) - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1) + prior.log_weight
+        weights = np.exp(log - log.max())
+        weights /= weights.sum()
+        return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half @ half.transpose(0, 2, 1))
+
+    @cached_property
+    def mean(self) -> Array:
+        """(10,)"""
+        return self.weights @ self.means
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(10, 10), what the members differ by included"""
+        off = self.means - self.mean
+        return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (off.T * self.weights) @ off
+
+    def determined(self, likelihood: Likelihood) -> float:
+        """How many of the ten parameters the samples determine, rather than the prior: tr(Lambda covariance)."""
+        weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
+        return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
+
+    def intervals(self, level: float = 0.95) -> dict[str, Array]:
+        """Central intervals of `QUANTITIES` that hold the truth with probability `level`: lower and upper ends.
+
+        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²]. To first order about the
+        mean of each member. Raises `InputError` unless 0 < level < 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise InputError(f"a level is between 0 and 1, not {level}")
+        means, stds, weights = self._marginals
+        ends = _quantiles(means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level)))
+        found = {name: ends[:, part] for name, part in QUANTITIES.items()}
+        found["mass"] = found["mass"][:, 0]
+        return {k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v)) for k, v in found.items()}
+
+    @cached_property
+    def _marginals(self) -> tuple[Array, Array, Array]:
+        """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and weights (j,)."""
+        kept = self.weights > NEGLIGIBLE
+        phi, cov = self.means[kept], self.covariances[kept]
+        m, h = phi[:, :1], phi[:, 1:4]
+        c = h / m
+        means, J = np.empty((len(phi), 16)), np.zeros((len(phi), 16, 10))
+        means[:, 0], means[:, 1:4], means[:, 4:10] = phi[:, 0], c, phi[:, 4:]
+        moment = h @ _STEINER  # (6, j, 3): the tensor |h|² I - h h' is h . moment
+        square = (moment * h).sum(axis=2).T
+        means[:, 10:] = phi[:, 4:] - square / m
+        J[:, 0, 0] = 1.0
+        J[:, 1:4, 0], J[:, 1:4, 1:4] = -c / m, np.eye(3) / m[:, :, None]
+        J[:, 4:10, 4:], J[:, 10:, 4:] = np.eye(6), np.eye(6)
+        J[:, 10:, 0], J[:, 10:, 1:4] = square / m**2, -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
+        variance = ((J @ cov) * J).sum(axis=2)
+        return means, np.sqrt(np.maximum(variance, 1e-300)), self.weights[kept] / self.weights[kept].sum()
+
+
+def _steiner() -> Array:
+    e = np.eye(3)
+    tensors = np.eye(3)[:, :, None, None] * np.eye(3) - 0.5 * (
+        np.einsum("ik,jl->ijkl", e, e) + np.einsum("il,jk->ijkl", e, e)
+    )
+    return np.ascontiguousarray(np.moveaxis(tensor_to_vector(tensors.transpose(2, 3, 0, 1)), -1, 0))
+
+
+_STEINER = _steiner()
+"""(6, 3, 3): h'_STEINER[s] h is entry s of |h|² I - h h'."""
+
+
+def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) -> Array:
+    """(p, k) where mixtures of Gaussians of means and stds (j, k) reach the probabilities (p,): Newton, bracketed."""
+    from scipy.special import ndtr, ndtri
+
+    z = ndtri(probabilities)[:, None]
+    center, rate = np.ascontiguousarray(means.T), 1.0 / stds.T  # (k, j)
+    density = (0.5 / np.pi) ** 0.5 * rate * weights
+    middle = center @ weights
+    spread = np.sqrt((stds.T**2 + (center - middle[:, None]) ** 2) @ weights)
+    each = center + z[:, :, None] / rate  # (p, k, j)
+    low, high = each.min(axis=2), each.max(axis=2)
+    x = np.clip(middle + z * spread, low, high)
+    tolerance = 1e-5 * spread
+    for _ in range(MAX_STEPS):
+        t = (x[:, :, None] - center) * rate
+        value = ndtr(t) @ weights - probabilities[:, None]
+        slope = (np.exp(-0.5 * t * t) * density).sum(axis=2)
+        below = value < 0.0
+        low, high = np.where(below, x, low), np.where(below, high, x)
+        new = x - value / np.maximum(slope, 1e-3 / spread)
+        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+        done = np.abs(new - x) <= tolerance
+        x = new
+        if done.all():
+            break
+    return x

@@ -1,0 +1,135 @@
+"""Prior of the Bayesian estimator: what a shape says of the ten parameters before any wrench was measured.
+
+The object is thought of as some 4,000 voxels; a_f (10,) are the parameters of 1 kg in voxel f, v_f its share of the
+volume, mu = sum v_f a_f those of the homogeneous body. The density is 1 + e(p), with e a Gaussian process. About the
+homogeneous centre of mass, for 1 kg, phi then has the mean mu and, the mass apart, the covariance
+
+    Q = sigma² (Q1 + `WITHIN` Qw) + delta² Qd
+
+- Q1 = M (C - C 1 1' C / 1' C 1) M': between cells, C_ij = v_i v_j exp(-d_ij² / 2 l²), l = `REACH` times the diagonal
+  of the bounding box; M (10, cells) are the means of a_f in each cell.
+- Qw: within cells, the covariance of a_f, scaled to the inertia of Q1.
+- Qd: a shell or a core. With r_f the rank of the voxel's depth, 0 at the surface and 1 in the middle, the density
+  has random shares of the Legendre polynomials P1 and, with `BENT` of the variance, P2:
+  Qd = d1 d1' + `BENT` d2 d2',  d1 = sqrt(3) sum v_f a_f P1(2 r_f - 1),  d2 = sqrt(5) sum v_f a_f P2(2 r_f - 1).
+
+The block of the inertia, given the centre of mass, is scaled by k². What sigma, delta and k are is not known: the
+prior is a mixture of Gaussians over all of them.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Self
+
+import numpy as np
+
+from hefting.estimators.bayes.voxels import Voxels
+from hefting.shapes import PointMasses
+from hefting.spatial import Array, skew, tensor_to_vector
+
+SIGMA = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
+"""Relative spread of the density, and how likely it is."""
+DELTA = {0.0: 0.5, 1.0: 0.5}
+"""Relative difference in density between core and shell."""
+STIFFNESS = {0.2: 0.3, 0.6: 0.4, 2.0: 0.3}
+"""k: the spread of the inertia beside what the centre of mass tells of it."""
+WITHIN = 0.2
+BENT = 0.3
+ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
+"""How often each of the six entries stands in the tensor."""
+REACH = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Mixture of Gaussians for the parameters of a body of 1 kg, about the sensor's origin."""
+
+    mean: Array
+    """(10,) of the homogeneous body"""
+    spread: Array
+    """(j, 10, 10) F: phi = s (mean + F z), z standard normal, for a body of about s kg; F[:, 0] is the mass's"""
+    log_weight: Array
+    """(j,) of the members of the mixture"""
+    cells: Array
+    """(10, n) parameters of 1 kg at each of the shape's points, spread over its cell"""
+    shares: Array
+    """(n,) of the homogeneous body's mass at each point"""
+    voxels: Array
+    """(10, n k) the same of smaller pieces: k to each point, one after the other"""
+    voxel_shares: Array
+    """(n k,)"""
+
+    @classmethod
+    def of(cls, shape: PointMasses) -> Self:
+        """Of a shape in the sensor frame."""
+        center = shape.homogeneous.center_of_mass
+        voxels = Voxels.of(shape)
+        Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)
+        size = np.sqrt(max(float(np.trace(vector_second(voxels.mean))), 1e-12))
+        units = np.repeat((size, size**2), (3, 6))
+        pairs = list(product(SIGMA.items(), DELTA.items()))
+        Q = np.stack([s**2 * (Q1 + WITHIN * Qw) + d**2 * Qd for (s, _), (d, _) in pairs])[:, 1:, 1:]
+        members = _stiffened(Q / np.outer(units, units), np.array(list(STIFFNESS)))
+        weights = np.outer([p * q for (_, p), (_, q) in pairs], list(STIFFNESS.values())).ravel()
+        values, vectors = np.linalg.eigh(members)
+        L = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * units[None, :, None]
+        spread = np.zeros((len(members), 10, 10))
+        spread[:, :, 0] = 3.0 * voxels.mean
+        spread[:, 1:, 1:] = L
+        T = translation(center)
+        return cls(
+            shape.homogeneous.vector / shape.homogeneous.mass,
+            T @ spread,
+            np.log(weights / weights.sum()),
+            T @ voxels.points,
+            voxels.shares,
+            T @ voxels.parameters,
+            voxels.volumes,
+        )
+
+
+def vector_second(vector: Array) -> Array:
+    """Second moment (3, 3) of the body of parameters (10,) about the origin."""
+    xx, xy, xz, yy, yz, zz = vector[4:]
+    J = np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    return 0.5 * np.trace(J) * np.eye(3) - J
+
+
+def translation(by: Array) -> Array:
+    """(10, 10) takes parameters about a point to those about the origin, from which it is `by` (3,) away."""
+    T = np.eye(10)
+    T[1:4, 0] = by
+    B = skew(by)
+    T[4:, 0] = tensor_to_vector(-B @ B)
+    for i, unit in enumerate(np.eye(3)):
+        U = skew(unit)
+        T[4:, 1 + i] = tensor_to_vector(-(U @ B + B @ U))
+    return T
+
+
+def covariances(voxels: Voxels, diagonal: float) -> tuple[Array, Array, Array]:
+    """Q1, Qw and Qd (10, 10) for 1 kg; `diagonal` [m] is that of the bounding box."""
+    v, M, x = voxels.cell_shares, voxels.cells, voxels.cell_positions
+    square = ((x[:, None] - x[None]) ** 2).sum(axis=2)
+    C = np.outer(v, v) * np.exp(-0.5 * square / (REACH * diagonal) ** 2)
+    row = C.sum(axis=1)
+    Mr = M @ row
+    Q1 = M @ C @ M.T - np.outer(Mr, Mr) / row.sum()
+    centred = voxels.parameters - voxels.mean[:, None]
+    Qw = (centred * voxels.volumes) @ centred.T
+    r = 2.0 * voxels.depth_rank - 1.0
+    polynomials = np.stack((3.0**0.5 * r, (5.0 * BENT) ** 0.5 * (1.5 * r * r - 0.5)))
+    d = voxels.parameters @ (voxels.volumes * polynomials).T
+    within = float(Qw.diagonal()[4:] @ ENTRIES)
+    return Q1, Qw * (float(Q1.diagonal()[4:] @ ENTRIES) / within if within else 0.0), d @ d.T
+
+
+def _stiffened(Q: Array, k: Array) -> Array:
+    """Q (j, 9, 9) with the inertia's covariance, the centre of mass given, scaled by each k²: (j len(k), 9, 9)."""
+    values, vectors = np.linalg.eigh(Q[:, :3, :3])
+    inverse = 1.0 / np.where(values > 1e-9 * values[:, -1:], values, np.inf)
+    half = Q[:, 3:, :3] @ (vectors * np.sqrt(inverse)[:, None, :])
+    told = half @ half.transpose(0, 2, 1)
+    members = np.repeat(Q[:, None], len(k), axis=1)
+    members[:, :, 3:, 3:] = told[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - told)[:, None]
+    return members.reshape(-1, 9, 9)

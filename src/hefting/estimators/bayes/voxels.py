@@ -1,0 +1,165 @@
+"""Voxels: the points of a shape as a solid, each point's cell cut into small boxes."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.shapes import PointMasses
+from hefting.spatial import Array, Indices, vector_to_tensor
+
+VOXELS = 4000
+"""About so many, unless there are more points."""
+CELLS = 150
+"""More points than this are gathered in about half as many cells."""
+MAX_GRID = 2_000_000
+"""Most grid cells in which depth is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Voxels:
+    """A shape filled with voxels, about its homogeneous centre of mass, in sensor axes.
+
+    They are stretched a little so that together they have the homogeneous body's moments exactly.
+    """
+
+    parameters: Array
+    """(10, N) a_f: of 1 kg in each voxel"""
+    volumes: Array
+    """(N,) share of the volume"""
+    depth_rank: Array
+    """(N,) share of the volume that is nearer to the surface: 0 to 1"""
+    mean: Array
+    """(10,) of 1 kg evenly spread"""
+    points: Array
+    """(10, n) of 1 kg spread over each point's cell"""
+    shares: Array
+    """(n,) share of the volume of each point's cell"""
+    cells: Array
+    """(10, c) of 1 kg spread over each cell: the points', or several points together"""
+    cell_shares: Array
+    """(c,)"""
+    cell_positions: Array
+    """(c, 3) their centroids [m]"""
+
+    @classmethod
+    def of(cls, shape: PointMasses) -> Self:
+        """Of a shape in the sensor frame."""
+        n = shape.n
+        axes, sides = _cell(shape)
+        cuts = _cuts(sides, VOXELS / n)
+        grids = [sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(cuts)]
+        offsets = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
+        positions = shape.positions @ axes
+        positions = (positions[:, None] + offsets[None]).reshape(-1, 3)
+        shares = np.full(n, 1.0 / n) if shape.volumes is None else np.asarray(shape.volumes)
+        volumes = np.repeat(shares / len(offsets), len(offsets))
+        rank = _depth_rank(positions, sides / cuts, volumes)
+
+        own = np.diag((sides / cuts) ** 2 / 12.0)
+        middle = volumes @ positions
+        x = positions - middle
+        body = shape.homogeneous
+        wanted = axes.T @ (body.pseudo_inertia[:3, :3] / body.mass - np.outer(*2 * (body.center_of_mass,))) @ axes
+        A = _stretch((x.T * volumes) @ x + own, wanted)
+        x, own = x @ A.T @ axes.T, axes @ A @ own @ A.T @ axes.T
+        parameters = _of_points(x, own)
+        points = parameters.reshape(10, n, -1).mean(axis=2)
+        cells, cell_shares = points, shares
+        if n > CELLS:
+            label = _gathered(points[1:4].T, CELLS // 2)
+            cell_shares = np.asarray(np.bincount(label, weights=shares), dtype=float)
+            sums = np.stack([np.bincount(label, weights=row * shares) for row in points])
+            kept = cell_shares > 0.0
+            cells, cell_shares = sums[:, kept] / cell_shares[kept], cell_shares[kept]
+        return cls(
+            parameters, volumes, rank, parameters @ volumes, points, shares, cells, cell_shares, cells[1:4].T.copy()
+        )
+
+
+def _of_points(x: Array, own: Array) -> Array:
+    """(10, N) parameters of 1 kg at each of x (N, 3), spread with second moment `own` (3, 3)."""
+    i, j = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
+    second = x[:, i] * x[:, j] + own[i, j]
+    parameters = np.empty((10, len(x)))
+    parameters[0], parameters[1:4], parameters[4:] = 1.0, x.T, -second.T
+    parameters[[4, 7, 9]] += second[:, 0] + second[:, 3] + second[:, 5]
+    return parameters
+
+
+def _cell(shape: PointMasses) -> tuple[Array, Array]:
+    """Axes (3, 3) as columns and sides (3,) [m] of the box that each point stands for."""
+    axes = np.array(shape.pose[:3, :3])
+    if shape.cell_inertia is None:
+        return axes, np.full(3, _spacing(shape))
+    J = vector_to_tensor(shape.cell_inertia.mean(axis=0))
+    second = 0.5 * np.trace(J) * np.eye(3) - J
+    turned = axes.T @ second @ axes
+    if np.abs(turned - np.diag(turned.diagonal())).max() > 1e-9 * np.trace(turned):
+        axes = np.linalg.eigh(second)[1]
+        turned = axes.T @ second @ axes
+    return axes, np.sqrt(12.0 * np.maximum(turned.diagonal(), 1e-12 * max(np.trace(turned), 1e-12)))
+
+
+def _spacing(shape: PointMasses) -> float:
+    """Distance [m] from a point to the nearest other one: the median."""
+    from scipy.spatial import KDTree
+
+    if shape.n == 1:
+        return 1e-3
+    distance = np.asarray(KDTree(shape.positions).query(shape.positions[: 100 * CELLS], k=2)[0], dtype=float)[:, 1]
+    return float(np.median(distance)) or 1e-3 * (float(np.linalg.norm(shape.extents)) or 1.0)
+
+
+def _cuts(sides: Array, wanted: float) -> Indices:
+    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones."""
+    pitch = (np.prod(sides) / max(wanted, 1.0)) ** (1.0 / 3.0)
+    for _ in range(3):  # sides that are not cut leave more for the others
+        thick = sides > pitch
+        if not thick.any():
+            return np.ones(3, dtype=int)
+        pitch = (np.prod(sides[thick]) / max(wanted, 1.0)) ** (1.0 / thick.sum())
+    return np.clip(np.round(sides / pitch), 1, 64).astype(int)
+
+
+def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
+    """(N,) share of the volume that is less deep below the surface of all voxels together."""
+    from scipy.ndimage import distance_transform_edt
+
+    low = positions.min(axis=0)
+    step = np.maximum(step, np.ptp(positions, axis=0) / 1000.0)
+    while True:
+        index = np.round((positions - low) / step).astype(int) + 1
+        size = index.max(axis=0) + 2
+        if np.prod(size.astype(float)) <= MAX_GRID:
+            break
+        step = 1.3 * step
+    filled = np.zeros(size, dtype=bool)
+    filled[tuple(index.T)] = True
+    depth = np.asarray(distance_transform_edt(filled, sampling=step))[tuple(index.T)]
+    levels, inverse = np.unique(np.round(depth / float(step.min()), 6), return_inverse=True)
+    per_level = np.bincount(inverse, weights=volumes, minlength=len(levels))
+    return (np.cumsum(per_level) - 0.5 * per_level)[inverse]
+
+
+def _stretch(from_: Array, to: Array) -> Array:
+    """The symmetric (3, 3) A with A from_ A = to: the least stretch between two second moments."""
+    values, vectors = np.linalg.eigh(from_)
+    values = np.maximum(values, 1e-12 * max(float(values[2]), 1e-30))
+    root, back = (vectors * np.sqrt(values)) @ vectors.T, (vectors / np.sqrt(values)) @ vectors.T
+    values, vectors = np.linalg.eigh(root @ to @ root)
+    return back @ ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T) @ back
+
+
+def _gathered(x: Array, number: int) -> np.ndarray:
+    """Cell (n,) of each of points x (n, 3): about `number` of them, cubes."""
+    low, sides = x.min(axis=0), np.maximum(np.ptp(x, axis=0), 1e-9)
+    pitch = (np.prod(np.maximum(sides, 0.02 * sides.max())) / number) ** (1.0 / 3.0)
+    while True:
+        index = np.floor((x - low) / pitch).astype(np.int64)
+        size = index.max(axis=0) + 1
+        key = (index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2]
+        label = np.unique(key, return_inverse=True)[1]
+        if label.max() + 1 <= 2 * number:
+            return label
+        pitch *= 1.15
