@@ -14,7 +14,7 @@ demo: .venv/run.stamp  ## simulate a robot wielding a hammer, identify it, write
 	$(BIN)/hefting demo --output demo
 
 test: .venv/dev.stamp  ## run every test
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/ruff format --check .
