@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -30,6 +31,8 @@ class Body:
     """what is known of it"""
     parameters: InertialParameters
     """its truth"""
+    mesh: Any
+    """its surface, in axes of its own"""
 
     @cached_property
     def numbers(self) -> Array:
@@ -63,7 +66,7 @@ def random_body(kind: str, seed: int) -> Body:
     truth = InertialParameters(fine.cell_matrix @ (mass * masses / masses.sum()))
     if kind == "homogeneous":
         truth = InertialParameters(mass * fine.homogeneous.vector)
-    return Body(kind, solid, PointMasses.from_mesh(mesh, pose=pose, points=POINTS), truth)
+    return Body(kind, solid, PointMasses.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh)
 
 
 # solids [m], in the axes of their file

@@ -10,9 +10,10 @@ from scipy.stats import norm
 from hefting.errors import InputError
 from hefting.estimate import com_jacobian
 from hefting.estimators import OLS, Bayes
+from hefting.estimators.bayes.distortion import affine
 from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
-from hefting.estimators.bayes.prior import Prior, covariances, translation
+from hefting.estimators.bayes.prior import Prior, covariances
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.inertia import InertialParameters
@@ -67,7 +68,7 @@ def test_the_prior_expects_what_random_densities_do():
     C = np.exp(-0.5 * ((x[:, None] - x[None]) ** 2).sum(axis=2) / (0.25 * diagonal) ** 2)
     density = np.linalg.cholesky(C + 1e-9 * np.eye(len(x))) @ rng.normal(size=(len(x), 3000))
     density -= np.outer(C @ v, v @ density) / (v @ C @ v)  # given the mass
-    drawn = translation(-solid.homogeneous.center_of_mass) @ solid.cell_matrix @ (v[:, None] * density)
+    drawn = affine(np.eye(3), -solid.homogeneous.center_of_mass) @ solid.cell_matrix @ (v[:, None] * density)
     Q1 = covariances(Voxels.of(solid), diagonal)[0]
     scale = np.sqrt(np.cov(drawn).diagonal()[1:])
     # a deviation of 3,000 draws is 1.3 % of a standard deviation; four of it, twice for variances
@@ -79,7 +80,7 @@ def test_a_shell_is_one_of_the_bodies_expected():
     """An empty box has more inertia about its middle than a full one, along the direction that Qd has and Q1 lacks."""
     prior = Prior.of(box(points=56))
     even, delta = prior.spread[0], prior.spread[3]  # sigma = 0.1, k = 0.2, delta = 0 and 1
-    T = translation(-box().homogeneous.center_of_mass)
+    T = affine(np.eye(3), -box().homogeneous.center_of_mass)
     growth = [np.sqrt(((T @ F)[4:, 1:] ** 2).sum()) for F in (even, delta)]
     assert growth[1] > 3.0 * growth[0]
 
@@ -154,7 +155,7 @@ def random_mixture(seed: int) -> Mixture:
     means = hammer().parameters.vector * (1.0 + 0.02 * rng.normal(size=(5, 10)))
     roots = 0.01 * np.abs(hammer().parameters.vector).max() * rng.normal(size=(5, 10, 10)) * 0.1
     weights = rng.random(5)
-    return Mixture(weights / weights.sum(), means, roots @ roots.transpose(0, 2, 1))
+    return Mixture(weights / weights.sum(), means, roots)
 
 
 @pytest.mark.parametrize("level", [0.5, 0.95, 0.999])

@@ -19,9 +19,9 @@ from random_problems import random_body, random_motion, with_wrench
 KEYS = {
     *("schema", "version", "method", "frame", "mass", "center_of_mass", "inertia_at_com", "inertia_at_origin"),
     *("vector", "covariance", "std", "physically_consistent", "certificate", "bias", "samples", "duration"),
-    *("warnings", "residual", "point_masses", "provenance", "consistency", "intervals"),
+    *("warnings", "residual", "point_masses", "provenance", "consistency", "intervals", "accuracy", "sufficient"),
 }
-"""What the command line documents, and the last five, of which `load` needs some."""
+"""What the command line documents, and the last seven, of which `load` needs some."""
 
 
 @pytest.fixture

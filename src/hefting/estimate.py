@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from hefting.accuracy import Accuracy
 from hefting.errors import InputError
 from hefting.files import read_json, write_atomically
 from hefting.inertia import Consistency, InertialParameters
@@ -56,6 +57,10 @@ class Estimate:
     """Lower and upper ends between which each quantity lies with 95 % probability: ``mass`` (2,) [kg],
     ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and ``inertia_at_com`` (2, 3, 3) [kg m²]; None where the
     method has none."""
+    accuracy: Accuracy | None = None
+    """What the errors do not exceed, each with 95 % probability; None unless an accuracy was asked for."""
+    sufficient: bool | None = None
+    """Whether that is what was asked for."""
     certificate: Certificate | None = None
     """How close to the method's optimum."""
     bias: Array | None = None
@@ -117,6 +122,8 @@ class Estimate:
                 "vector": p.vector,
                 "covariance": self.covariance,
                 "intervals": self.intervals,
+                "accuracy": None if self.accuracy is None else asdict(self.accuracy),
+                "sufficient": self.sufficient,
                 "std": std if std else {"mass": None, "center_of_mass": None, "inertia_at_com": None},
                 "physically_consistent": self.physically_consistent,
                 "consistency": {"margins": self.consistency.margins, "violated": self.consistency.violated},
@@ -187,6 +194,9 @@ class Estimate:
             intervals = {str(name): frozen(ends) for name, ends in data["intervals"].items()}
             if any(ends.shape != shapes.get(name, (2, 3, 3)) for name, ends in intervals.items()):
                 raise ValueError("an interval has the wrong shape")
+        accuracy = data.get("accuracy")
+        if accuracy is not None:
+            accuracy = Accuracy(*(float(accuracy[name]) for name in ("mass", "center_of_mass", "inertia")))
         hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
         if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
             raise ValueError("the margin of the hull is not a finite number")
@@ -197,6 +207,8 @@ class Estimate:
             duration=None if data.get("duration") is None else float(data["duration"]),
             covariance=array("covariance", 10, 10),
             intervals=intervals,
+            accuracy=accuracy,
+            sufficient=None if data.get("sufficient") is None else bool(data["sufficient"]),
             certificate=certificate,
             bias=array("bias", 6),
             point_masses=array("point_masses", None),

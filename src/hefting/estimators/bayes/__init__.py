@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
@@ -19,6 +20,8 @@ from hefting.measurements import Noise
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
+LEVEL = 0.95
+"""Probability of the intervals and of the accuracy that an estimate gives."""
 PASSES = 6
 """Most times the noise, which depends on the body, is found anew."""
 SETTLED = 0.02
@@ -52,6 +55,20 @@ class Posterior:
 
 
 @dataclass(frozen=True, eq=False)
+class Nearest:
+    """The non-negative mass distribution nearest to the posterior mean."""
+
+    vector: Array
+    """(10,)"""
+    masses: Array
+    """(n,) in each point's cell [kg]"""
+    distance: float
+    """squared, in standard deviations"""
+    margin: float | None
+    """of its COM in the hull, where the shape most likely is; None for a certain shape"""
+
+
+@dataclass(frozen=True, eq=False)
 class Bayes(Estimator):
     """Posterior mean, covariance and intervals of a body whose density varies, smoothly or not, about an even one:
 
@@ -71,6 +88,11 @@ class Bayes(Estimator):
 
     shape: PointMasses
     """Where the object may have mass, in the sensor frame."""
+    pose_std: tuple[float, float] = (0.0, 0.0)
+    """How well the shape's place is known: standard deviations along [m] and about [rad] each axis of its frame."""
+    shape_std: float = 0.0
+    """How well the shape itself is known, as a share of its size: 0.2 for a bounding box, a hull, a cloud of one
+    side."""
     noise: WrenchNoise = None
     """Known noise of the wrench: levels, with those of white noise in the accelerations, or a covariance (6, 6). None:
     found from the residuals."""
@@ -80,6 +102,11 @@ class Bayes(Estimator):
     motion_memory: float = 1.0
     """Samples over which errors of the accelerations last: 1 for white noise, pi times the sampling rate [1/s] over the
     bandwidth [rad/s] for motion from a filter. They then count as independent of the motion itself."""
+    systematic: Array | None = None
+    """Covariance (10, 10) of an error in the parameters that more samples do not lessen: that of a tool whose wrench
+    was subtracted, or of gravity's direction."""
+    until: Accuracy | str | None = None
+    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then say what they reach (`Estimate.accuracy`) and whether that suffices."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
     autocorrelation: float = 1.0
@@ -90,9 +117,18 @@ class Bayes(Estimator):
 
     def __post_init__(self):
         require_bias_model(self.bias)
+        if isinstance(self.until, str):
+            object.__setattr__(self, "until", Accuracy.parse(self.until))
         whitening(self.noise)
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
+        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std < np.inf)).all():
+            raise InputError(f"the pose's deviations are two, finite and not negative [m, rad], not {self.pose_std}")
+        if not 0.0 <= self.shape_std <= 1.0:
+            raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
+        if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
+            raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
         if self.motion_noise is not None and not (
             np.shape(self.motion_noise) == (2,) and all(0.0 <= level < np.inf for level in self.motion_noise)
         ):
@@ -104,7 +140,7 @@ class Bayes(Estimator):
 
     @cached_property
     def _prior(self) -> Prior:
-        return Prior.of(self.shape)
+        return Prior.of(self.shape, self.pose_std, self.shape_std)
 
     def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
@@ -113,29 +149,43 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        vector, masses, distance = self._nearest_body(mixture)
+        nearest = self._nearest_body(mixture)
+        body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
+        if isinstance(self.until, Accuracy):
+            accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
+            sufficient = self.until.met_by(accuracy)
         return Estimate(
             method=self.name,
-            parameters=InertialParameters(vector),
+            parameters=body,
             samples=state.samples,
             duration=state.duration,
             covariance=mixture.covariance,
-            intervals=mixture.intervals(0.95),
+            intervals=mixture.intervals(LEVEL),
+            accuracy=accuracy,
+            sufficient=sufficient,
             bias=posterior.bias,
-            point_masses=masses,
-            warnings=_warnings(posterior, distance, self.disagreement),
+            point_masses=nearest.masses,
+            hull_margin=nearest.margin,
+            warnings=_warnings(posterior, nearest.distance, self.disagreement),
         )
 
-    def _nearest_body(self, mixture: Mixture) -> tuple[Array, Array, float]:
-        """Parameters (10,) of the mass distribution nearest to the mean, the mass (n,) in each point's cell, and their
-        squared distance in standard deviations. Of cells that are even within or, where those do not do, of voxels."""
+    def _nearest_body(self, mixture: Mixture) -> "Nearest":
+        """Of cells that are even within or, where those do not do, of voxels; both where the shape most likely is."""
         prior, mean, C = self._prior, mixture.mean, mixture.covariance
+        move = prior.most_likely(mixture.weights, mixture.means)
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
-        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        cells = prior.cells if move is None else move.parameters @ prior.cells
+        masses, distance = projected(mean, C, cells, prior.shares, mass)
         if distance < NEAR:
-            return prior.cells @ masses, masses, distance
-        fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-        return prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1), distance
+            vector = cells @ masses
+        else:
+            voxels = prior.voxels if move is None else move.parameters @ prior.voxels
+            fine, distance = projected(mean, C, voxels, prior.voxel_shares, mass)
+            vector, masses = voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
+        margin = None
+        if move is not None and vector[0] > 0.0:
+            margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
+        return Nearest(vector, masses, distance, margin)
 
     def posterior(self, state: Blend, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
@@ -158,6 +208,8 @@ class Bayes(Estimator):
             count += 1
             scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
             found = likelihood(samples, phi, excess * S, white, colour)
+            if self.systematic is not None:
+                found = found.blurred(self.systematic)
             mixture = Mixture.of(self._prior, scale, found)
             phi = mixture.mean
             R = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))

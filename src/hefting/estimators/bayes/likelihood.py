@@ -115,6 +115,12 @@ class Likelihood:
     covariance: Array
     """S (6, 6) of one sample's residual"""
 
+    def blurred(self, C: Array) -> Self:
+        """With an error of covariance C (10, 10) in the parameters that all samples share."""
+        less = np.linalg.inv(np.eye(10) + self.precision @ C)
+        precision = less @ self.precision
+        return type(self)(0.5 * (precision + precision.T), less @ self.shift, self.covariance)
+
 
 def likelihood(samples: Samples, phi: Array, S: Array, S_k: Array | None, colour: float) -> Likelihood:
     """At about the parameters phi (10,).

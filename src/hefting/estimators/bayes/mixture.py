@@ -1,7 +1,7 @@
 """Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its intervals."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
@@ -14,6 +14,8 @@ from hefting.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
 MAX_STEPS = 60
 NEGLIGIBLE = 1e-5
 """Weight below which a member of the mixture is left out of the intervals."""
+DRAWS = 1000
+"""Of the posterior, for what has no closed form: the 95 % quantile of an error is then known to 3 %."""
 QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
 QUANTITIES |= {"inertia_at_origin": slice(4, 10), "inertia_at_com": slice(10, 16)}
 """Of which there are intervals, and where they stand among sixteen numbers."""
@@ -27,8 +29,8 @@ class Mixture:
     """(j,) summing to one"""
     means: Array
     """(j, 10)"""
-    covariances: Array
-    """(j, 10, 10)"""
+    factors: Array
+    """(j, 10, 10) X of the covariances X X'"""
 
     @classmethod
     def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
@@ -47,7 +49,12 @@ class Mixture:
         log = 0.5 * (y * y).sum(axis=1) - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1) + prior.log_weight
         weights = np.exp(log - log.max())
         weights /= weights.sum()
-        return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half @ half.transpose(0, 2, 1))
+        return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
+
+    @cached_property
+    def covariances(self) -> Array:
+        """(j, 10, 10)"""
+        return self.factors @ self.factors.transpose(0, 2, 1)
 
     @cached_property
     def mean(self) -> Array:
@@ -64,6 +71,13 @@ class Mixture:
         """How many of the ten parameters the samples determine, rather than the prior: tr(Lambda covariance)."""
         weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
         return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
+
+    def draws(self, number: int = DRAWS) -> Array:
+        """(number, 10) parameters as likely as the posterior says, the same at every call."""
+        ends = np.round(number * np.cumsum(self.weights)).astype(int)
+        normal = _normal(number)
+        parts = zip((0, *ends[:-1]), ends, self.means, self.factors, strict=True)
+        return np.concatenate([mean + normal[low:high] @ factor.T for low, high, mean, factor in parts if high > low])
 
     def intervals(self, level: float = 0.95) -> dict[str, Array]:
         """Central intervals of `QUANTITIES` that hold the truth with probability `level`: lower and upper ends.
@@ -97,6 +111,12 @@ class Mixture:
         J[:, 10:, 0], J[:, 10:, 1:4] = square / m**2, -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
         variance = ((J @ cov) * J).sum(axis=2)
         return means, np.sqrt(np.maximum(variance, 1e-300)), self.weights[kept] / self.weights[kept].sum()
+
+
+@lru_cache(maxsize=1)
+def _normal(number: int) -> Array:
+    """(number, 10)"""
+    return np.random.default_rng(0).standard_normal((number, 10))
 
 
 def _steiner() -> Array:

@@ -23,9 +23,10 @@ from typing import Self
 
 import numpy as np
 
+from hefting.estimators.bayes.distortion import Distortions, Move, affine
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import PointMasses
-from hefting.spatial import Array, skew, tensor_to_vector
+from hefting.spatial import Array
 
 SIGMA = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
 """Relative spread of the density, and how likely it is."""
@@ -58,10 +59,14 @@ class Prior:
     """(10, n k) the same of smaller pieces: k to each point, one after the other"""
     voxel_shares: Array
     """(n k,)"""
+    distortions: Distortions
+    """in which ways the shape may be wrong; `spread` has them"""
+    attribution: Array
+    """(j, d, 9) to how many deviations of each a difference from `mean`, the mass apart, comes"""
 
     @classmethod
-    def of(cls, shape: PointMasses) -> Self:
-        """Of a shape in the sensor frame."""
+    def of(cls, shape: PointMasses, pose_std: tuple[float, float] = (0.0, 0.0), shape_std: float = 0.0) -> Self:
+        """Of a shape in the sensor frame; for its deviations see `Distortions.of`."""
         center = shape.homogeneous.center_of_mass
         voxels = Voxels.of(shape)
         Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)
@@ -70,13 +75,16 @@ class Prior:
         pairs = list(product(SIGMA.items(), DELTA.items()))
         Q = np.stack([s**2 * (Q1 + WITHIN * Qw) + d**2 * Qd for (s, _), (d, _) in pairs])[:, 1:, 1:]
         members = _stiffened(Q / np.outer(units, units), np.array(list(STIFFNESS)))
+        distortions = Distortions.of(shape, pose_std, shape_std)
+        effects = distortions.effects(voxels.mean)
+        members += (effects[1:] / units[:, None]) @ (effects[1:] / units[:, None]).T
         weights = np.outer([p * q for (_, p), (_, q) in pairs], list(STIFFNESS.values())).ravel()
         values, vectors = np.linalg.eigh(members)
         L = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * units[None, :, None]
         spread = np.zeros((len(members), 10, 10))
         spread[:, :, 0] = 3.0 * voxels.mean
         spread[:, 1:, 1:] = L
-        T = translation(center)
+        T = affine(np.eye(3), center)
         return cls(
             shape.homogeneous.vector / shape.homogeneous.mass,
             T @ spread,
@@ -85,7 +93,24 @@ class Prior:
             voxels.shares,
             T @ voxels.parameters,
             voxels.volumes,
+            distortions,
+            _attribution(T[1:, 1:] @ L, T[1:] @ effects),
         )
+
+    def most_likely(self, weights: Array, means: Array) -> Move | None:
+        """Posterior mean of the distortion, given each member's weight (j,) and mean (j, 10); None if there is none."""
+        if not self.attribution.size:
+            return None
+        off = means[:, 1:] / means[:, :1] - self.mean[1:]
+        scores = weights @ (self.attribution @ off[:, :, None])[:, :, 0]
+        return self.distortions.by(scores, self.mean[1:4])
+
+
+def _attribution(L: Array, effects: Array) -> Array:
+    """(j, d, 9): mean of z (d,) given x (9,), whose covariance is L L' (j, 9, 9), of which effects z is a part."""
+    scale = np.linalg.norm(L, axis=2, keepdims=True)
+    inverse = np.linalg.pinv(L / scale, rcond=1e-9)
+    return (inverse @ (effects / scale)).transpose(0, 2, 1) @ inverse / scale.transpose(0, 2, 1)
 
 
 def vector_second(vector: Array) -> Array:
@@ -93,18 +118,6 @@ def vector_second(vector: Array) -> Array:
     xx, xy, xz, yy, yz, zz = vector[4:]
     J = np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
     return 0.5 * np.trace(J) * np.eye(3) - J
-
-
-def translation(by: Array) -> Array:
-    """(10, 10) takes parameters about a point to those about the origin, from which it is `by` (3,) away."""
-    T = np.eye(10)
-    T[1:4, 0] = by
-    B = skew(by)
-    T[4:, 0] = tensor_to_vector(-B @ B)
-    for i, unit in enumerate(np.eye(3)):
-        U = skew(unit)
-        T[4:, 1 + i] = tensor_to_vector(-(U @ B + B @ U))
-    return T
 
 
 def covariances(voxels: Voxels, diagonal: float) -> tuple[Array, Array, Array]:

@@ -1,0 +1,106 @@
+"""Accuracy: how far off mass, centre of mass and inertia are at most; asked for, or claimed by a posterior."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from hefting.errors import InputError, nearest
+from hefting.inertia import InertialParameters
+from hefting.quantity import quantity
+from hefting.spatial import Array
+
+NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
+"""How the three are called in a text, and here."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Limits of three errors; None where one does not matter."""
+
+    mass: float | None = None
+    """|dm| / m"""
+    center_of_mass: float | None = None
+    """|dc| [m]"""
+    inertia: float | None = None
+    """|dJ| / |J|, Frobenius norms of tensors about the COM"""
+
+    def __post_init__(self):
+        limits = [limit for limit in asdict(self).values() if limit is not None]
+        if not limits or not all(0.0 < limit < np.inf for limit in limits):
+            raise InputError("an accuracy is one or more positive limits", fix="as in mass=1%,com=2mm,inertia=20%")
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """From a text like ``mass=1%,com=2mm,inertia=20%``; any of the three. Raises `InputError`."""
+        found: dict[str, Any] = {}
+        for part in text.split(","):
+            name, equals, value = (word.strip() for word in part.partition("="))
+            if name not in NAMES or not equals:
+                what = f"'{part.strip()}' is no accuracy{nearest(name, NAMES)}"
+                raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
+            if NAMES[name] in found:
+                raise InputError(f"{name} is given twice in '{text}'")
+            found[NAMES[name]] = quantity(value, "length" if name == "com" else "share")
+        return cls(**found)
+
+    @classmethod
+    def of_draws(cls, draws: Array, body: InertialParameters, level: float) -> Self:
+        """What the errors of `body` do not exceed with probability `level`, each by itself, if the truth is like
+        `draws` (n, 10)."""
+        m, c, J = draws[:, 0], draws[:, 1:4] / draws[:, :1], _about_com(draws)
+        own = _about_com(body.vector[None])
+        size = _frobenius(J)
+        errors = (
+            np.abs(m - body.mass) / m,
+            np.linalg.norm(c - body.center_of_mass, axis=1),
+            _frobenius(J - own) / np.maximum(size, 1e-300),
+        )
+        return cls(*(max(float(np.quantile(np.where(m > 0.0, e, np.inf), level)), 1e-300) for e in errors))
+
+    def met_by(self, claimed: "Accuracy") -> bool:
+        """Whether `claimed` is as good in all that is asked."""
+        return all(self._share(name, claimed) <= 1.0 for name in NAMES.values())
+
+    def shortfall(self, claimed: "Accuracy") -> str:
+        """What `claimed` lacks, in words; empty where it suffices."""
+        return " and ".join(
+            f"the {_WORDS[name]} is known to {_shown(name, getattr(claimed, name))}, not "
+            f"{_shown(name, getattr(self, name))}"
+            for name in NAMES.values()
+            if self._share(name, claimed) > 1.0
+        )
+
+    def __str__(self) -> str:
+        """Readable, and what `parse` takes."""
+        return ",".join(
+            f"{word}={_shown(name, getattr(self, name))}"
+            for word, name in NAMES.items()
+            if getattr(self, name) is not None
+        )
+
+    def _share(self, name: str, claimed: "Accuracy") -> float:
+        asked, got = getattr(self, name), getattr(claimed, name)
+        return 0.0 if asked is None else np.inf if got is None else got / asked
+
+
+_WORDS = {"mass": "mass", "center_of_mass": "COM", "inertia": "inertia"}
+_ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
+
+
+def _shown(name: str, value: float) -> str:
+    return f"{1e3 * value:.3g}mm" if name == "center_of_mass" else f"{100.0 * value:.3g}%"
+
+
+def _about_com(vectors: Array) -> Array:
+    """(n, 6) inertia about the COM of parameters (n, 10)."""
+    m, h = vectors[:, 0], vectors[:, 1:4]
+    i, j = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
+    products = h[:, i] * h[:, j] / m[:, None]
+    moved = vectors[:, 4:] + products
+    moved[:, [0, 3, 5]] -= (products[:, 0] + products[:, 3] + products[:, 5])[:, None]
+    return moved
+
+
+def _frobenius(tensors: Array) -> Array:
+    return np.sqrt(np.square(tensors) @ _ENTRIES)
