@@ -51,7 +51,8 @@ def _one_sided(body: Body, rng: np.random.Generator) -> PointMasses:
     """A scan by a camera on one side: of the surface that faces it."""
     import trimesh
 
-    points, faces = trimesh.sample.sample_surface(body.mesh, 4000, seed=int(rng.integers(1 << 31)))
+    sampled = trimesh.sample.sample_surface(body.mesh, 4000, seed=int(rng.integers(1 << 31)))
+    points, faces = sampled[0], sampled[1]
     view = rng.normal(size=3)
     facing = body.mesh.face_normals[faces] @ view > 0.0
     return _of_scan(body, np.asarray(points)[facing] + rng.normal(size=(int(facing.sum()), 3)) * 0.001)

@@ -61,7 +61,10 @@ def test_json_is_one_object_with_the_documented_keys(run, folder):
     assert set(result["std"]) == {"mass", "center_of_mass", "inertia_at_com"}
     assert result["frame"] == "sensor"
     assert result["physically_consistent"] is True
-    assert result["covariance"] is None  # PMD gives no uncertainty
+    assert np.shape(result["covariance"]) == (10, 10)
+    low, high = result["intervals"]["mass"]
+    assert low < result["mass"] < high
+    assert result["accuracy"] is None  # none was asked for
     assert np.shape(result["inertia_at_com"]) == (3, 3)
     # mass within 1 %: forces of 6.6 N against noise of 0.1 N / sqrt(1500)
     assert result["errors"]["mass"] < 1.0
@@ -299,10 +302,12 @@ def test_shapes_that_cannot_be(run, folder, tmp_path):
     assert refused(run("identify", log, "--shape", tmp_path / "page.stl"), "page.stl")
     assert refused(run("identify", log, "--shape", "box:0,1,2"), "box")
     away = ["--object-pose", "2,0,0,0,0,0,1"]
-    _, out, _ = run("identify", log, "--shape", folder / "mesh.stl", "--unit", "mm", *away, "--json")
-    warnings = " ".join(json.loads(out)["warnings"])
-    assert "away from the sensor" in warnings
-    assert "check the shape's pose" in warnings
+    mesh = ("--shape", folder / "mesh.stl", "--unit", "mm", *away)
+    for method in ("Bayes", "PMD"):
+        _, out, _ = run("identify", log, *mesh, "--method", method, "--json")
+        warnings = " ".join(json.loads(out)["warnings"])
+        assert "away from the sensor" in warnings
+        assert "check the shape's pose" in warnings
     assert refused(
         run("identify", log, *shape_options(folder)[:4], "--object-pose", "0,0,0,1,1,0,0"), "norm", "quaternion"
     )

@@ -14,26 +14,26 @@ ROOT = Path(hefting.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = [
     {"errors", "lapack"},
-    {"spatial", "files"},
+    {"spatial", "files", "quantity"},
     {"inertia"},
-    {"metrics", "recording", "measurements"},
+    {"metrics", "recording", "measurements", "accuracy"},
     {"regressor", "logs", "kinematics"},
     {"moments", "shapes", "motion"},
     {"estimate"},
     {"estimators"},
-    {"calibration", "export"},
+    {"calibration", "export", "stopping"},
     {"plausibility", "identifiability", "conditioning", "tool"},
     {"preparation"},
-    {"identification", "inspection", "truth", "recommendation"},
+    {"identification", "inspection", "prediction", "truth", "recommendation"},
     {"comparison"},
     {"simulation", "plotting"},
-    {"evaluation"},
+    {"evaluation", "prediction_plot"},
     {"batch", "report", "viewer"},
     {"demo"},
     {"cli"},
 ]
 """Data flows one way: a part imports from layers above its own in this list, never from below or beside."""
-EDGE = {"simulation", "evaluation", "batch", "report", "viewer", "plotting", "demo", "cli"}
+EDGE = {"simulation", "evaluation", "batch", "report", "viewer", "plotting", "prediction_plot", "demo", "cli"}
 HEIGHT = {name: height for height, layer in enumerate(LAYERS) for name in layer}
 NEVER = {"estimators": {"logs", "motion", "export", "recording"}, "motion": {"logs"}, "shapes": {"motion", "logs"}}
 HEAVY = {"trimesh", "pyarrow", "matplotlib", "pinocchio", "mujoco", "viser", "plotly", "distributed", "rosbags", "rich"}

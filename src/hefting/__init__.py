@@ -37,6 +37,8 @@ _HOME = {
     "identify": "identification",
     "calibrate": "identification",
     "Identification": "identification",
+    "predict": "prediction",
+    "Prediction": "prediction",
     "HeftingError": "errors",
     "InputError": "errors",
 }

@@ -29,6 +29,8 @@ from hefting.moments import Moments as Moments
 from hefting.motion import PoseFilter as PoseFilter
 from hefting.motion import measure as measure
 from hefting.motion import smooth as smooth
+from hefting.prediction import Prediction as Prediction
+from hefting.prediction import predict as predict
 from hefting.recording import Recording as Recording
 from hefting.recording import Stream as Stream
 from hefting.shapes import PointMasses as PointMasses

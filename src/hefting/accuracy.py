@@ -41,7 +41,10 @@ class Accuracy:
                 raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
             if NAMES[name] in found:
                 raise InputError(f"{name} is given twice in '{text}'")
-            found[NAMES[name]] = quantity(value, "length" if name == "com" else "share")
+            try:
+                found[NAMES[name]] = quantity(value, "length" if name == "com" else "share")
+            except InputError as error:
+                raise InputError(f"{name}: {error.what}", fix=error.fix) from None
         return cls(**found)
 
     @classmethod

@@ -9,7 +9,7 @@ from typing import Any
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
-from hefting.identification import NeedError, estimator_for, finished, hyperparameters_of
+from hefting.identification import NeedError, estimator_for, finished, fitted, hyperparameters_of
 from hefting.preparation import Prepared, prepare
 from hefting.recommendation import recommend
 from hefting.recording import Recording
@@ -79,9 +79,9 @@ def compare(
         try:
             estimator = estimator_for(kind, prepared, shape, own | settings)
             start = time.perf_counter()
-            estimate = estimator.fit(prepared.measurements)
+            estimate, used = fitted(estimator, prepared)
             elapsed = time.perf_counter() - start
-            results[name] = finished(estimate, estimator, prepared, shape)
+            results[name] = finished(estimate, estimator, used, shape)
             seconds[name] = elapsed
         except (NeedError, NotIdentifiableError) as error:
             if not everything:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.accuracy import Accuracy
 from hefting.calibration import TYPICAL_SIZE, FreeFit, WrenchSign, residuals
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
@@ -21,6 +22,7 @@ from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
 from hefting.spatial import STANDARD_GRAVITY, Array
+from hefting.stopping import first_sufficient, told
 
 SMOOTHED_C1 = 1.0
 """c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
@@ -72,7 +74,7 @@ def identify(
     ----------
     recording : a recording or the path of a log.
     shape : where the object may have mass, in the sensor frame.
-    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default PMD with a shape and LMI
+    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default Bayes with a shape and LMI
         without.
     gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot on a tilted base.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
@@ -81,21 +83,23 @@ def identify(
     motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
     start, duration : part of the recording to use [s].
     tool : estimate, in the same sensor frame, of what the sensor holds besides the object, to subtract.
-    hyperparameters : fields of the estimator, such as ``c1``; that is `SMOOTHED_C1` where poses are smoothed here,
-        else the paper's.
+    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or shape are not
+        exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is `SMOOTHED_C1` where
+        poses are smoothed here, else the paper's.
 
     Raises `InputError` for input that cannot be right (names what, where and what to do) and
     `NotIdentifiableError` when the recording determines nothing.
     """
     warnings = ()
     if method is None:
-        method = "PMD" if shape is not None else "LMI"
+        method = "Bayes" if shape is not None else "LMI"
         if shape is None:
             warnings = ("no shape given, so LMI: the inertia tensor rests on the motion alone; give --shape for more",)
     kind, settings = method_named(method)
     prepared = prepare(recording, shape, gravity, wrench, bias, motion, start, duration, tool)
     estimator = estimator_for(kind, prepared, shape, hyperparameters | settings)
-    estimate = finished(estimator.fit(prepared.measurements), estimator, prepared, shape)
+    estimate, prepared = fitted(estimator, prepared)
+    estimate = finished(estimate, estimator, prepared, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return Identification(estimate, prepared.measurements, prepared.sign, prepared.source)
 
@@ -149,6 +153,9 @@ def estimator_for(
         settings["c1"] = SMOOTHED_C1
     if kind is not Bayes:
         return kind(**(settings | hyperparameters))
+    settings["shape_std"] = 0.0 if shape is None else shape.shape_std
+    settings["systematic"] = prepared.systematic
+    settings["motion_noise"], settings["motion_memory"] = prepared.motion_noise, prepared.motion_memory
     settings["noise"] = None  # as the weighted residuals say, and their colour too
     estimator = Bayes(**(settings | hyperparameters))
     return estimator if "autocorrelation" in hyperparameters else coloured(estimator, prepared.measurements)
@@ -160,6 +167,19 @@ def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[
     return [field.name for field in fields(kind) if field.name != "c1" or blended]
 
 
+def fitted(estimator: Estimator, prepared: Prepared) -> tuple[Estimate, Prepared]:
+    """The estimate, and the recording as far as it was used: with `Bayes.until` no farther than that takes."""
+    z = prepared.measurements
+    if not (isinstance(estimator, Bayes) and isinstance(estimator.until, Accuracy)):
+        return estimator.fit(z), prepared
+    estimate, used = first_sufficient(estimator, z, prepared.static)
+    if prepared.static:
+        estimate = told(estimate, estimator.until, used, len(z), "poses")
+    else:
+        estimate = told(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
+    return estimate, replace(prepared, measurements=z[:used])
+
+
 def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape: PointMasses | None) -> Estimate:
     """The estimate with its residual, with what was assumed and what gives doubt.
 
@@ -167,15 +187,18 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     """
     z, fit = prepared.measurements, prepared.fit
     if not estimate.parameters.mass > 0.0:
-        raise NotIdentifiableError(
-            "no positive mass explains the wrench", where=prepared.log, fix="check --wrench (sign) and --gravity"
-        )
+        if shape is None or estimator.needs == "nothing":
+            what, fix = "no positive mass explains the wrench", "check --wrench (sign) and --gravity"
+        else:
+            told = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
+            what, fix = f"no mass inside the shape explains the wrench{told}", "check the shape's pose and unit"
+        raise NotIdentifiableError(what, where=prepared.log, fix=fix)
     r = residuals(z, estimate.parameters.vector, estimate.bias)
     rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
     names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
     known = {name: getattr(estimator, name) for name in names}
-    told = {k: v for k, v in known.items() if isinstance(v, int | float | str) and k != "bias"}
-    provenance = prepared.provenance | told
+    kept = {k: v for k, v in known.items() if isinstance(v, int | float | str | tuple) and k != "bias"}
+    provenance = prepared.provenance | kept | estimate.provenance
     if isinstance(estimator, GEO) and estimator.gamma is None and estimator.distance != "euclidean":
         provenance["gamma"] = GAMMA
     if known.get("shape") is not None:
@@ -184,8 +207,7 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
         estimate,
         duration=None if prepared.static else estimate.duration,
         covariance=_covariance(estimate, prepared),
-        intervals=None if _is_widened(prepared) else estimate.intervals,
-        hull_margin=None if shape is None else shape.margin(estimate.parameters.center_of_mass),
+        hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
     )
@@ -194,22 +216,22 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     return replace(estimate, warnings=tuple(warnings))
 
 
-def _is_widened(prepared: Prepared) -> bool:
-    """Whether a tool's or gravity's uncertainty is added to the method's own."""
-    return prepared.tool is not None or prepared.conditioned.tilt_std is not None
+def _margin(estimate: Estimate, shape: PointMasses | None) -> float | None:
+    """Depth of the COM in the hull; where the shape is uncertain the method knows better where that is."""
+    if shape is None or estimate.hull_margin is not None:
+        return estimate.hull_margin
+    return shape.margin(estimate.parameters.center_of_mass)
 
 
 def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
     """The method's own covariance, widened for coloured residuals and by the tool's.
 
-    With gravity found as well it is that of the fit which found it: gravity's error is the larger part.
+    With gravity found as well it is that of the fit which found it: gravity's error is the larger part. A method that
+    gives intervals has seen to all that itself.
     """
-    if estimate.covariance is None:
-        return None
-    if estimate.intervals is not None:  # the method has seen to the colour itself
-        covariance = estimate.covariance
-    else:
-        covariance = estimate.covariance * prepared.fit.autocorrelation
+    if estimate.covariance is None or estimate.intervals is not None:
+        return estimate.covariance
+    covariance = estimate.covariance * prepared.fit.autocorrelation
     if prepared.conditioned.tilt_std is not None:
         covariance = prepared.conditioned.covariance
     tool = prepared.tool

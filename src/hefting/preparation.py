@@ -29,6 +29,8 @@ LEAST_TILT = np.radians(3.0)
 POOR, BETTER = 0.1, 0.6
 """Residual over the force's changes, or share left out, that makes one wonder about gravity; and the ratio of
 residuals that is worth telling. Tilted by 15° they are 0.2 to 0.3 and 0.1 to 0.3; Panda's are 0.08 and 0.8 to 1."""
+WIDE = 1.0
+"""What the tool's recording left open of its inertia, in m²: as much as a metre's distance of its whole mass."""
 THIN = 5_000
 """Samples that suffice to find gravity's direction."""
 ENOUGH = 50_000
@@ -57,6 +59,14 @@ class Prepared:
     """What was subtracted."""
     fit: FreeFit
     """Unconstrained least squares: what the data say before any prior, and their noise."""
+    motion_noise: tuple[float, float] | None
+    """Standard deviations of linear [m/s²] and angular [rad/s²] acceleration, as smoothing or filter say; None where
+    the log has them."""
+    motion_memory: float
+    """Samples over which those errors last."""
+    systematic: Array | None
+    """(10, 10) covariance of what the tool and gravity's direction put into it, the same for all samples; None where
+    nothing."""
     warnings: tuple[str, ...]
     provenance: dict[str, Any]
     """What was read and assumed, as in an estimate."""
@@ -105,6 +115,7 @@ def prepare(
     warnings += gravity_warnings(z.thinned(ENOUGH), fit_freely(z.thinned(ENOUGH), free_bias))
     moved = measured.motion is not None and measured.source != "orientation" and len(z) > 1
     weights = _weights(whole, measured) if moved else None
+    tilts = _tilt_effect(recording, conditioned, motion, z, whole, free_bias)
     fit = whole
     if tool is not None:
         z = without_tool(z, tool)
@@ -113,8 +124,10 @@ def prepare(
     check_wrench(z.thinned(ENOUGH), fit, shape, recording.source)
     _check_mass(fit, "free" if free_bias else "given" if given is not None else "none", tool, recording.source)
     warnings += com_warnings(fit, shape)
+    noise, memory = None, 1.0
     if weights is not None:
         z = replace(z, weights=weights)
+        noise, memory = _motion_noise(measured, weights)
     model: BiasModel = "estimate" if free_bias else "none"
     on_object = sign.on_object if sign else wrench == "on-object"
     return Prepared(
@@ -126,6 +139,9 @@ def prepare(
         bias=model,
         fit=fit,
         conditioned=conditioned,
+        motion_noise=noise,
+        motion_memory=memory,
+        systematic=_systematic(tilts, tool),
         tool=tool,
         warnings=tuple(warnings),
         provenance={
@@ -198,6 +214,35 @@ def _tilt_doubts(recording: Recording, found: Conditioned, motion: Source) -> li
     ]
 
 
+def _tilt_effect(
+    recording: Recording, found: Conditioned, motion: Source, z: Measurements, fit: FreeFit, free_bias: bool
+) -> Array | None:
+    """(10, 2) change of unconstrained least squares when gravity turns by its standard deviation about either axis
+    across it; None where its direction was given."""
+    from scipy.spatial.transform import Rotation
+
+    if found.tilt_std is None:
+        return None
+    changes = []
+    for axis in np.linalg.svd(found.gravity[None])[2][1:]:  # across gravity
+        turned = Rotation.from_rotvec(found.tilt_std * axis).apply(np.array(found.gravity))
+        other = measure(recording, turned, motion, found.curves).measurements
+        tilted = replace(z, gravity=other.gravity, linear_acceleration=other.linear_acceleration)
+        changes.append(fit_freely(tilted, free_bias).vector[:10] - fit.vector[:10])
+    return np.array(changes).T
+
+
+def _systematic(tilts: Array | None, tool: Estimate | None) -> Array | None:
+    """(10, 10) covariance of the errors that all samples share."""
+    C = np.zeros((10, 10)) if tilts is None else tilts @ tilts.T
+    if tool is not None and tool.covariance is not None:
+        open_ = np.isinf(tool.covariance.diagonal())
+        own = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
+        own[open_, open_] = np.square(WIDE * tool.parameters.mass)
+        C = C + own
+    return C if C.any() else None
+
+
 def _check_mass(fit: FreeFit, bias: Literal["free", "given", "none"], tool: Estimate | None, source: str) -> None:
     """`NotIdentifiableError` unless unconstrained least squares finds a positive mass."""
     also = " and --bias" if bias == "given" else ""
@@ -232,6 +277,19 @@ def _with_sign(
         )
     on_object = sign.on_object if sign is not None else wrench == "on-object"
     return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
+
+
+def _motion_noise(measured: Measured, weights: Array) -> tuple[tuple[float, float] | None, float]:
+    """Deviations of the accelerations and how many samples their errors last, for weighted samples."""
+    motion = measured.motion
+    assert motion is not None
+    if motion.linear_acceleration_std is None:
+        return None, 1.0
+    squares = (motion.linear_acceleration_std**2, motion.angular_acceleration_std**2)
+    linear, angular = (float(np.sqrt(weights @ square / weights.sum())) for square in squares)
+    time = measured.measurements.time
+    step = float(np.ptp(time)) / (len(time) - 1)
+    return (linear, angular), max(np.pi / (motion.bandwidth * step), 1.0)
 
 
 def _weights(fit: FreeFit, measured: Measured) -> Array:

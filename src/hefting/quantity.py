@@ -5,7 +5,8 @@ from typing import Literal
 
 from hefting.errors import InputError
 
-UNITS = {
+Kind = Literal["length", "angle", "share"]
+UNITS: dict[Kind, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295},
     "share": {"%": 1e-2, "": 1.0},
@@ -13,7 +14,7 @@ UNITS = {
 """In m, rad, and of one."""
 
 
-def quantity(text: str, kind: Literal["length", "angle", "share"]) -> float:
+def quantity(text: str, kind: Kind) -> float:
     """A finite, not negative number in SI units from a text like ``2mm``, ``5deg`` or ``20%``.
 
     Raises `InputError` for anything else.

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli.options import POSE, add_json, add_sensor_pose, numbers, progress
+from hefting.cli.options import POSE, add_json, add_sensor_pose, numbers, progress, quantities
 from hefting.cli.reading import add_gravity, add_recording, check_output, gravity_of, read_recording
 from hefting.errors import InputError
 
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
-        help="see hefting methods; default PMD, without a shape LMI. Of several, one is recommended",
+        help="see hefting methods; default Bayes, without a shape LMI. Of several, one is recommended",
     )
     shape = parser.add_argument_group("the object's shape")
     shape.add_argument(
@@ -33,6 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     shape.add_argument("--unit", metavar="m|cm|mm|in", help="length unit of its file; default m")
     shape.add_argument("--object-pose", metavar="POSE", help=f"the file's frame in the sensor frame: {POSE}")
+    shape.add_argument("--pose-std", metavar="5mm,5deg", help="Bayes: how well that pose is known; default exactly")
+    shape.add_argument(
+        "--shape-std", metavar="20%%", help="Bayes: how well the shape is known; default exactly, 20%% for a box"
+    )
     shape.add_argument("--points", type=int, metavar="N", help="about how many point masses; default 56")
     shape.add_argument("--points-per-cm3", type=float, metavar="D", help="their density instead")
     log.add_argument(
@@ -54,6 +58,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     method.add_argument("--regularization", type=float, metavar="LAMBDA", help="PMD: pull to equal masses; default 0.1")
     method.add_argument("--gamma", type=float, help="GEO: weight of the homogeneous prior; default 30")
+    method.add_argument(
+        "--until", metavar="mass=1%%,com=2mm,inertia=20%%", help="Bayes: use no more than it takes to be so sure (95%%)"
+    )
     results = parser.add_argument_group("results")
     results.add_argument("--truth", metavar="FILE", help="true parameters or another estimate, to compare with (JSON)")
     results.add_argument(
@@ -140,13 +147,24 @@ def _identify(
     from hefting.comparison import compare
     from hefting.identification import identify
 
-    settings = {k: getattr(a, k) for k in ("c1", "regularization", "gamma") if getattr(a, k) is not None}
+    settings = _hyperparameters(a)
     names = [name.strip() for name in a.method.split(",")] if a.method is not None else [None]
     if len(names) > 1 or (names[0] or "").lower() == "all":
         comparison = compare(recording, shape, names, hyperparameters=settings, **reading)  # type: ignore[arg-type]
         return comparison, comparison.results
     estimate = identify(recording, shape, method=names[0], **reading, **settings).estimate
     return None, {estimate.method: estimate}
+
+
+def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
+    """Those that were given, by their names in the estimators."""
+    given = ("c1", "regularization", "gamma", "until")
+    settings = {name: getattr(a, name) for name in given if getattr(a, name) is not None}
+    if a.pose_std is not None:
+        settings["pose_std"] = quantities(a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg")
+    if a.shape_std is not None:
+        settings["shape_std"] = quantities(a.shape_std, ("share",), "--shape-std", "20%")[0]
+    return settings
 
 
 def _check_outputs(a: argparse.Namespace) -> None:

@@ -2,10 +2,11 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from hefting.errors import InputError
+from hefting.quantity import Kind, quantity
 
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 
@@ -29,6 +30,17 @@ def numbers(text: str, count: int, option: str) -> list[float]:
     if len(values) != count or not all(abs(value) < float("inf") for value in values):
         raise InputError(f"'{text}' is not {count} finite numbers separated by commas", where=option)
     return values
+
+
+def quantities(text: str, kinds: Sequence[Kind], option: str, example: str) -> tuple[float, ...]:
+    """Numbers with units separated by commas, in SI units; `InputError` names the option otherwise."""
+    parts = text.split(",")
+    if len(parts) != len(kinds):
+        raise InputError(f"'{text}' is not {len(kinds)} of them", where=option, fix=f"as in {example}")
+    try:
+        return tuple(quantity(part, kind) for part, kind in zip(parts, kinds, strict=True))
+    except InputError as error:
+        raise InputError(error.what, option, error.fix) from None
 
 
 @contextmanager

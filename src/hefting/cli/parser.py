@@ -3,7 +3,7 @@
 import argparse
 
 from hefting import __version__
-from hefting.cli import calibrate, convert, demo, export, identify, inspect, methods, reproduce, simulate
+from hefting.cli import calibrate, convert, demo, export, identify, inspect, methods, predict, reproduce, simulate
 from hefting.errors import InputError
 
 COMMANDS = {
@@ -14,6 +14,7 @@ COMMANDS = {
     "calibrate": calibrate,
     "convert": convert,
     "export": export,
+    "predict": predict,
     "reproduce": reproduce,
     "simulate": simulate,
 }

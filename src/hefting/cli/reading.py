@@ -22,9 +22,11 @@ READING = {
 """Options of `hefting.logs.read_log` for bags: what each takes, and its help."""
 
 
-def add_recording(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+def add_recording(
+    parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
+) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of its kind."""
-    parser.add_argument("log", metavar="LOG", help="recording: .csv, .parquet, ROS bag or .mcap; see --map, --urdf")
+    parser.add_argument("log", metavar=metavar, help=f"{what}: .csv, .parquet, ROS bag or .mcap; see --map, --urdf")
     group = parser.add_argument_group("reading the log")
     group.add_argument("--map", metavar="FILE", help="TOML file that says which columns of a CSV or Parquet hold what")
     group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")
@@ -43,7 +45,7 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def read_recording(arguments: argparse.Namespace) -> "Recording":
+def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) -> "Recording":
     """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
     from hefting.logs import is_bag, read_log
 
@@ -53,7 +55,7 @@ def read_recording(arguments: argparse.Namespace) -> "Recording":
         del options["sensor_frame"]  # names a link of the URDF then
     elif a.urdf:
         options["pose_topic"] = options["pose_topic"] or "none"  # the URDF gives the poses
-    recording = read_log(a.log, column_map=a.map, **options)
+    recording = read_log(a.log, column_map=a.map, wrench_needed=wrench_needed, **options)
     if not a.urdf:
         if a.sensor_frame and not is_bag(a.log):
             raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)

@@ -73,7 +73,9 @@ def describe_methods() -> dict[str, dict[str, Any]]:
 
 
 def _default(field: Field) -> Any:
-    return None if field.default is MISSING else field.default
+    if field.default is MISSING:
+        return None
+    return list(field.default) if isinstance(field.default, tuple) else field.default
 
 
 __all__ = [

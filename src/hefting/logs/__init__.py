@@ -19,7 +19,9 @@ MAX_BYTES = 2 * 1024**3
 """Largest table that is read: its numbers are held in memory, and slow motion needs far less."""
 
 
-def read_log(path: str | Path, column_map: str | Path | None = None, **options: Any) -> Recording:
+def read_log(
+    path: str | Path, column_map: str | Path | None = None, *, wrench_needed: bool = True, **options: Any
+) -> Recording:
     """Recording in the log at `path`.
 
     ================================ =================================================================
@@ -40,6 +42,7 @@ def read_log(path: str | Path, column_map: str | Path | None = None, **options: 
     Parameters
     ----------
     column_map : a TOML file that says which columns hold what, and in which units; see `hefting.logs.column_map`.
+    wrench_needed : whether a log without a wrench is refused, as one that nothing can be identified from.
     options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
 
     Raises `InputError`, naming file, row and column, for anything that cannot be read without guessing; what can
@@ -50,11 +53,11 @@ def read_log(path: str | Path, column_map: str | Path | None = None, **options: 
     given = {name: value for name, value in options.items() if value is not None}
     try:
         if suffix not in TABLE_SUFFIXES:
-            return _read_bag(path, column_map, given)
+            return _read_bag(path, column_map, given, wrench_needed)
         for name in given:
             raise InputError(f"--{name.replace('_', '-')} is for bags", path, "leave it out")
         _check_size(path)
-        return _read_table(path, suffix, column_map)
+        return _read_table(path, suffix, column_map, wrench_needed)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error})", where=path) from error
 
@@ -101,18 +104,18 @@ def is_bag(path: str | Path) -> bool:
     return is_bag(path)
 
 
-def _read_table(path: str | Path, suffix: str, column_map: str | Path | None) -> Recording:
+def _read_table(path: str | Path, suffix: str, column_map: str | Path | None, wrench_needed: bool) -> Recording:
     if column_map is not None:
         from hefting.logs.column_map import load_map
         from hefting.logs.mapped import read_mapped
 
-        chosen = load_map(column_map)
-        return read_mapped(_open(path, suffix, chosen.layout), chosen)
+        chosen = load_map(column_map, wrench_needed)
+        return read_mapped(_open(path, suffix, chosen.layout), chosen, wrench_needed)
     from hefting.logs.canonical import read_canonical
     from hefting.logs.ur_csv import is_ur, read_ur
 
     table = _open(path, suffix)
-    return read_ur(table) if is_ur(table.names) else read_canonical(table)
+    return (read_ur if is_ur(table.names) else read_canonical)(table, wrench_needed)
 
 
 def _open(path: str | Path, suffix: str, layout=None):
@@ -126,7 +129,9 @@ def _open(path: str | Path, suffix: str, layout=None):
     return open_csv(path, layout)
 
 
-def _read_bag(path: str | Path, column_map: str | Path | None, options: dict[str, Any]) -> Recording:
+def _read_bag(
+    path: str | Path, column_map: str | Path | None, options: dict[str, Any], wrench_needed: bool
+) -> Recording:
     from hefting.logs.ros import BAG_SUFFIXES, read_bag
 
     if not is_bag(path):
@@ -137,7 +142,7 @@ def _read_bag(path: str | Path, column_map: str | Path | None, options: dict[str
         raise InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}, or a bag's folder")
     if column_map is not None:
         raise InputError("a column map (--map) is for CSV and Parquet", path, "leave it out")
-    return read_bag(path, **options)
+    return read_bag(path, **options, wrench_needed=wrench_needed)
 
 
 def _check_size(path: str | Path) -> None:

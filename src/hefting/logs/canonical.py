@@ -26,25 +26,27 @@ REQUIRED = (
 TIME_NAMES = {"t", "ts", "s", "sec", "secs", "seconds", "ms", "us", "ns", "clock"}
 
 
-def read_canonical(table: Table) -> Recording:
+def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
     """Recording in a table whose columns have the canonical names; see `hefting.logs.read_log` for errors."""
-    groups, warnings = known_columns(table.names, table.source)
+    groups, warnings = known_columns(table.names, table.source, wrench_needed)
     position = {name: j for j, name in enumerate(table.names)}
     columns = {name: [position[column] for column in group] for name, group in groups.items()}
     time = position.get("time")
     streams, more = collect(table, time, columns)
-    require_streams(streams, table.source)
+    require_streams(streams, table.source, wrench_needed)
     if time is None:
         return checked_static(Recording(streams, True, table.source, warnings + more))
     streams, about_time = in_seconds(streams, table.source)
     return Recording(streams, False, table.source, warnings + more + about_time)
 
 
-def known_columns(names: Sequence[str], source: str | Path) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
+def known_columns(
+    names: Sequence[str], source: str | Path, wrench_needed: bool = True
+) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
     """Columns of each stream that a header `names` holds, and warnings about what it holds besides.
 
     Raises `InputError` for repeated or misspelled names, a stream of which only a part is there, and a header
-    without wrench or without orientation and joints.
+    without wrench, where it is needed, or without orientation and joints.
     """
     if len(names) > MAX_COLUMNS:
         raise InputError(f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source)
@@ -72,7 +74,7 @@ def known_columns(names: Sequence[str], source: str | Path) -> tuple[dict[str, t
             what = f"unknown column {shown(name)} (did you mean '{match}'?)"
             raise InputError(what, source, f"rename it '{match}'{unit}, or give a column map (--map FILE)")
 
-    for stream, others, fix in REQUIRED:
+    for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
         if not present & {FIXED[stream][0], *others}:
             guesses = listed([shown(name) + nearest(name, FIXED[stream]) for name in unknown])
             raise InputError(f"there is no {stream}{guesses and '; unknown columns: '}{guesses}", source, fix)

@@ -101,14 +101,14 @@ class ColumnMap:
     nan_is_blank: bool = False
 
 
-def load_map(path: str | Path) -> ColumnMap:
+def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is unknown or does not fit."""
     content = _toml(path)
     for key in content:
         _check_known(key, (*KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key")
     time, unit = _time(content["time"], f"{path}, key time") if "time" in content else (None, None)
     quantities = {key: _quantity(key, content[key], f"{path}, key {key}") for key in KEYS[1:] if key in content}
-    _check_combination(quantities, path)
+    _check_combination(quantities, path, wrench_needed)
     return ColumnMap(str(path), layout_of(content, path), time, unit, quantities, nan_is_blank(content, path))
 
 
@@ -256,15 +256,15 @@ def _names(said: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _check_combination(quantities: Mapping[str, Quantity], path: str | Path) -> None:
-    """`InputError` unless there are just one wrench and one orientation or joints."""
+def _check_combination(quantities: Mapping[str, Quantity], path: str | Path, wrench_needed: bool) -> None:
+    """`InputError` unless there are just one wrench, if needed, and one orientation or joints."""
     if ("force" in quantities) != ("torque" in quantities):
         raise InputError("gives only one of force and torque", path, "give both, or wrench with six columns")
     for one, others in (("wrench", ("force",)), ("pose", ("position", "orientation"))):
         for other in others:
             if one in quantities and other in quantities:
                 raise InputError(f"gives both {one} and {other}", path, "leave one out")
-    if not {"wrench", "force"} & set(quantities):
+    if wrench_needed and not {"wrench", "force"} & set(quantities):
         raise InputError("gives no wrench", path, "give wrench = { columns = [six names] }, or force and torque")
     if not {"orientation", "pose", "joint_positions"} & set(quantities):
         fix = "give orientation, pose or joint_positions = { columns = [...] }"

@@ -15,7 +15,7 @@ from hefting.recording import Recording, Stream
 from hefting.spatial import Array
 
 
-def read_mapped(table: Table, column_map: ColumnMap) -> Recording:
+def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True) -> Recording:
     """Recording in the columns of `table` that `column_map` names; the others do not matter.
 
     Raises `InputError` for columns that are not there or there twice, naming the map's key, and for cells that
@@ -33,7 +33,7 @@ def read_mapped(table: Table, column_map: ColumnMap) -> Recording:
     for key in tuple(streams):
         labels = [label(table, column) for column in places[key]]
         converted |= _converted(key, streams.pop(key), quantities[key], table.source, labels)
-    require_streams(converted, table.source)
+    require_streams(converted, table.source, wrench_needed)
     unit = column_map.time_unit
     if unit is not None:
         what = "row numbers" if time is None else f"column {label(table, time)}"
@@ -42,7 +42,7 @@ def read_mapped(table: Table, column_map: ColumnMap) -> Recording:
         warnings += about_time
     names = quantities["joint_positions"].names if "joint_positions" in converted else ()
     recording = Recording(converted, unit is None, table.source, warnings, joint_names=names, notes=tuple(notes))
-    if quantities["wrench"].in_world:
+    if recording.has("wrench") and quantities["wrench"].in_world:
         values = in_sensor_axes(recording["wrench"], recording["orientation"], table.source)
         turned = replace(recording["wrench"], values=values)
         recording = replace(recording, streams={**recording.streams, "wrench": turned})

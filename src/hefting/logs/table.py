@@ -105,10 +105,11 @@ def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], t
     return kept, (f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {dropped[0]})",)
 
 
-def require_streams(streams: Mapping[str, Stream], source: str) -> None:
-    """`InputError` unless something was measured of the wrench, and of the orientation or the joint angles."""
-    if "wrench" not in streams or not {"orientation", "joint_positions"} & set(streams):
-        lacking = "orientation" if "wrench" in streams else "wrench"
+def require_streams(streams: Mapping[str, Stream], source: str, wrench_needed: bool = True) -> None:
+    """`InputError` unless something was measured of the wrench, if needed, and of orientation or joint angles."""
+    wrench_lacks = wrench_needed and "wrench" not in streams
+    if wrench_lacks or not {"orientation", "joint_positions"} & set(streams):
+        lacking = "wrench" if wrench_lacks else "orientation"
         raise InputError(f"there is no {lacking}: all its cells are blank", where=source)
 
 

@@ -53,16 +53,16 @@ def is_ur(names: Sequence[str]) -> bool:
     return bool(MARKS & set(names))
 
 
-def read_ur(table: Table) -> Recording:
+def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     """Recording in a real-time record; the flange, or the TCP, is its sensor.
 
-    Raises `InputError` for a record without timestamps, without a wrench or without a pose and joint angles, for
-    one whose wrench the controller has freed of a payload, and for cells that are no numbers.
+    Raises `InputError` for a record without timestamps, without a wrench where it is needed, without a pose and
+    joint angles, for one whose wrench the controller has freed of a payload, and for cells that are no numbers.
     """
     fields = _fields(table)
     if "timestamp" not in table.names:
         raise InputError("there is no column timestamp", table.source, "record timestamp too")
-    if not {RAW, FORCE} & set(fields):
+    if wrench_needed and not {RAW, FORCE} & set(fields):
         raise InputError("there is no wrench", table.source, f"record {RAW}, or {FORCE} with payload and tcp_offset")
     if not {"actual_TCP_pose", "actual_q"} & set(fields):
         raise InputError("there is neither a pose nor joint angles", table.source, "record actual_TCP_pose")
@@ -79,20 +79,22 @@ def read_ur(table: Table) -> Recording:
     raw = RAW in values and (FORCE not in values or bool(np.ptp(values[RAW], axis=0).any()))
     found, notes = {}, ["UR real-time record; world is the robot's base"]
     more: list[str] = []
-    if not raw:
+    felt = raw or FORCE in values
+    if felt and not raw:
         _check_payload(record, values, table.source, more)
     if "actual_TCP_pose" in values:
         found, rotations, remarks = _motion(values)
         notes.append(remarks)
-        more += _reference(values, raw)
-        found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
+        if felt:
+            more += _reference(values, raw)
+            found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
     elif raw:
         found["wrench"] = values[RAW]
-    else:
+    elif felt:
         fix = f"record actual_TCP_pose too, or {RAW}"
         raise InputError(f"{FORCE} is in base axes, and there is no pose to turn it by", table.source, fix)
     wrench = f"{RAW}, flange axes, never zeroed: expect a large bias" if raw else f"{FORCE}, turned from base axes"
-    notes.append(f"wrench from {wrench}")
+    notes += [f"wrench from {wrench}"] if felt else []
     joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
     found |= {stream: values[field] for stream, field in joints.items() if field in values}
     recorded = {name: Stream(record.time, array, record.rows) for name, array in found.items()}

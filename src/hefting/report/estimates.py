@@ -17,7 +17,7 @@ from hefting.inertia import EXPLANATIONS, InertialParameters
 from hefting.metrics import Errors
 from hefting.plausibility import MISFIT
 from hefting.report.printing import warning_lines
-from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS
+from hefting.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 
 if TYPE_CHECKING:
     from hefting.comparison import Comparison
@@ -48,27 +48,25 @@ def methods_report() -> RenderableType:
 def estimate_report(
     estimate: Estimate, truth: InertialParameters | None = None, errors: Errors | None = None
 ) -> RenderableType:
-    """Mass, COM and inertia at the COM, beside their standard deviations and the truth where known."""
-    p = estimate.parameters
-    std = estimate.std
-    columns: list[list[float]] = [_values(p)]
-    if std is not None:
-        J = std["inertia_at_com"]
-        columns.append([float(std["mass"]), *1e3 * std["center_of_mass"], *J[TENSOR_ROWS, TENSOR_COLUMNS]])
+    """Mass, COM and inertia at the COM, beside intervals or standard deviations, and the truth, where known."""
+    columns = {"estimate": _values(estimate.parameters)}
+    std, intervals = estimate.std, estimate.intervals
+    if intervals is not None:
+        for name, i in (("95 % from", 0), ("to", 1)):
+            columns[name] = _ten(*(intervals[key][i] for key in ("mass", "center_of_mass", "inertia_at_com")))
+    elif std is not None:
+        columns["± std"] = _ten(std["mass"], std["center_of_mass"], std["inertia_at_com"])
     if truth is not None:
-        columns.append(_values(truth))
+        columns["truth"] = _values(truth)
     table = Table()
     table.add_column("quantity")
-    table.add_column("estimate", justify="right")
-    if std is not None:
-        table.add_column("± std", justify="right")
-    if truth is not None:
-        table.add_column("truth", justify="right")
+    for name in columns:
+        table.add_column(name, justify="right")
     table.add_column("unit")
     names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
     units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
     for i, (name, unit) in enumerate(zip(names, units, strict=True)):
-        table.add_row(name, *(_number(column[i], i) for column in columns), unit, end_section=i in (0, 3))
+        table.add_row(name, *(_number(column[i], i) for column in columns.values()), unit, end_section=i in (0, 3))
     lines: list[RenderableType] = [Text(f"{estimate.method}: what the sensor holds, in sensor axes"), table]
     if errors is not None:
         lines.append(
@@ -82,8 +80,11 @@ def estimate_report(
 
 
 def _values(p: InertialParameters) -> list[float]:
-    J = p.inertia_at_com
-    return [p.mass, *1e3 * p.center_of_mass, *J[TENSOR_ROWS, TENSOR_COLUMNS]]
+    return _ten(p.mass, p.center_of_mass, p.inertia_at_com)
+
+
+def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
+    return [float(mass), *1e3 * com, *inertia[TENSOR_ROWS, TENSOR_COLUMNS]]
 
 
 def _inertia_names() -> list[str]:
@@ -125,6 +126,15 @@ def _assumptions(estimate: Estimate) -> Iterable[Text]:
 def _facts(estimate: Estimate) -> Iterable[Text]:
     yield from _assumptions(estimate)
     made = estimate.provenance
+    if "until" in made:
+        of = f"{made['used']:.3g} of {made['of']:.3g} {made['used_unit']} used"
+        known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
+        yield Text(f"{of}, asked for {made['until']}{known}")
+    if any(made.get("pose_std", ())):
+        m, rad = made["pose_std"]
+        yield Text(f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°")
+    if made.get("shape_std"):
+        yield Text(f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size")
     settings = [f"{k} = {made[k]:g}" for k in SETTINGS if isinstance(made.get(k), float | int)]
     if settings:
         yield Text(", ".join(settings))

@@ -1,6 +1,6 @@
 """PointMasses: where an object may have mass, as points in the sensor frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -20,6 +20,8 @@ from hefting.spatial import Array, check_pose, frozen, tensor_to_vector
 
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
+ROUGH = 0.2
+"""`PointMasses.shape_std` of a box or a hull that is only known to hold the object."""
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
 
@@ -50,6 +52,8 @@ class PointMasses:
     """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else made of the points."""
     hull: Array = None  # type: ignore[assignment]
     """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by default `positions`."""
+    shape_std: float = 0.0
+    """Share of its size by which the object may differ from the shape, as a standard deviation: see `ROUGH`."""
     warnings: tuple[str, ...] = ()
     """What looks wrong with the shape, one line each."""
 
@@ -91,6 +95,8 @@ class PointMasses:
         if self.hull.ndim != 2 or self.hull.shape[1:] != (3,) or not np.isfinite(self.hull).all():
             raise InputError(f"the hull of point masses is a finite array (V, 3), not {self.hull.shape}")
         keep("warnings", tuple(self.warnings))
+        if not 0.0 <= self.shape_std <= 1.0:
+            raise InputError(f"a shape's deviation is a share from 0 to 1, not {self.shape_std}")
 
     # accessors
 
@@ -168,7 +174,7 @@ class PointMasses:
         sampling: str = "grid",
         seed: int = 0,
     ) -> Self:
-        """Points inside the convex hull of a mesh or a point cloud (a path, a mesh object, or (n, 3)).
+        """Points inside the convex hull of a mesh or a point cloud (a path, a mesh object, or (n, 3)): a `ROUGH` shape.
 
         For clouds of the surface alone. Other parameters and errors as for `from_mesh`.
         """
@@ -182,7 +188,8 @@ class PointMasses:
         else:
             cloud = read_mesh(where)[0]
         solid = solid_from_mesh(*convex_hull(cloud * unit_scale(unit), where), where)
-        return cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+        shape = cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+        return replace(shape, shape_std=ROUGH)
 
     @classmethod
     def from_cloud(
@@ -248,7 +255,7 @@ class PointMasses:
         sampling: str = "grid",
         seed: int = 0,
     ) -> Self:
-        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1) [m], along its axes."""
+        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1) [m]: a `ROUGH` shape."""
         low, high = np.array([x0, y0, z0], dtype=float), np.array([x1, y1, z1], dtype=float)
         if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
             raise InputError("a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
@@ -256,7 +263,8 @@ class PointMasses:
             raise InputError("a box is at most a kilometre from the sensor", "box", "give its sides in metres")
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
         solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
-        return cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
+        shape = cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
+        return replace(shape, shape_std=ROUGH)
 
     @classmethod
     def _from_solid(

@@ -9,7 +9,7 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
+from hefting.estimators.bayes.likelihood import MISFIT, Samples, likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
@@ -48,6 +48,8 @@ class Posterior:
     """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
     contradicted: bool
     """whether that is more than chance"""
+    fits: bool
+    """whether the mean explains the wrench not much worse than least squares"""
     passes: int
     """how often the noise was found anew"""
     bias: Array | None
@@ -90,9 +92,8 @@ class Bayes(Estimator):
     """Where the object may have mass, in the sensor frame."""
     pose_std: tuple[float, float] = (0.0, 0.0)
     """How well the shape's place is known: standard deviations along [m] and about [rad] each axis of its frame."""
-    shape_std: float = 0.0
-    """How well the shape itself is known, as a share of its size: 0.2 for a bounding box, a hull, a cloud of one
-    side."""
+    shape_std: float | None = None
+    """How well the shape itself is known, as a share of its size; None: as it says (`PointMasses.shape_std`)."""
     noise: WrenchNoise = None
     """Known noise of the wrench: levels, with those of white noise in the accelerations, or a covariance (6, 6). None:
     found from the residuals."""
@@ -106,7 +107,8 @@ class Bayes(Estimator):
     """Covariance (10, 10) of an error in the parameters that more samples do not lessen: that of a tool whose wrench
     was subtracted, or of gravity's direction."""
     until: Accuracy | str | None = None
-    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then say what they reach (`Estimate.accuracy`) and whether that suffices."""
+    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then tell what they reach
+    (`Estimate.accuracy`) and whether that suffices."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
     autocorrelation: float = 1.0
@@ -125,7 +127,7 @@ class Bayes(Estimator):
         pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
         if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std < np.inf)).all():
             raise InputError(f"the pose's deviations are two, finite and not negative [m, rad], not {self.pose_std}")
-        if not 0.0 <= self.shape_std <= 1.0:
+        if self.shape_std is not None and not 0.0 <= self.shape_std <= 1.0:
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
             raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
@@ -140,7 +142,8 @@ class Bayes(Estimator):
 
     @cached_property
     def _prior(self) -> Prior:
-        return Prior.of(self.shape, self.pose_std, self.shape_std)
+        shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
+        return Prior.of(self.shape, self.pose_std, shape_std)
 
     def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
@@ -150,6 +153,8 @@ class Bayes(Estimator):
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
         nearest = self._nearest_body(mixture)
+        if self.disagreement > 1.0:  # widens the intervals, but is no reason to lean more on the prior
+            nearest = self._nearest_body(self._posterior(state, start, 1.0).mixture)
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
@@ -181,6 +186,8 @@ class Bayes(Estimator):
         else:
             voxels = prior.voxels if move is None else move.parameters @ prior.voxels
             fine, distance = projected(mean, C, voxels, prior.voxel_shares, mass)
+            if distance > ELSEWHERE:  # nothing fits: let at least the mass be right
+                fine = (fine + 1e-6 * mass * prior.voxel_shares) * mass / (fine.sum() + 1e-6 * mass)
             vector, masses = voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
         margin = None
         if move is not None and vector[0] > 0.0:
@@ -189,30 +196,34 @@ class Bayes(Estimator):
 
     def posterior(self, state: Blend, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
+        return self._posterior(state, start, self.disagreement)
+
+    def _posterior(self, state: Blend, start: Estimate | None, disagreement: float) -> Posterior:
         require_samples(state.samples)
         samples = Samples.of(state, self.bias == "estimate")
         _require_information(samples, state)
         known, S_k = self._levels
         white = S_k if self.motion_memory == 1.0 else None
-        colour = self.autocorrelation * self.disagreement
+        wider = self.autocorrelation * disagreement
         rough = samples.mass_scale(0.0 if known is None else float(known[:3, :3].trace() / 3.0) ** 0.5)
         if start is None:
             phi = rough * self._prior.mean
             R = samples.least_residual if known is None else None
         else:
             phi = start.parameters.vector
-            R = samples.residual_covariance(phi) if known is None else None
+            R = samples.believable(samples.residual_covariance(phi)) if known is None else None
         S = self._covariance(samples, phi, R)
         excess, contradicted, count = 1.0, False, 0
         while True:
             count += 1
             scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
-            found = likelihood(samples, phi, excess * S, white, colour)
+            found = likelihood(samples, phi, excess * S, white, wider)
             if self.systematic is not None:
                 found = found.blurred(self.systematic)
             mixture = Mixture.of(self._prior, scale, found)
             phi = mixture.mean
-            R = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
+            left = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
+            R = samples.believable(left)
             before = excess * S
             S = self._covariance(samples, phi, R)
             if known is not None:
@@ -223,7 +234,8 @@ class Bayes(Estimator):
             if change < SETTLED or count >= PASSES:
                 break
         bias = samples.bias(phi) if self.bias == "estimate" else None
-        return Posterior(mixture, before, excess, contradicted, count, bias)
+        fits = samples.misfit(left) <= MISFIT
+        return Posterior(mixture, before, excess, contradicted, fits, count, bias)
 
     @cached_property
     def _levels(self) -> tuple[Array | None, Array | None]:
@@ -248,7 +260,7 @@ class Bayes(Estimator):
             S, times = S_w + np.diag(samples.floor**2), self.motion_memory
         if S_k is not None and times > 0.0:
             E = motion_effect(phi)
-            S = S + times * (E * S_k) @ E.T
+            S = S + times / self.autocorrelation * (E * S_k) @ E.T
         return S
 
 

@@ -27,11 +27,16 @@ DISAGREE = 4.0
 def coloured(estimator: Bayes, measurements: Measurements) -> Bayes:
     """`estimator` with the autocorrelation that its own residuals have, and with the disagreement of stretches.
 
-    The samples are in order of time, and evenly spaced.
+    The samples are in order of time, and evenly spaced. Where so much noise would make the answer follow a shape that
+    the wrench contradicts, it is not noise, and left out.
     """
-    found = _coloured(estimator, measurements)
-    ratio = disagreement(estimator, measurements)
-    return replace(found, disagreement=ratio) if ratio > DISAGREE else found
+    alone = replace(estimator, systematic=None)  # that is no noise, and the same for all stretches
+    found = _coloured(alone, measurements)
+    ratio = disagreement(alone, measurements)
+    for each in (replace(found, disagreement=ratio if ratio > DISAGREE else 1.0), found):
+        if each.posterior(each.update(each.start(), measurements)).fits:
+            return replace(each, systematic=estimator.systematic)
+    return estimator
 
 
 def _coloured(estimator: Bayes, z: Measurements) -> Bayes:
@@ -98,8 +103,7 @@ def disagreement(estimator: Bayes, measurements: Measurements) -> float:
         means.append(mixture.mean[:4])
         weights.append(np.linalg.pinv(mixture.covariance[:4, :4], rcond=1e-12, hermitian=True))
     total = np.sum(weights, axis=0)
-    common = np.linalg.lstsq(total, np.sum([w @ x for w, x in zip(weights, means, strict=True)], axis=0), rcond=1e-12)[
-        0
-    ]
+    sums = np.sum([w @ x for w, x in zip(weights, means, strict=True)], axis=0)
+    common = np.linalg.lstsq(total, sums, rcond=1e-12)[0]
     square = sum(float((x - common) @ w @ (x - common)) for w, x in zip(weights, means, strict=True))
     return square / (4.0 * (STRETCHES - 1))

@@ -29,8 +29,8 @@ class Distortions:
     def of(cls, shape: PointMasses, pose_std: tuple[float, float], shape_std: float) -> Self:
         """Of a pose known to so many m and rad about each axis of its frame, and a shape known to a share of itself.
 
-        That share is the deviation of the whole size about the origin of its frame, of each side about the COM, and,
-        of half a side, of the place of the COM.
+        That share is the deviation of the whole size, of each side about the COM, and, of half a side, of the place of
+        the COM. The whole grows from the origin of its frame, or from the place in its bounding box nearest to that.
         """
         axes, origin = shape.pose[:3, :3].T, shape.pose[:3, 3] - shape.homogeneous.center_of_mass
         none, nowhere = np.zeros((3, 3)), np.zeros(3)
@@ -40,7 +40,9 @@ class Distortions:
         if pose_std[1] > 0.0:
             modes += [(B, -B @ origin) for B in (pose_std[1] * skew(axis) for axis in axes)]
         if shape_std > 0.0:
-            modes.append((shape_std * np.eye(3), -shape_std * origin))
+            corners = (shape.hull - shape.homogeneous.center_of_mass) @ axes.T
+            fixed = np.clip(axes @ origin, corners.min(axis=0), corners.max(axis=0)) @ axes
+            modes.append((shape_std * np.eye(3), -shape_std * fixed))
             modes += [(shape_std * np.outer(axis, axis), nowhere) for axis in axes]
             modes += [(none, 0.5 * shape_std * side * axis) for side, axis in zip(shape.extents, axes, strict=True)]
         return cls(np.array([B for B, _ in modes]).reshape(-1, 3, 3), np.array([u for _, u in modes]).reshape(-1, 3))

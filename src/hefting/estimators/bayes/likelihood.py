@@ -29,6 +29,8 @@ D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
 LEVEL_FLOOR = 1e-6
 """Least noise that is believed, relative to the wrench: below it are the rounding and the model."""
+MISFIT = 10.0
+"""Mean square of the residuals over that of least squares that may still be noise."""
 PRIOR_SAMPLES = 12.0
 """Of the residuals' covariance: so many samples say that forces and torques err independently."""
 
@@ -85,6 +87,15 @@ class Samples:
         """
         r = self.b - self.A @ phi
         return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
+
+    def misfit(self, R: Array) -> float:
+        """Mean square of residuals of covariance R (6, 6) over that of least squares' residuals."""
+        return float((R.diagonal() / (self.least_residual.diagonal() + self.floor**2)).mean())
+
+    def believable(self, R: Array) -> Array:
+        """R (6, 6), what some body leaves of the wrench, but not far more than least squares leaves: that is a body of
+        the wrong shape, and no noise."""
+        return R / max(self.misfit(R) / MISFIT, 1.0)
 
     def noise_left(self, R: Array) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out."""

@@ -39,6 +39,8 @@ BENT = 0.3
 ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 """How often each of the six entries stands in the tensor."""
 REACH = 0.25
+FARTHEST = 3.0
+"""Standard deviations by which a shape is thought to be distorted at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,7 @@ class Prior:
         if not self.attribution.size:
             return None
         off = means[:, 1:] / means[:, :1] - self.mean[1:]
-        scores = weights @ (self.attribution @ off[:, :, None])[:, :, 0]
+        scores = np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FARTHEST, FARTHEST)
         return self.distortions.by(scores, self.mean[1:4])
 
 

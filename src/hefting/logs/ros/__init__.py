@@ -34,6 +34,8 @@ def read_bag(
     imu_topic: str | None = None,
     world_frame: str | None = None,
     sensor_frame: str | None = None,
+    *,
+    wrench_needed: bool = True,
 ) -> Recording:
     """Recording in a ROS 1 bag (.bag), a ROS 2 bag (folder or .db3) or an MCAP file with ROS messages.
 
@@ -79,7 +81,7 @@ def read_bag(
     ]
     silent = [f"topic {topic.topic.name} has no messages" for topic in gathered if not topic.messages]
     cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
-    if "wrench" not in streams.series:
+    if wrench_needed and "wrench" not in streams.series:
         raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with --wrench-topic")
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or "record tf, PoseStamped or JointState along with it"
@@ -103,11 +105,13 @@ def _present(contents: Contents) -> str:
 
 
 def _recording(streams: Streams, warnings: list[str]) -> Recording:
-    """The recording of streams that overlap the wrench in time; what a pose or joints do not is an error."""
-    series, wrench = streams.series, streams.series["wrench"]
+    """The recording of streams that overlap the wrench, if there is one, in time; what a pose or joints do not is an
+    error."""
+    series = streams.series
+    wrench = series.get("wrench")
     for name in list(series):
         own = series[name]
-        if own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]:
+        if wrench is None or (own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]):
             continue
         apart = f"{name.replace('_', ' ')} and wrench have no time in common (stamps {_span(own)} and {_span(wrench)})"
         if name in ("orientation", "joint_positions"):

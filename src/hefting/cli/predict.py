@@ -1,0 +1,74 @@
+"""hefting predict: tell the wrench an identified object needs along a motion, and how sure that is."""
+
+import argparse
+from pathlib import Path
+
+from hefting.cli.options import add_json, numbers, progress
+from hefting.cli.reading import add_recording, check_output, read_recording
+from hefting.errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting predict``."""
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
+    log = add_recording(parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench")
+    log.add_argument(
+        "--gravity", metavar="X,Y,Z", default="0,0,-9.80665", help="in world axes [m/s²]; default %(default)s"
+    )
+    log.add_argument(
+        "--motion",
+        metavar="auto|columns|smooth|filter",
+        default="auto",
+        help="velocities and accelerations: of the log, or from its poses",
+    )
+    log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
+    log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
+    results = parser.add_argument_group("results")
+    results.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="write the wrench and its band (.csv), or a picture (.png, .svg, .pdf); repeatable",
+    )
+    add_json(results)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Predict, save what was asked for, and print peaks and extremes."""
+    from hefting.estimate import Estimate
+    from hefting.files import write_atomically
+    from hefting.prediction import predict
+
+    a = arguments
+    for path in a.output:
+        if Path(path).suffix.lower() not in (".csv", ".png", ".svg", ".pdf"):
+            raise InputError(f"'{Path(path).suffix}' is not an output format", path, "use .csv, .png, .svg or .pdf")
+        check_output(path, a.estimate, a.log, a.map, a.urdf)
+    gravity = numbers(a.gravity, 3, "--gravity")
+    estimate = Estimate.load(a.estimate)
+    with progress("predicting ..."):
+        recording = read_recording(a, wrench_needed=False)
+        found = predict(estimate, recording, gravity=gravity, motion=a.motion, start=a.start, duration=a.duration)
+        contents = [_content(found, Path(path).suffix.lower()) for path in a.output]
+    for path, content in zip(a.output, contents, strict=True):
+        write_atomically(path, content)
+    if a.json:
+        import json
+
+        print(json.dumps(found.to_dict()))
+        return
+    from hefting.report import prediction_report, print_report
+
+    print_report(prediction_report(found))
+    for path in a.output:
+        print(f"wrote {path}")
+
+
+def _content(found, suffix: str) -> bytes:
+    """The prediction as a file of a suffix."""
+    if suffix == ".csv":
+        return found.csv()
+    from hefting.prediction_plot import picture
+
+    return picture(found, suffix)

@@ -1,0 +1,98 @@
+"""Agreement: how well an estimate explains a wrench that was measured, of this recording or another."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hefting.calibration import WrenchSign, fit_freely, residuals, wrench_sign
+from hefting.conditioning import Conditioned
+from hefting.estimate import Estimate
+from hefting.motion import measure
+from hefting.motion.measure import Source
+from hefting.prediction.spread import Z95, Spread
+from hefting.recording import Recording
+from hefting.spatial import Array, frozen
+
+ENOUGH = 50_000
+"""Samples that suffice to tell the wrench's sign and its noise."""
+FEWEST = 12
+"""Samples below which a fit of their own says nothing of their noise."""
+MOSTLY = 0.5
+"""Share of the squared difference that varies below which its constant part is worth a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """A measured wrench, put right and beside the predicted one, at L instants of its own."""
+
+    time: Array
+    """(L,) [s], on the motion's clock"""
+    wrench: Array
+    """(L, 6) [N, N m] in the sign of `hefting.spatial`, less the estimate's bias and what drifts"""
+    difference: Array
+    """(L, 6) that wrench minus the predicted one"""
+    rms: Array
+    """(2,) root mean square an axis of the difference: force [N], torque [N m]"""
+    varying: Array
+    """(2,) the same of the difference less its mean, which another bias of the sensor would be"""
+    own: Array | None
+    """(2,) the same of what least squares on this recording itself, with a free bias, leave; None of a few samples"""
+    within: Array | None
+    """(2,) shares of forces and torques inside the band widened by ``own``: 0.95 where all is as it should be"""
+    sign: WrenchSign
+    """which way the sensor counts"""
+    notes: tuple[str, ...] = ()
+    """What was found of clock, drift and outliers, and put right."""
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        for name in ("time", "wrench", "difference", "rms", "varying", "own", "within"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def agreement(
+    recording: Recording, estimate: Estimate, spread: Spread | None, found: Conditioned, motion: Source
+) -> Agreement:
+    """How well `estimate` explains the wrench of `recording`; `found` is what conditioning says of it.
+
+    Errors as for `hefting.motion.measure.measure`.
+    """
+    z = measure(found.corrected(recording), found.gravity, motion, found.curves).measurements
+    some = z.thinned(ENOUGH)
+    sign = wrench_sign(some, True)
+    warnings = []
+    if not sign.certain:
+        side = "on-object" if sign.on_object else "on-sensor"
+        warnings.append(f"the sign of the measured wrench is uncertain (t = {abs(sign.t):.1f}); assumed {side}")
+    if not sign.on_object:
+        z = replace(z, force=-z.force, torque=-z.torque)
+    difference = residuals(z, estimate.parameters.vector, estimate.bias)
+    rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
+    own = within = None
+    if len(z) >= FEWEST:
+        noise = fit_freely(some, True).noise
+        own = np.array((noise.force, noise.torque))
+    if own is not None and spread is not None:
+        wide = Z95 * np.hypot(spread.of_wrench(z), np.repeat(own, 3))
+        within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
+    if own is not None:
+        warnings += _doubts(difference.mean(axis=0), rms, varying, own)
+    wrench = z.wrench if estimate.bias is None else z.wrench - estimate.bias
+    return Agreement(z.time, wrench, difference, rms, varying, own, within, sign, found.findings, tuple(warnings))
+
+
+def _rms(difference: Array) -> Array:
+    """Root mean square (2,) an axis of forces and torques (L, 6)."""
+    return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+
+
+def _doubts(mean: Array, rms: Array, varying: Array, own: Array) -> list[str]:
+    """A sentence where a constant is most of a difference that noise does not explain."""
+    if not ((rms > 2.0 * own) & (varying**2 < MOSTLY * rms**2)).any():
+        return []
+    force, torque = (", ".join(f"{x:.3g}" for x in part) for part in (mean[:3], mean[3:]))
+    return [
+        f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias other than the estimate's? was the "
+        "sensor zeroed in between?"
+    ]

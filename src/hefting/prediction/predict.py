@@ -1,0 +1,185 @@
+"""Estimate and motion -> Prediction."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.conditioning import Conditioned, condition
+from hefting.errors import InputError
+from hefting.estimate import Estimate
+from hefting.logs import read_log
+from hefting.measurements import Measurements
+from hefting.motion import measure
+from hefting.motion.measure import TWIST, Source
+from hefting.prediction.agreement import Agreement, agreement
+from hefting.prediction.result import Peak, Prediction
+from hefting.prediction.spread import Spread, motion_spread, regressor
+from hefting.recording import Recording, Stream
+from hefting.regressor import predict_wrench
+from hefting.spatial import PARAMETERS, STANDARD_GRAVITY, WRENCH, Array, Mask, frozen
+
+MOST = 500_000
+"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text are held in memory."""
+ANOTHER_GRAVITY = 0.01
+"""Difference between two gravities over their size that is worth a word: half a degree."""
+
+
+def predict(
+    estimate: Estimate | str | Path,
+    trajectory: Recording | str | Path,
+    *,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    motion: Source = "auto",
+    start: float = 0.0,
+    duration: float | None = None,
+) -> Prediction:
+    """The wrench that an identified object needs along a motion, at each instant of its poses.
+
+    Parameters
+    ----------
+    estimate : or the file of one, with the parameters in the axes of the sensor that is to move.
+    trajectory : poses of the sensor, or the path of a log; planned or recorded. Without time: static poses. A wrench
+        is not needed; where there is one, ``Prediction.agreement`` says how well the estimate explains it.
+    gravity : (3,) in world axes [m/s²].
+    motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
+    start, duration : part of the motion to take [s].
+
+    Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth motion is off by less than 1e-5
+    of its size (root mean square), that of moves whose jerk jumps by 3e-4; a jump of the acceleration is rounded off.
+
+    Raises `InputError` for an estimate or motion that cannot be used and for more than `MOST` instants.
+    """
+    if not isinstance(estimate, Estimate):
+        estimate = Estimate.load(estimate)
+    if not isinstance(trajectory, Recording):
+        trajectory = read_log(trajectory, wrench_needed=False)
+    if start or duration is not None:
+        trajectory = trajectory.slice(start, duration)
+    longest = max(len(stream) for stream in trajectory.streams.values())
+    if longest > MOST:
+        what = f"holds {longest:,} samples of one kind, more than {MOST:,}"
+        raise InputError(what, trajectory.source, "take a part: --start, --duration")
+    spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
+    found, agreed, refusal = _compared(trajectory, estimate, spread, gravity, motion)
+    measured = measure(_wrenchless(trajectory, motion), gravity, motion, found.curves if found else None)
+    z = measured.measurements
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        wrench = predict_wrench(z, estimate.parameters.vector)
+        std = None if spread is None else spread.of_wrench(z)
+        if not np.isfinite(wrench).all() or (std is not None and np.isnan(std).any()):
+            raise InputError("the predicted wrench is not finite: no object is as heavy", trajectory.source)
+        peaks = {name: _peak(z, wrench, spread, part) for name, part in PARTS.items()}
+    return Prediction(
+        trajectory=trajectory.source,
+        method=estimate.method,
+        static=trajectory.static,
+        time=z.time,
+        wrench=wrench,
+        std=std,
+        peaks=peaks,
+        gravity=frozen(gravity),
+        source=measured.source,
+        motion_std=motion_spread(estimate.parameters.vector, measured.motion),
+        agreement=agreed,
+        warnings=(
+            *trajectory.warnings,
+            *map(_of_instants, measured.warnings),
+            *_doubts(estimate, frozen(gravity)),
+            *_open(spread, std),
+            *refusal,
+            *(agreed.warnings if agreed else ()),
+        ),
+        notes=(*trajectory.notes, *map(_of_instants, measured.notes)),
+    )
+
+
+PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
+
+
+def _wrenchless(recording: Recording, motion: Source) -> Recording:
+    """The recording with a wrench of zeros wherever its motion is known, so that `measure` reads it there."""
+    poses = recording["orientation"]
+    if motion in ("auto", "columns") and recording.has(*TWIST) and not recording.static:
+        first = max(recording[name].time[0] for name in TWIST)
+        last = min(recording[name].time[-1] for name in TWIST)
+        covered = (poses.time >= first) & (poses.time <= last)
+        if not covered.any():
+            raise InputError("velocities, accelerations and poses have no time in common", recording.source)
+        poses = poses[covered]
+    nothing = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
+    return replace(recording, streams={**recording.streams, "wrench": nothing})
+
+
+def _compared(
+    recording: Recording, estimate: Estimate, spread: Spread | None, gravity: ArrayLike, motion: Source
+) -> tuple[Conditioned | None, Agreement | None, tuple[str, ...]]:
+    """What is found of the recording's wrench, if it has one, and a warning where that fails."""
+    if not recording.has("wrench") or not recording["wrench"].values.any():
+        return None, None, ()
+    try:
+        found = condition(recording, gravity, motion)
+        return found, agreement(recording, estimate, spread, found, motion), ()
+    except InputError as error:
+        return None, None, (f"not compared with the measured wrench: {error}",)
+
+
+def _of_instants(line: str) -> str:
+    """What `measure` says of the wrench's samples, which here are instants of the poses."""
+    return line.replace("wrench sample", "instant")
+
+
+def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) -> Peak:
+    """Where a force or torque is largest; its size varies, to first order, along its own direction."""
+    size = np.linalg.norm(wrench[:, part], axis=1)
+    k = int(np.argmax(size))
+    std = None
+    if spread is not None:
+        along = wrench[k, part] / size[k] if size[k] > 0.0 else np.zeros(3)
+        std = float(spread.std(along @ regressor(z[k : k + 1])[0, part]))
+    return Peak(float(size[k]), float(z.time[k]), std)
+
+
+def _doubts(estimate: Estimate, gravity: Array) -> list[str]:
+    """What the user should know of the estimate."""
+    doubts = []
+    if estimate.covariance is None:
+        doubts.append(
+            f"the estimate ({estimate.method}) has no covariance, so there is no band: OLS and Bayes give one"
+        )
+    if not estimate.physically_consistent:
+        doubts.append(f"no body has the estimate's parameters: {estimate.consistency}")
+    tool = _numbers(estimate.provenance.get("tool"), 10)
+    if tool is not None:
+        doubts.append(
+            f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
+        )
+    found = _numbers(estimate.provenance.get("gravity"), 3)
+    if found is not None and np.linalg.norm(found - gravity) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
+        x, y, z = found
+        doubts.append(f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see --gravity")
+    return doubts
+
+
+def _open(spread: Spread | None, std: Array | None) -> list[str]:
+    """A sentence on where the band has no end."""
+    if spread is None or std is None or not spread.open.any():
+        return []
+    infinite: Mask = np.isinf(std)
+    names = ", ".join(name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_)
+    if not infinite.any():
+        return [f"the estimate leaves {names} open, which this motion does not need"]
+    touched = ", ".join(name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any())
+    share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
+    return [f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"]
+
+
+def _numbers(value: Any, count: int) -> Array | None:
+    """So many finite numbers of an estimate's file; None for anything else."""
+    try:
+        values = np.asarray(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return values if values.shape == (count,) and np.isfinite(values).all() else None

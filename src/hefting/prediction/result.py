@@ -1,0 +1,171 @@
+"""What a prediction holds, and how it is written."""
+
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hefting.estimate import json_ready
+from hefting.prediction.agreement import Agreement
+from hefting.prediction.spread import Z95
+from hefting.spatial import WRENCH, Array, frozen
+
+SCHEMA = "hefting.prediction/1"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """An extreme of one quantity."""
+
+    value: float
+    """[N] or [N m]"""
+    time: float
+    """[s] when; of static poses the row, counted from 0"""
+    std: float | None
+    """of the value there; None where the estimate has no covariance"""
+
+    @property
+    def reach(self) -> float | None:
+        """Half the width of the 95 % band there."""
+        return None if self.std is None else Z95 * self.std
+
+    def to_dict(self) -> dict[str, Any]:
+        """The value, when, and the ends of its band; null where there is none, or no end."""
+        reach = self.reach
+        ends = (None, None) if reach is None else (self.value - reach, self.value + reach)
+        return {"value": self.value, "time": self.time, "low": ends[0], "high": ends[1]}
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Wrench along a motion, exerted by the sensor on the object, in sensor axes about the sensor's origin.
+
+    The band is where the wrench of the object itself lies with 95 % probability, each component and instant by itself,
+    if the motion is as given and only the ten parameters are uncertain. What a sensor shows has its noise and bias
+    besides.
+    """
+
+    trajectory: str
+    """Where the motion came from."""
+    method: str
+    """That made the estimate."""
+    static: bool
+    """Whether the rows are static poses; ``time`` then counts them from 0."""
+    time: Array
+    """(K,) [s]"""
+    wrench: Array
+    """(K, 6) force [N] and torque [N m]"""
+    std: Array | None
+    """(K, 6) standard deviations; infinite where the estimate leaves it open, None where it has no covariance"""
+    peaks: dict[str, Peak]
+    """Largest size of ``force`` and of ``torque``; deviations to first order."""
+    gravity: Array
+    """(3,) in world axes [m/s²]"""
+    source: str
+    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    motion_std: Array | None = None
+    """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean square an axis; not part of the
+    band. By smoothing's own account, which is too low for motion without noise. None where the log gave the motion."""
+    agreement: Agreement | None = None
+    """With the wrench that the log holds as well, if it does."""
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        for name in ("time", "wrench", "std", "gravity", "motion_std"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def low(self) -> Array | None:
+        """(K, 6) lower end of the 95 % band; minus infinity where it is open."""
+        return None if self.std is None else self.wrench - Z95 * self.std
+
+    @property
+    def high(self) -> Array | None:
+        """(K, 6) upper end of the 95 % band."""
+        return None if self.std is None else self.wrench + Z95 * self.std
+
+    @property
+    def extremes(self) -> dict[str, tuple[Peak, Peak]]:
+        """Lowest and highest value of each component ``fx`` .. ``tz``."""
+        found = {}
+        for i, name in enumerate(WRENCH):
+            at = int(np.argmin(self.wrench[:, i])), int(np.argmax(self.wrench[:, i]))
+            found[name] = tuple(
+                Peak(float(self.wrench[k, i]), float(self.time[k]), None if self.std is None else float(self.std[k, i]))
+                for k in at
+            )
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready values; null where the band has no end.
+
+        ``peaks`` by ``force`` and ``torque``, ``extremes`` by component with ``lowest`` and ``highest``: each
+        ``{"value", "time", "low", "high"}``. ``time`` (K), ``wrench``, ``low`` and ``high`` (K x 6); the last two are
+        null without a covariance. ``agreement`` with a measured wrench, null without one: ``rms``, ``varying``,
+        ``own``, ``within`` (force, torque), ``wrench`` (the log's convention), ``samples``, ``notes``.
+        """
+        from hefting import __version__
+
+        a = self.agreement
+        return json_ready(
+            {
+                "schema": SCHEMA,
+                "version": __version__,
+                "trajectory": self.trajectory,
+                "method": self.method,
+                "frame": "sensor",
+                "gravity": self.gravity,
+                "motion": self.source,
+                "motion_std": self.motion_std,
+                "static": self.static,
+                "samples": len(self),
+                "peaks": {name: peak.to_dict() for name, peak in self.peaks.items()},
+                "extremes": {
+                    name: {"lowest": lowest.to_dict(), "highest": highest.to_dict()}
+                    for name, (lowest, highest) in self.extremes.items()
+                },
+                "agreement": a
+                and {
+                    "rms": a.rms,
+                    "varying": a.varying,
+                    "own": a.own,
+                    "within": a.within,
+                    "wrench": "on-object" if a.sign.on_object else "on-sensor",
+                    "samples": len(a.time),
+                    "notes": a.notes,
+                },
+                "warnings": self.warnings,
+                "notes": self.notes,
+            }
+        ) | {name: _rows(getattr(self, name)) for name in ("time", "wrench", "low", "high")}
+
+    def csv(self) -> bytes:
+        """A table with a row an instant: ``time`` and ``fx`` .. ``tz``, named as in a log so that what reads logs reads
+        it, then ``fx_low``, ``fx_high`` and so on. An open end is blank; static poses have no time, as in a log."""
+        import pyarrow as pa
+        from pyarrow import csv
+
+        columns = {} if self.static else {"time": pa.array(self.time)}
+        columns |= {name: pa.array(self.wrench[:, i]) for i, name in enumerate(WRENCH)}
+        for i, name in enumerate(WRENCH):
+            for end, values in (("low", self.low), ("high", self.high)):
+                if values is not None:
+                    columns[f"{name}_{end}"] = pa.array(values[:, i], mask=~np.isfinite(values[:, i]))
+        table = pa.table(columns)
+        stream = io.BytesIO()
+        stream.write((",".join(table.column_names) + "\n").encode())
+        csv.write_csv(table, stream, csv.WriteOptions(include_header=False))
+        return stream.getvalue()
+
+
+def _rows(values: Array | None) -> list | None:
+    """An array as lists, None for what is not finite."""
+    if values is None:
+        return None
+    return values.tolist() if np.isfinite(values).all() else json_ready(values)

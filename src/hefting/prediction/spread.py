@@ -1,0 +1,84 @@
+"""Spread: what an estimate's covariance, and the motion's errors, make of the wrench it predicts.
+
+The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi belongs A C A'.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.errors import InputError
+from hefting.measurements import Measurements
+from hefting.motion import Motion
+from hefting.regressor import FULL_MAP, motion_features
+from hefting.spatial import CHUNK, Array, Mask, skew, vector_to_tensor
+
+Z95 = 1.959963984540054
+"""Standard deviations to either side that hold 95 % of a Gaussian."""
+TOUCHES = 1e-6
+"""Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing makes of a sensor that does not
+turn; a micronewton metre for 1 kg m²."""
+NEGATIVE = 1e-6
+"""Share of the largest eigenvalue by which one may be negative through rounding, standard deviations scaled to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Covariance of the ten parameters as a root, and which of them are not determined at all."""
+
+    root: Array
+    """(10, 10): root @ root.T is the covariance of the others"""
+    open: Mask
+    """(10,)"""
+
+    @classmethod
+    def of(cls, covariance: Array) -> Self:
+        """From a covariance (10, 10), infinite on its diagonal where open.
+
+        Raises `InputError` for what is no covariance.
+        """
+        open_ = np.isinf(covariance.diagonal())
+        known = np.where(open_ | open_[:, None], 0.0, covariance)
+        if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
+            raise InputError("the estimate's covariance has a negative or missing variance", fix="identify it again")
+        size = np.where(known.diagonal() > 0.0, np.sqrt(known.diagonal()), 1.0)
+        scaled = known / size / size[:, None]
+        values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+        if values[0] < -NEGATIVE * max(values[-1], 1.0) or np.abs(scaled - scaled.T).max() > NEGATIVE:
+            raise InputError(
+                "the estimate's covariance is not one: not symmetric or not positive", fix="identify it again"
+            )
+        return cls(size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)), open_)
+
+    def std(self, rows: Array) -> Array:
+        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where an open parameter matters."""
+        std = np.sqrt(np.square(rows @ self.root).sum(axis=-1))
+        return np.where((np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std)
+
+    def of_wrench(self, measurements: Measurements) -> Array:
+        """Standard deviations (K, 6) [N, N m] of the wrench that the motion needs."""
+        std = np.empty((len(measurements), 6))
+        for first in range(0, len(std), CHUNK):
+            part = slice(first, first + CHUNK)
+            std[part] = self.std(regressor(measurements[part]))
+        return std
+
+
+def regressor(measurements: Measurements) -> Array:
+    """A (K, 6, 10) of each instant; of the motion alone, with no regard to weights."""
+    return (motion_features(measurements) @ FULL_MAP).reshape(-1, 6, 10)
+
+
+def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
+    """What the errors of a smoothed motion add to the wrench (2,): root mean square an axis of force and torque.
+
+    By the motion's own deviations; None where the log gave the motion, or does not tell them.
+    """
+    if motion is None:
+        return None
+    lever, inertia = np.sum(skew(vector[1:4]) ** 2), np.sum(vector_to_tensor(vector[4:]) ** 2)
+    alpha = float(np.mean(motion.angular_acceleration_std**2))
+    a = 0.0 if motion.linear_acceleration_std is None else float(np.mean(motion.linear_acceleration_std**2))
+    spread = np.sqrt(np.array((3.0 * vector[0] ** 2 * a + lever * alpha, lever * a + inertia * alpha)) / 3.0)
+    return spread if np.isfinite(spread).all() else None
