@@ -17,7 +17,7 @@ from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
 from hefting.measurements import Measurements, Noise
 from hefting.motion.measure import Source
-from hefting.plausibility import misfit_warnings
+from hefting.plausibility import com_warnings, misfit_warnings
 from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
@@ -158,7 +158,9 @@ def estimator_for(
     settings["motion_noise"], settings["motion_memory"] = prepared.motion_noise, prepared.motion_memory
     settings["noise"] = None  # as the weighted residuals say, and their colour too
     estimator = Bayes(**(settings | hyperparameters))
-    return estimator if "autocorrelation" in hyperparameters else coloured(estimator, prepared.measurements)
+    if "autocorrelation" in hyperparameters or com_warnings(prepared.fit, shape):
+        return estimator  # what a grossly wrong shape leaves is no noise
+    return coloured(estimator, prepared.measurements)
 
 
 def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:

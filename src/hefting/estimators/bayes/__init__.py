@@ -9,7 +9,8 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.likelihood import MISFIT, Samples, likelihood, motion_effect
+from hefting.estimators.bayes.distortion import Move
+from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
@@ -48,8 +49,6 @@ class Posterior:
     """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
     contradicted: bool
     """whether that is more than chance"""
-    fits: bool
-    """whether the mean explains the wrench not much worse than least squares"""
     passes: int
     """how often the noise was found anew"""
     bias: Array | None
@@ -175,9 +174,16 @@ class Bayes(Estimator):
         )
 
     def _nearest_body(self, mixture: Mixture) -> "Nearest":
-        """Of cells that are even within or, where those do not do, of voxels; both where the shape most likely is."""
+        """In the shape where it most likely is; where it is said to be, if nothing fits there."""
+        move = self._prior.most_likely(mixture.weights, mixture.means)
+        nearest = self._nearest_in(move, mixture)
+        if move is None or nearest.distance < ELSEWHERE:
+            return nearest
+        return min(nearest, self._nearest_in(None, mixture), key=lambda each: each.distance)
+
+    def _nearest_in(self, move: Move | None, mixture: Mixture) -> "Nearest":
+        """Of cells that are even within or, where those do not do, of voxels."""
         prior, mean, C = self._prior, mixture.mean, mixture.covariance
-        move = prior.most_likely(mixture.weights, mixture.means)
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         cells = prior.cells if move is None else move.parameters @ prior.cells
         masses, distance = projected(mean, C, cells, prior.shares, mass)
@@ -223,19 +229,19 @@ class Bayes(Estimator):
             mixture = Mixture.of(self._prior, scale, found)
             phi = mixture.mean
             left = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
-            R = samples.believable(left)
             before = excess * S
-            S = self._covariance(samples, phi, R)
-            if known is not None:
-                ratio = float(np.trace(np.linalg.solve(S, R))) / 6.0
+            if known is None:
+                S = self._covariance(samples, phi, samples.believable(left))
+            else:
+                S = self._covariance(samples, phi, None)
+                ratio = float(np.trace(np.linalg.solve(S, left))) / 6.0
                 contradicted = ratio > 1.0 + CONTRADICTED * (self.autocorrelation / (3.0 * samples.K)) ** 0.5
-                excess = ratio if contradicted else 1.0
+                excess = ratio / samples.unbelievable(left) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
             if change < SETTLED or count >= PASSES:
                 break
         bias = samples.bias(phi) if self.bias == "estimate" else None
-        fits = samples.misfit(left) <= MISFIT
-        return Posterior(mixture, before, excess, contradicted, fits, count, bias)
+        return Posterior(mixture, before, excess, contradicted, count, bias)
 
     @cached_property
     def _levels(self) -> tuple[Array | None, Array | None]:

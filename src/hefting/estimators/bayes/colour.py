@@ -27,16 +27,12 @@ DISAGREE = 4.0
 def coloured(estimator: Bayes, measurements: Measurements) -> Bayes:
     """`estimator` with the autocorrelation that its own residuals have, and with the disagreement of stretches.
 
-    The samples are in order of time, and evenly spaced. Where so much noise would make the answer follow a shape that
-    the wrench contradicts, it is not noise, and left out.
+    The samples are in order of time, and evenly spaced; the shape is not grossly wrong.
     """
     alone = replace(estimator, systematic=None)  # that is no noise, and the same for all stretches
     found = _coloured(alone, measurements)
     ratio = disagreement(alone, measurements)
-    for each in (replace(found, disagreement=ratio if ratio > DISAGREE else 1.0), found):
-        if each.posterior(each.update(each.start(), measurements)).fits:
-            return replace(each, systematic=estimator.systematic)
-    return estimator
+    return replace(found, systematic=estimator.systematic, disagreement=ratio if ratio > DISAGREE else 1.0)
 
 
 def _coloured(estimator: Bayes, z: Measurements) -> Bayes:

@@ -88,14 +88,15 @@ class Samples:
         r = self.b - self.A @ phi
         return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
 
-    def misfit(self, R: Array) -> float:
-        """Mean square of residuals of covariance R (6, 6) over that of least squares' residuals."""
-        return float((R.diagonal() / (self.least_residual.diagonal() + self.floor**2)).mean())
+    def unbelievable(self, R: Array) -> float:
+        """How many times too large for noise residuals of covariance R (6, 6) are, beside those of least squares; at
+        least 1. More than 1 is a body of the wrong shape."""
+        least = self.least_residual.diagonal() + self.floor**2
+        return max(float((R.diagonal() / least).mean()) / MISFIT, 1.0)
 
     def believable(self, R: Array) -> Array:
-        """R (6, 6), what some body leaves of the wrench, but not far more than least squares leaves: that is a body of
-        the wrong shape, and no noise."""
-        return R / max(self.misfit(R) / MISFIT, 1.0)
+        """R, or as much of it as may be noise."""
+        return R / self.unbelievable(R)
 
     def noise_left(self, R: Array) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out."""

@@ -143,7 +143,7 @@ def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) 
     each = center + z[:, :, None] / rate  # (p, k, j)
     low, high = each.min(axis=2), each.max(axis=2)
     x = np.clip(middle + z * spread, low, high)
-    tolerance = 1e-5 * spread
+    tolerance = 1e-4 * spread
     for _ in range(MAX_STEPS):
         t = (x[:, :, None] - center) * rate
         value = ndtr(t) @ weights - probabilities[:, None]
