@@ -1,4 +1,4 @@
-"""`python -m benchmarks.calibration [--objects N] [--runs N] [--noise ...]`: how often Bayes' intervals hold the truth.
+"""`python -m benchmarks.calibration [--objects N] [--runs N] [--cases ...]`: how often Bayes' intervals hold the truth.
 
 Random bodies of six kinds (`benchmarks.bodies`), each wielded several times: three kinds of motion, 150 to 1,000
 samples, three noise levels. Shares of 95 % and 50 % intervals of mass, COM and inertia about the sensor that hold the
@@ -11,8 +11,10 @@ import os
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-CASES = ("given", "estimated", "AR 0.9", "AR 0.97")
-"""What is known of the noise, or how it is coloured."""
+NOISE = ("given", "estimated", "AR 0.9", "AR 0.97")
+SHAPES = ("box", "hull", "larger", "smaller", "misplaced", "noisy scan", "one side")
+CASES = (*NOISE, *SHAPES)
+"""What is known of the noise, or how it is coloured; or what is taken for the shape (`benchmarks.wrong_shapes`)."""
 
 
 def main() -> None:
@@ -20,7 +22,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.calibration", description=main.__doc__)
     parser.add_argument("--objects", type=int, default=36, help="of each kind")
     parser.add_argument("--runs", type=int, default=10, help="identifications of each object")
-    parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES)
+    parser.add_argument("--cases", nargs="+", choices=CASES, default=NOISE)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
 
@@ -34,7 +36,8 @@ def main() -> None:
         runs: list[Run] = []
         for i, body in enumerate(bodies):
             runs += [identified(body, case, (arguments.seed, i, run)) for run in range(arguments.runs)]
-        print(f"\nnoise {case}: {len(runs)} identifications of {len(bodies)} objects")
+        kind = "shape" if case in SHAPES else "noise"
+        print(f"\n{kind} {case}: {len(runs)} identifications of {len(bodies)} objects")
         print(f"{'':15}{'95 % holds':>11}{'50 %':>7}   {'mass COM J (95 %)':22}{'over PMD: mass COM J':24}widths [%]")
 
         def line(name: str, chosen: list[Run]) -> None:

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.bodies import Body
+from benchmarks.wrong_shapes import WRONG
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.colour import coloured
 from hefting.estimators.bayes.mixture import Mixture
@@ -57,6 +58,9 @@ def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
     first = int(rng.integers(len(exact) - count + 1))
     exact = exact[first : first + count]
     estimator = Bayes(body.shape)
+    if case in WRONG:
+        make, settings = WRONG[case]
+        estimator = Bayes(make(body, rng), **settings)
     if case.startswith("AR"):
         z = with_colour(exact.with_noise(replace(level, force=0.0, torque=0.0), seed), level, float(case[3:]), rng)
         found = white_noise(z)
@@ -64,7 +68,7 @@ def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
         estimator = coloured(replace(estimator, motion_noise=motion), z)
     else:
         z = exact.with_noise(level, seed)
-        estimator = replace(estimator, noise=level if case == "given" else white_noise(z))
+        estimator = replace(estimator, noise=white_noise(z) if case == "estimated" else level)
     state = estimator.update(estimator.start(), z)
     mixture = estimator.posterior(state).mixture
     estimate = estimator.estimate(state)
@@ -83,7 +87,7 @@ def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
         (low <= truth) & (truth <= high),
         np.logical_and(*((s * (truth - e) >= 0.0) for s, e in zip((1, -1), ends(mixture, 0.5), strict=True))),
         errors(estimate.parameters),
-        errors(PMD(body.shape).fit(z).parameters),
+        errors(PMD(estimator.shape).fit(z).parameters),
         100.0 * np.array(widths),
     )
 

@@ -10,7 +10,7 @@ from benchmarks.bodies import POINTS, Body
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
-COARSE = {"shape_std": 0.2}
+COARSE: dict[str, Any] = {"shape_std": 0.2}
 PLACED = {"pose_std": (0.005, float(np.radians(5.0)))}
 
 

@@ -16,7 +16,7 @@ NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of three errors; None where one does not matter."""
+    """Limits of three errors; None where one does not matter, infinite where one claimed is open."""
 
     mass: float | None = None
     """|dm| / m"""
@@ -27,7 +27,7 @@ class Accuracy:
 
     def __post_init__(self):
         limits = [limit for limit in asdict(self).values() if limit is not None]
-        if not limits or not all(0.0 < limit < np.inf for limit in limits):
+        if not limits or not all(limit > 0.0 for limit in limits):
             raise InputError("an accuracy is one or more positive limits", fix="as in mass=1%,com=2mm,inertia=20%")
 
     @classmethod
@@ -37,7 +37,8 @@ class Accuracy:
         for part in text.split(","):
             name, equals, value = (word.strip() for word in part.partition("="))
             if name not in NAMES or not equals:
-                what = f"'{part.strip()}' is no accuracy{nearest(name, NAMES)}"
+                meant = nearest(name, NAMES) if name not in NAMES else ""
+                what = f"'{part.strip()}' is no accuracy{meant}"
                 raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
             if NAMES[name] in found:
                 raise InputError(f"{name} is given twice in '{text}'")
@@ -50,7 +51,7 @@ class Accuracy:
     @classmethod
     def of_draws(cls, draws: Array, body: InertialParameters, level: float) -> Self:
         """What the errors of `body` do not exceed with probability `level`, each by itself, if the truth is like
-        `draws` (n, 10)."""
+        `draws` (n, 10); infinite where too many of those have no positive mass."""
         m, c, J = draws[:, 0], draws[:, 1:4] / draws[:, :1], _about_com(draws)
         own = _about_com(body.vector[None])
         size = _frobenius(J)
@@ -59,7 +60,8 @@ class Accuracy:
             np.linalg.norm(c - body.center_of_mass, axis=1),
             _frobenius(J - own) / np.maximum(size, 1e-300),
         )
-        return cls(*(max(float(np.quantile(np.where(m > 0.0, e, np.inf), level)), 1e-300) for e in errors))
+        errors = (np.where(m > 0.0, error, np.inf) for error in errors)
+        return cls(*(max(float(np.quantile(error, level, method="higher")), 1e-300) for error in errors))
 
     def met_by(self, claimed: "Accuracy") -> bool:
         """Whether `claimed` is as good in all that is asked."""
@@ -67,15 +69,11 @@ class Accuracy:
 
     def shortfall(self, claimed: "Accuracy") -> str:
         """What `claimed` lacks, in words; empty where it suffices."""
-        return " and ".join(
-            f"the {_WORDS[name]} is known to {_shown(name, getattr(claimed, name))}, not "
-            f"{_shown(name, getattr(self, name))}"
-            for name in NAMES.values()
-            if self._share(name, claimed) > 1.0
-        )
+        lacking = [name for name in NAMES.values() if self._share(name, claimed) > 1.0]
+        return " and ".join(f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}" for name in lacking)
 
     def __str__(self) -> str:
-        """Readable, and what `parse` takes."""
+        """Readable, and what `parse` takes unless something is open."""
         return ",".join(
             f"{word}={_shown(name, getattr(self, name))}"
             for word, name in NAMES.items()
@@ -84,7 +82,15 @@ class Accuracy:
 
     def _share(self, name: str, claimed: "Accuracy") -> float:
         asked, got = getattr(self, name), getattr(claimed, name)
-        return 0.0 if asked is None else np.inf if got is None else got / asked
+        if asked is None or np.isinf(asked):
+            return 0.0
+        return np.inf if got is None else got / asked
+
+    def _lack(self, name: str, got: float | None) -> str:
+        wanted = _shown(name, getattr(self, name))
+        if got is None or np.isinf(got):
+            return f"open, not known to {wanted}"
+        return f"known to {_shown(name, got)}, not {wanted}"
 
 
 _WORDS = {"mass": "mass", "center_of_mass": "COM", "inertia": "inertia"}
@@ -92,6 +98,8 @@ _ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 
 
 def _shown(name: str, value: float) -> str:
+    if np.isinf(value):
+        return "open"
     return f"{1e3 * value:.3g}mm" if name == "center_of_mass" else f"{100.0 * value:.3g}%"
 
 

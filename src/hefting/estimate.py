@@ -196,7 +196,13 @@ class Estimate:
                 raise ValueError("an interval has the wrong shape")
         accuracy = data.get("accuracy")
         if accuracy is not None:
-            accuracy = Accuracy(*(float(accuracy[name]) for name in ("mass", "center_of_mass", "inertia")))
+            limits = [accuracy[name] for name in ("mass", "center_of_mass", "inertia")]
+            if not all(limit is None or (type(limit) in (int, float) and 0.0 < limit < np.inf) for limit in limits):
+                raise ValueError("an accuracy is not a positive number")
+            accuracy = Accuracy(*(np.inf if limit is None else float(limit) for limit in limits))  # null: open
+        sufficient = data.get("sufficient")
+        if sufficient is not None and type(sufficient) is not bool:
+            raise ValueError("sufficient is neither true nor false")
         hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
         if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
             raise ValueError("the margin of the hull is not a finite number")
@@ -208,7 +214,7 @@ class Estimate:
             covariance=array("covariance", 10, 10),
             intervals=intervals,
             accuracy=accuracy,
-            sufficient=None if data.get("sufficient") is None else bool(data["sufficient"]),
+            sufficient=sufficient,
             certificate=certificate,
             bias=array("bias", 6),
             point_masses=array("point_masses", None),

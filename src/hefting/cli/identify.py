@@ -10,6 +10,7 @@ from hefting.cli.reading import add_gravity, add_recording, check_output, gravit
 from hefting.errors import InputError
 
 if TYPE_CHECKING:
+    from hefting.accuracy import Accuracy
     from hefting.comparison import Comparison
     from hefting.estimate import Estimate
     from hefting.recording import Recording
@@ -158,13 +159,25 @@ def _identify(
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
-    given = ("c1", "regularization", "gamma", "until")
+    given = ("c1", "regularization", "gamma")
     settings = {name: getattr(a, name) for name in given if getattr(a, name) is not None}
     if a.pose_std is not None:
         settings["pose_std"] = quantities(a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg")
     if a.shape_std is not None:
         settings["shape_std"] = quantities(a.shape_std, ("share",), "--shape-std", "20%")[0]
+    if a.until is not None:
+        settings["until"] = _accuracy(a.until)
     return settings
+
+
+def _accuracy(text: str) -> "Accuracy":
+    """What was asked for; `InputError` names the option."""
+    from hefting.accuracy import Accuracy
+
+    try:
+        return Accuracy.parse(text)
+    except InputError as error:
+        raise InputError(error.what, "--until", error.fix) from None
 
 
 def _check_outputs(a: argparse.Namespace) -> None:

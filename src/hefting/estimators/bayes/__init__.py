@@ -25,6 +25,8 @@ LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate gives."""
 PASSES = 6
 """Most times the noise, which depends on the body, is found anew."""
+MOVED = 0.1
+"""Standard deviations by which the most likely distortion of the shape may still move."""
 SETTLED = 0.02
 """Relative change of the noise's variances from one pass to the next that is not worth another."""
 LIGHTEST, HEAVIEST = 0.2, 2.0
@@ -33,6 +35,8 @@ NEAR = 1.0
 """Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
 ELSEWHERE = 30.0
 """The same beyond which the shape is wrong: for ten numbers, five standard deviations or so more than expected."""
+MISFIT = 100.0
+"""Squared distance from what the samples alone say, for ten numbers, beyond which it is wrong too."""
 CONTRADICTED = 5.0
 """Standard deviations by which residuals may exceed the noise that is claimed."""
 
@@ -43,12 +47,18 @@ class Posterior:
 
     mixture: Mixture
     """of the ten parameters"""
+    prior: Prior
+    """what the shape said; a shape that is uncertain is where it most likely is"""
+    move: Move | None
+    """which puts it there; None for a shape that is certain"""
     residual_covariance: Array
     """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
     excess: float
     """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
     contradicted: bool
     """whether that is more than chance"""
+    misfit: float
+    """squared distance of the mean from what the samples alone say, in standard deviations"""
     passes: int
     """how often the noise was found anew"""
     bias: Array | None
@@ -120,6 +130,8 @@ class Bayes(Estimator):
         require_bias_model(self.bias)
         if isinstance(self.until, str):
             object.__setattr__(self, "until", Accuracy.parse(self.until))
+        elif not isinstance(self.until, Accuracy | None):
+            raise InputError(f"until is an accuracy, not {self.until}", fix="as in mass=1%,com=2mm,inertia=20%")
         whitening(self.noise)
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
@@ -151,9 +163,9 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        nearest = self._nearest_body(mixture)
+        nearest = self._nearest_body(posterior)
         if self.disagreement > 1.0:  # widens the intervals, but is no reason to lean more on the prior
-            nearest = self._nearest_body(self._posterior(state, start, 1.0).mixture)
+            nearest = self._nearest_body(self._posterior(state, start, 1.0))
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
@@ -173,29 +185,19 @@ class Bayes(Estimator):
             warnings=_warnings(posterior, nearest.distance, self.disagreement),
         )
 
-    def _nearest_body(self, mixture: Mixture) -> "Nearest":
-        """In the shape where it most likely is; where it is said to be, if nothing fits there."""
-        move = self._prior.most_likely(mixture.weights, mixture.means)
-        nearest = self._nearest_in(move, mixture)
-        if move is None or nearest.distance < ELSEWHERE:
-            return nearest
-        return min(nearest, self._nearest_in(None, mixture), key=lambda each: each.distance)
-
-    def _nearest_in(self, move: Move | None, mixture: Mixture) -> "Nearest":
+    def _nearest_body(self, posterior: Posterior) -> "Nearest":
         """Of cells that are even within or, where those do not do, of voxels."""
-        prior, mean, C = self._prior, mixture.mean, mixture.covariance
+        prior, mean, C = posterior.prior, posterior.mixture.mean, posterior.mixture.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
-        cells = prior.cells if move is None else move.parameters @ prior.cells
-        masses, distance = projected(mean, C, cells, prior.shares, mass)
+        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < NEAR:
-            vector = cells @ masses
+            vector = prior.cells @ masses
         else:
-            voxels = prior.voxels if move is None else move.parameters @ prior.voxels
-            fine, distance = projected(mean, C, voxels, prior.voxel_shares, mass)
+            fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
             if distance > ELSEWHERE:  # nothing fits: let at least the mass be right
                 fine = (fine + 1e-6 * mass * prior.voxel_shares) * mass / (fine.sum() + 1e-6 * mass)
-            vector, masses = voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
-        margin = None
+            vector, masses = prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
+        margin, move = None, posterior.move
         if move is not None and vector[0] > 0.0:
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
         return Nearest(vector, masses, distance, margin)
@@ -220,13 +222,14 @@ class Bayes(Estimator):
             R = samples.believable(samples.residual_covariance(phi)) if known is None else None
         S = self._covariance(samples, phi, R)
         excess, contradicted, count = 1.0, False, 0
+        placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
             count += 1
             scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
             found = likelihood(samples, phi, excess * S, white, wider)
             if self.systematic is not None:
                 found = found.blurred(self.systematic)
-            mixture = Mixture.of(self._prior, scale, found)
+            mixture = Mixture.of(placed.prior, scale, found)
             phi = mixture.mean
             left = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
             before = excess * S
@@ -238,10 +241,15 @@ class Bayes(Estimator):
                 contradicted = ratio > 1.0 + CONTRADICTED * (self.autocorrelation / (3.0 * samples.K)) ** 0.5
                 excess = ratio / samples.unbelievable(left) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
-            if change < SETTLED or count >= PASSES:
+            scores = placed.most_likely(mixture.weights, mixture.means)
+            moved = float(np.abs(scores - placed.scores).max(initial=0.0))
+            if (change < SETTLED and moved < MOVED) or count >= PASSES:
                 break
+            if moved >= MOVED:
+                placed = self._prior.about(scores)
         bias = samples.bias(phi) if self.bias == "estimate" else None
-        return Posterior(mixture, before, excess, contradicted, count, bias)
+        misfit = found.misfit(phi)
+        return Posterior(mixture, placed.prior, placed.move, before, excess, contradicted, misfit, count, bias)
 
     @cached_property
     def _levels(self) -> tuple[Array | None, Array | None]:
@@ -287,8 +295,9 @@ def _warnings(posterior: Posterior, distance: float, disagreement: float) -> tup
             "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): its "
             f"stretches differ {disagreement**0.5:.1f} times as much as they should; the intervals are wider by that"
         )
-    if distance > ELSEWHERE:
+    far = max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
+    if far:
         warnings.append(
-            f"no mass inside the shape explains the wrench: the nearest is {distance**0.5:.0f} standard deviations away"
+            f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away"
         )
     return tuple(warnings)

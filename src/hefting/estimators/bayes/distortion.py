@@ -18,12 +18,14 @@ from hefting.spatial import Array, skew, tensor_to_vector
 
 @dataclass(frozen=True, eq=False)
 class Distortions:
-    """Ways in which a shape may be wrong, each by one standard deviation, about its homogeneous COM."""
+    """Ways in which a shape may be wrong, each by one standard deviation."""
 
     gradients: Array
     """(d, 3, 3) B"""
     shifts: Array
-    """(d, 3) u [m] at the COM"""
+    """(d, 3) u [m] at the homogeneous COM"""
+    center: Array
+    """(3,) that COM [m], in the sensor frame"""
 
     @classmethod
     def of(cls, shape: PointMasses, pose_std: tuple[float, float], shape_std: float) -> Self:
@@ -32,7 +34,8 @@ class Distortions:
         That share is the deviation of the whole size, of each side about the COM, and, of half a side, of the place of
         the COM. The whole grows from the origin of its frame, or from the place in its bounding box nearest to that.
         """
-        axes, origin = shape.pose[:3, :3].T, shape.pose[:3, 3] - shape.homogeneous.center_of_mass
+        center = shape.homogeneous.center_of_mass
+        axes, origin = shape.pose[:3, :3].T, shape.pose[:3, 3] - center
         none, nowhere = np.zeros((3, 3)), np.zeros(3)
         modes: list[tuple[Array, Array]] = []  # B, u at the COM
         if pose_std[0] > 0.0:
@@ -40,26 +43,28 @@ class Distortions:
         if pose_std[1] > 0.0:
             modes += [(B, -B @ origin) for B in (pose_std[1] * skew(axis) for axis in axes)]
         if shape_std > 0.0:
-            corners = (shape.hull - shape.homogeneous.center_of_mass) @ axes.T
+            corners = (shape.hull - center) @ axes.T
             fixed = np.clip(axes @ origin, corners.min(axis=0), corners.max(axis=0)) @ axes
             modes.append((shape_std * np.eye(3), -shape_std * fixed))
             modes += [(shape_std * np.outer(axis, axis), nowhere) for axis in axes]
             modes += [(none, 0.5 * shape_std * side * axis) for side, axis in zip(shape.extents, axes, strict=True)]
-        return cls(np.array([B for B, _ in modes]).reshape(-1, 3, 3), np.array([u for _, u in modes]).reshape(-1, 3))
+        return cls(
+            np.array([B for B, _ in modes]).reshape(-1, 3, 3), np.array([u for _, u in modes]).reshape(-1, 3), center
+        )
 
-    def effects(self, body: Array) -> Array:
-        """(10, d) first-order change of parameters `body` (10,), which are about the COM."""
-        one = np.eye(3)
-        changes = [
-            0.5 * (affine(one + B, u) - affine(one - B, -u)) @ body
-            for B, u in zip(self.gradients, self.shifts, strict=True)
-        ]
-        return np.array(changes).reshape(-1, 10).T
-
-    def by(self, scores: Array, center: Array) -> "Move":
-        """The distortion by so many standard deviations (d,) of a shape whose COM is at `center` (3,)."""
+    def by(self, scores: Array) -> "Move":
+        """The distortion by so many standard deviations (d,)."""
         A = np.eye(3) + np.tensordot(scores, self.gradients, 1)
-        return Move(A, center + scores @ self.shifts - A @ center)
+        return Move(A, self.center + scores @ self.shifts - A @ self.center)
+
+    def effects(self, body: Array, scores: Array) -> Array:
+        """(10, d) change of parameters `body` (10,) by each, to first order about the distortion of these scores."""
+        there = self.by(scores)
+        changes = []
+        for B, u in zip(self.gradients, self.shifts, strict=True):
+            t = u - B @ self.center
+            changes.append(0.5 * (affine(there.A + B, there.t + t) - affine(there.A - B, there.t - t)) @ body)
+        return np.array(changes).T
 
 
 @dataclass(frozen=True, eq=False)

@@ -127,6 +127,12 @@ class Likelihood:
     covariance: Array
     """S (6, 6) of one sample's residual"""
 
+    def misfit(self, phi: Array) -> float:
+        """Squared distance of parameters phi (10,) from the best, in standard deviations."""
+        off = self.shift - self.precision @ phi
+        root = _root_of_inverse(self.precision) @ off
+        return float(root @ root)
+
     def blurred(self, C: Array) -> Self:
         """With an error of covariance C (10, 10) in the parameters that all samples share."""
         less = np.linalg.inv(np.eye(10) + self.precision @ C)

@@ -17,7 +17,7 @@ The block of the inertia, given the centre of mass, is scaled by k². What sigma
 prior is a mixture of Gaussians over all of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Self
 
@@ -45,10 +45,14 @@ FARTHEST = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """Mixture of Gaussians for the parameters of a body of 1 kg, about the sensor's origin."""
+    """Mixture of Gaussians for the parameters of a body of 1 kg, about the sensor's origin.
+
+    Where the shape is uncertain, what its distortions do is linear only about one of them, and `about` another gives
+    the same prior linear there.
+    """
 
     mean: Array
-    """(10,) of the homogeneous body"""
+    """(10,) of the homogeneous body; of its line, where a distortion is the place to be linear about"""
     spread: Array
     """(j, 10, 10) F: phi = s (mean + F z), z standard normal, for a body of about s kg; F[:, 0] is the mass's"""
     log_weight: Array
@@ -62,14 +66,11 @@ class Prior:
     voxel_shares: Array
     """(n k,)"""
     distortions: Distortions
-    """in which ways the shape may be wrong; `spread` has them"""
-    attribution: Array
-    """(j, d, 9) to how many deviations of each a difference from `mean`, the mass apart, comes"""
+    """in which ways the shape may be wrong; none for one that is certain"""
 
     @classmethod
     def of(cls, shape: PointMasses, pose_std: tuple[float, float] = (0.0, 0.0), shape_std: float = 0.0) -> Self:
         """Of a shape in the sensor frame; for its deviations see `Distortions.of`."""
-        center = shape.homogeneous.center_of_mass
         voxels = Voxels.of(shape)
         Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)
         size = np.sqrt(max(float(np.trace(vector_second(voxels.mean))), 1e-12))
@@ -77,16 +78,13 @@ class Prior:
         pairs = list(product(SIGMA.items(), DELTA.items()))
         Q = np.stack([s**2 * (Q1 + WITHIN * Qw) + d**2 * Qd for (s, _), (d, _) in pairs])[:, 1:, 1:]
         members = _stiffened(Q / np.outer(units, units), np.array(list(STIFFNESS)))
-        distortions = Distortions.of(shape, pose_std, shape_std)
-        effects = distortions.effects(voxels.mean)
-        members += (effects[1:] / units[:, None]) @ (effects[1:] / units[:, None]).T
         weights = np.outer([p * q for (_, p), (_, q) in pairs], list(STIFFNESS.values())).ravel()
         values, vectors = np.linalg.eigh(members)
         L = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * units[None, :, None]
         spread = np.zeros((len(members), 10, 10))
         spread[:, :, 0] = 3.0 * voxels.mean
         spread[:, 1:, 1:] = L
-        T = affine(np.eye(3), center)
+        T = affine(np.eye(3), shape.homogeneous.center_of_mass)
         return cls(
             shape.homogeneous.vector / shape.homogeneous.mass,
             T @ spread,
@@ -95,17 +93,42 @@ class Prior:
             voxels.shares,
             T @ voxels.parameters,
             voxels.volumes,
-            distortions,
-            _attribution(T[1:, 1:] @ L, T[1:] @ effects),
+            Distortions.of(shape, pose_std, shape_std),
         )
 
-    def most_likely(self, weights: Array, means: Array) -> Move | None:
-        """Posterior mean of the distortion, given each member's weight (j,) and mean (j, 10); None if there is none."""
-        if not self.attribution.size:
-            return None
-        off = means[:, 1:] / means[:, :1] - self.mean[1:]
-        scores = np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FARTHEST, FARTHEST)
-        return self.distortions.by(scores, self.mean[1:4])
+    def about(self, scores: Array) -> "Placed":
+        """With the distortions, linear about the one of so many standard deviations (d,)."""
+        if not len(scores):
+            return Placed(self, None, scores, np.zeros((len(self.spread), 0, 9)))
+        move, effects = self.distortions.by(scores), self.distortions.effects(self.mean, scores)
+        M = move.parameters
+        mean = M @ self.mean - effects @ scores
+        both = np.concatenate((M[1:, 1:] @ self.spread[:, 1:, 1:], np.tile(effects[1:], (len(self.spread), 1, 1))), 2)
+        L = np.asarray(np.linalg.qr(both.transpose(0, 2, 1), mode="r")).transpose(0, 2, 1)
+        spread = np.zeros_like(self.spread)
+        spread[:, :, 0] = 3.0 * mean
+        spread[:, 1:, 1:] = L
+        prior = replace(self, mean=mean, spread=spread, cells=M @ self.cells, voxels=M @ self.voxels)
+        return Placed(prior, move, scores, _attribution(L, effects[1:]))
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A prior for a shape that may be distorted, linear about one distortion; or for a certain one."""
+
+    prior: Prior
+    """with cells and voxels where that distortion puts them"""
+    move: Move | None
+    """what it does; None for a certain shape"""
+    scores: Array
+    """(d,) its standard deviations"""
+    attribution: Array
+    """(j, d, 9) to how many deviations of each a difference from `mean`, the mass apart, comes"""
+
+    def most_likely(self, weights: Array, means: Array) -> Array:
+        """(d,) posterior mean of the distortion, given each member's weight (j,) and mean (j, 10)."""
+        off = means[:, 1:] / means[:, :1] - self.prior.mean[1:]
+        return np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FARTHEST, FARTHEST)
 
 
 def _attribution(L: Array, effects: Array) -> Array:

@@ -112,14 +112,15 @@ def _spacing(shape: PointMasses) -> float:
 
 
 def _cuts(sides: Array, wanted: float) -> Indices:
-    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones."""
+    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones; thin ones, too, have two layers."""
+    least = 2 if wanted >= 8.0 else 1
     pitch = (np.prod(sides) / max(wanted, 1.0)) ** (1.0 / 3.0)
     for _ in range(3):  # sides that are not cut leave more for the others
         thick = sides > pitch
         if not thick.any():
-            return np.ones(3, dtype=int)
+            return np.full(3, least)
         pitch = (np.prod(sides[thick]) / max(wanted, 1.0)) ** (1.0 / thick.sum())
-    return np.clip(np.round(sides / pitch), 1, 64).astype(int)
+    return np.clip(np.round(sides / pitch), least, 64).astype(int)
 
 
 def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
