@@ -143,7 +143,7 @@ def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) 
     each = center + z[:, :, None] / rate  # (p, k, j)
     low, high = each.min(axis=2), each.max(axis=2)
     x = np.clip(middle + z * spread, low, high)
-    tolerance = 1e-4 * spread
+    tolerance = 1e-2 * spread  # of a step; Newton's next would be some 1e-4 of that spread
     for _ in range(MAX_STEPS):
         t = (x[:, :, None] - center) * rate
         value = ndtr(t) @ weights - probabilities[:, None]
