@@ -38,8 +38,8 @@ def shape() -> PointMasses:
 
 
 def recorded(body: InertialParameters, seed: int, gravity: Array = GRAVITY) -> Recording:
-    """Two seconds; velocities and accelerations are in the log, exact."""
-    motion = UR5.motion(random_smooth(2.0, 100.0, 1.5, seed=seed))
+    """Two seconds at 50 Hz; velocities and accelerations are in the log, exact."""
+    motion = UR5.motion(random_smooth(2.0, 50.0, 1.5, seed=seed))
     return simulate(motion, body, gravity, noise=SENSOR, seed=seed, exact=True)
 
 
@@ -125,7 +125,7 @@ def test_a_posterior_holds_a_systematic_error():
     # the prior knows a tenth of it at most
     sums = (beside.covariance - alone.covariance - C)[:4, :4] / np.outer(scale, scale)
     np.testing.assert_allclose(sums, 0.0, atol=0.1)
-    assert scale[0] > 5.0 * np.sqrt(alone.covariance[0, 0])
+    assert scale[0] > 3.0 * np.sqrt(alone.covariance[0, 0])
     off = (beside.mean - alone.mean)[:4] / scale
     assert np.abs(off).max() < 0.5  # the shape has more to say
     none = replace(estimator, systematic=np.zeros((10, 10))).posterior(state).mixture
@@ -150,7 +150,7 @@ def test_it_is_neither_colour_nor_disagreement():
 
 GRIPPER = InertialParameters.from_com(0.9, (0.0, 0.005, 0.05), np.diag((2e-3, 2.5e-3, 1.5e-3)))
 BOTH = InertialParameters(GRIPPER.vector + hammer().parameters.vector)
-TOOL_STD = np.repeat((0.005, 3e-4, 2e-5), (1, 3, 6))
+TOOL_STD = np.repeat((0.005, 2e-4, 1e-4), (1, 3, 6))
 
 
 def tool_drawn(seed: int, open_inertia: bool = False) -> Estimate:
@@ -174,8 +174,9 @@ def test_a_tool_widens_the_intervals():
     assert other.intervals is not None
     for name in ("mass", "center_of_mass"):
         assert (np.ptp(other.intervals[name], axis=0) > 2.0 * np.ptp(one.intervals[name], axis=0)).all()
-    # free of the prior but for some percent: what the tool adds to mass and first moment
-    np.testing.assert_allclose(variance(other)[:4], variance(one)[:4] + TOOL_STD[:4] ** 2, rtol=0.15)
+    # what the tool adds to mass and first moment, of which the shape may know a third
+    sums = variance(one)[:4] + TOOL_STD[:4] ** 2
+    assert ((0.6 * sums < variance(other)[:4]) & (variance(other)[:4] < 1.05 * sums)).all()
     without = identify(recording, shape(), tool=replace(tool, covariance=None)).estimate
     np.testing.assert_allclose(variance(without), variance(one))  # not known: left out, with a warning
     assert any("has no standard deviations" in line for line in without.warnings)
@@ -234,7 +235,8 @@ def test_what_gravity_s_direction_does_to_the_parameters(bias):
         A, b = full_regressor(turned), turned.wrench
         if bias == "estimate":
             A, b = A - A.mean(axis=0), b - b.mean(axis=0)
-        return np.linalg.lstsq((W[:, None] * A).reshape(-1, 10), (W * b).ravel(), rcond=None)[0]
+        rows, right = (W[:, None] * A).reshape(-1, 10), (W * b).ravel()
+        return np.array(np.linalg.lstsq(rows, right, rcond=None)[0], dtype=float)
 
     down = np.array(found.gravity) / np.linalg.norm(found.gravity)
     one = np.cross(down, (0.6, 0.8, 0.0)) / np.linalg.norm(np.cross(down, (0.6, 0.8, 0.0)))
@@ -263,23 +265,21 @@ def test_a_gravity_that_was_found_widens_the_intervals():
     np.testing.assert_array_equal(found.provenance["gravity"], given.provenance["gravity"])
     wider = np.ptp(found.intervals["center_of_mass"], axis=0) / np.ptp(given.intervals["center_of_mass"], axis=0)
     assert wider.max() > 2.0
-    # in a direction that gravity's error moves the COM most, the samples' own spread and this one add up
-    moments = prepared.systematic[1:4, 1:4]
-    worst = np.linalg.eigh(moments)[1][:, -1]
-    assert found.covariance is not None
-    assert given.covariance is not None
-    one, other = (worst @ estimate.covariance[1:4, 1:4] @ worst for estimate in (given, found))
-    assert other == pytest.approx(one + worst @ moments @ worst, rel=0.15)
+    # where gravity's error moves the COM most: its spread is added, of which the shape may know a third
+    worst = int(np.argmax(prepared.systematic.diagonal()[1:4])) + 1
+    sums = variance(given)[worst] + prepared.systematic[worst, worst]
+    assert 0.6 * sums < variance(found)[worst] < 1.05 * sums
 
 
 def test_both_add_up():
     recording, tool = recorded(BOTH, 5, tilted(5)), tool_drawn(5)
-    parts = [
-        prepare(recording, shape(), bias="none", **words).systematic
-        for words in ({"tool": tool}, {"gravity": "estimate"}, {"tool": tool, "gravity": "estimate"})
-    ]
-    assert all(part is not None for part in parts)
-    np.testing.assert_allclose(parts[2], parts[0] + parts[1], rtol=1e-9)
+    beside = prepare(recording, shape(), bias="none", tool=tool).systematic
+    tilt = prepare(recording, shape(), bias="none", gravity="estimate").systematic
+    both = prepare(recording, shape(), bias="none", tool=tool, gravity="estimate").systematic
+    assert beside is not None
+    assert tilt is not None
+    assert both is not None
+    np.testing.assert_allclose(both, beside + tilt, rtol=1e-9)
 
 
 def test_intervals_hold_the_object_on_a_tilted_base():
