@@ -23,6 +23,7 @@ def main() -> None:
     from benchmarks.long_recording import long_recording
     from benchmarks.memory import folding_memory
     from benchmarks.points import many_points
+    from benchmarks.posterior import posterior
     from benchmarks.report import show
     from benchmarks.streaming import one_sample_at_a_time
 
@@ -33,6 +34,7 @@ def main() -> None:
         *geo_against_conic_solver(1000, rounds=1 if quick else 10),
         *lmi_against_conic_solver(1000, rounds=1 if quick else 10),
         *from_the_moments(1000, 2_000 if quick else 100_000, rounds=5 if quick else 50),
+        posterior(2_000 if quick else 10_000, rounds=5 if quick else 50),
         many_points(2_000 if quick else 100_000, rounds=2 if quick else 7),
         against_pinocchio(1000, rounds=5 if quick else 50),
         folding_memory(200_000 if quick else 10_000_000),

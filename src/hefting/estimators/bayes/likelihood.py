@@ -146,7 +146,7 @@ def likelihood(samples: Samples, phi: Array, S: Array, S_k: Array | None, colour
     S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the accelerations' part in it, None
     where there is none; `colour` is the variance of sums of residuals over that of white ones.
     """
-    W = np.linalg.inv(np.linalg.cholesky(S))
+    W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
     A = (W @ samples.A).reshape(-1, 10)
     b = (samples.b @ W.T).ravel()
     G, h = A.T @ A, A.T @ b
