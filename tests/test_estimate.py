@@ -103,6 +103,13 @@ def test_what_is_not_known_is_null():
     assert data["warnings"] == []
 
 
+INTERVALS = {"mass": [1.0, 2.0], "center_of_mass": [[0.0] * 3, [1.0] * 3]}
+INTERVALS |= {
+    name: [np.zeros((3, 3)).tolist(), np.ones((3, 3)).tolist()] for name in ("inertia_at_origin", "inertia_at_com")
+}
+"""As a file has them."""
+
+
 def broken(data):
     """Ways to spoil the dictionary of a file, each of which must be noticed."""
     cases = {
@@ -120,6 +127,14 @@ def broken(data):
         "bias": ([1.0] * 5, "x", [float("nan")] * 6),
         "point_masses": (1.0, [[1.0]], "x", [float("inf")]),
         "residual": ([1.0] * 3, "x"),
+        "intervals": (
+            5,
+            "x",
+            {},
+            {"mass": [1.0, 2.0]},
+            INTERVALS | {"mass": [2.0, 1.0]},
+            INTERVALS | {"mass": [None, 1.0]},
+        ),
         "certificate": (5, "x", [], {}, {"objective": 1.0}, {"objective": "a", "bound": None, "gap": 0.0}),
         "samples": ("x", None, [1], float("inf"), float("nan")),
         "duration": ("x", [1.0]),

@@ -361,6 +361,7 @@ def test_how_well_pose_and_shape_are_known(run, command):
     assert all(wider > 1.1 * spread[0] for wider in spread[1:])
     _, out, _ = run(*command, "--pose-std", "5mm,5deg", "--shape-std", "20%", "--duration", "1")
     assert "the shape's pose is taken as known to 5 mm and 5° the shape is taken as known to 20 % of its" in said(out)
+    assert refused(run(*command, "--shape-std", "200%"), "--shape-std: '200%' is more than all of the shape")
     assert refused(
-        run(*command, "--shape-std", "200%", "--duration", "0.5"), "the shape's deviation is a share from 0 to 1"
+        run(*command, "--pose-std", "1e9m,5deg", "--duration", "0.5"), "the pose's deviations are two, from 0"
     )

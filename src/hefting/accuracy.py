@@ -90,17 +90,18 @@ class Accuracy:
         wanted = _shown(name, getattr(self, name))
         if got is None or np.isinf(got):
             return f"open, not known to {wanted}"
-        return f"known to {_shown(name, got)}, not {wanted}"
+        known = next((text for text in (_shown(name, got, n) for n in range(3, 12)) if text != wanted), wanted)
+        return f"known to {known}, not {wanted}"
 
 
 _WORDS = {"mass": "mass", "center_of_mass": "COM", "inertia": "inertia"}
 _ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 
 
-def _shown(name: str, value: float) -> str:
+def _shown(name: str, value: float, digits: int = 3) -> str:
     if np.isinf(value):
         return "open"
-    return f"{1e3 * value:.3g}mm" if name == "center_of_mass" else f"{100.0 * value:.3g}%"
+    return f"{1e3 * value:.{digits}g}mm" if name == "center_of_mass" else f"{100.0 * value:.{digits}g}%"
 
 
 def _about_com(vectors: Array) -> Array:

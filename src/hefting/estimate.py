@@ -14,6 +14,8 @@ from hefting.inertia import Consistency, InertialParameters
 from hefting.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 
 SCHEMA = "hefting.estimate/1"
+INTERVALS = {"mass": (2,), "center_of_mass": (2, 3), "inertia_at_origin": (2, 3, 3), "inertia_at_com": (2, 3, 3)}
+"""Shapes of the lower and upper ends that an estimate may have."""
 
 
 @dataclass(frozen=True)
@@ -190,10 +192,11 @@ class Estimate:
             )
         intervals = None
         if data.get("intervals") is not None:
-            shapes = {"mass": (2,), "center_of_mass": (2, 3)}
             intervals = {str(name): frozen(ends) for name, ends in data["intervals"].items()}
-            if any(ends.shape != shapes.get(name, (2, 3, 3)) for name, ends in intervals.items()):
-                raise ValueError("an interval has the wrong shape")
+            if {name: ends.shape for name, ends in intervals.items()} != INTERVALS:
+                raise ValueError("the intervals are not those of mass, COM and inertia")
+            if any(np.isnan(ends).any() or (ends[0] > ends[1]).any() for ends in intervals.values()):
+                raise ValueError("an interval has no lower and upper end")
         accuracy = data.get("accuracy")
         if accuracy is not None:
             limits = [accuracy[name] for name in ("mass", "center_of_mass", "inertia")]

@@ -165,6 +165,8 @@ def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
         settings["pose_std"] = quantities(a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg")
     if a.shape_std is not None:
         settings["shape_std"] = quantities(a.shape_std, ("share",), "--shape-std", "20%")[0]
+        if settings["shape_std"] > 1.0:
+            raise InputError(f"'{a.shape_std}' is more than all of the shape", "--shape-std", "as in 20%")
     if a.until is not None:
         settings["until"] = _accuracy(a.until)
     return settings

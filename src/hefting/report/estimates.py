@@ -127,7 +127,7 @@ def _facts(estimate: Estimate) -> Iterable[Text]:
     yield from _assumptions(estimate)
     made = estimate.provenance
     if "until" in made:
-        of = f"{made['used']:.3g} of {made['of']:.3g} {made['used_unit']} used"
+        of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
         known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
         yield Text(f"{of}, asked for {made['until']}{known}")
     if any(made.get("pose_std", ())):

@@ -25,6 +25,8 @@ LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate gives."""
 PASSES = 6
 """Most times the noise, which depends on the body, is found anew."""
+FARTHEST = (10.0, 1.6)
+"""Largest deviations of a pose that are taken, m and rad: what is known no better than that is not known at all."""
 MOVED = 0.1
 """Standard deviations by which the most likely distortion of the shape may still move."""
 SETTLED = 0.02
@@ -136,8 +138,8 @@ class Bayes(Estimator):
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
         pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
-        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std < np.inf)).all():
-            raise InputError(f"the pose's deviations are two, finite and not negative [m, rad], not {self.pose_std}")
+        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= FARTHEST)).all():
+            raise InputError(f"the pose's deviations are two, from 0 to {FARTHEST} [m, rad], not {self.pose_std}")
         if self.shape_std is not None and not 0.0 <= self.shape_std <= 1.0:
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
