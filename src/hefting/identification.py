@@ -13,6 +13,7 @@ from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
 from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
 from hefting.estimators.bayes.colour import coloured
+from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
 from hefting.measurements import Measurements, Noise
@@ -156,6 +157,8 @@ def estimator_for(
     settings["shape_std"] = 0.0 if shape is None else shape.shape_std
     settings["systematic"] = prepared.systematic
     settings["motion_noise"], settings["motion_memory"] = prepared.motion_noise, prepared.motion_memory
+    if prepared.source == "columns":
+        settings["motion_noise"] = white_motion_noise(prepared.measurements)
     settings["noise"] = None  # as the weighted residuals say, and their colour too
     estimator = Bayes(**(settings | hyperparameters))
     if "autocorrelation" in hyperparameters or com_warnings(prepared.fit, shape):

@@ -9,6 +9,10 @@ from hefting.spatial import Array
 
 ORDER = 4
 """Of the differences: motion at a tenth of the sampling rate is weakened by (2 sin 18°)^4 / sqrt(70), 57 times."""
+ENOUGH = 50
+"""Samples for the levels of two orders to be compared."""
+ALIKE = 0.2
+"""Relative difference of these levels: noise of 150 samples makes 4 %, motion much more."""
 
 
 def white_noise(measurements: Measurements) -> Noise:
@@ -21,8 +25,19 @@ def white_noise(measurements: Measurements) -> Noise:
     return Noise(*(_level(v) for v in (z.force, z.torque, z.linear_acceleration, z.angular_acceleration)))
 
 
-def _level(series: Array) -> float:
-    if len(series) <= ORDER:
+def white_motion_noise(measurements: Measurements) -> tuple[float, float] | None:
+    """White noise of linear [m/s²] and angular [rad/s²] acceleration; None where there is none, or the samples do not
+    tell: differences of the third order must show the same level as those of the fourth, within `ALIKE`."""
+    z = measurements
+    levels = []
+    for series in (z.linear_acceleration, z.angular_acceleration):
+        level, coarser = _level(series), _level(series, ORDER - 1)
+        levels.append(level if len(series) >= ENOUGH and abs(coarser - level) < ALIKE * level else 0.0)
+    return (levels[0], levels[1]) if any(levels) else None
+
+
+def _level(series: Array, order: int = ORDER) -> float:
+    if len(series) <= order:
         return 0.0
-    differences = np.abs(np.diff(series, ORDER, axis=0))
-    return float(np.median(differences)) / (0.67449 * comb(2 * ORDER, ORDER) ** 0.5)
+    differences = np.abs(np.diff(series, order, axis=0))
+    return float(np.median(differences)) / (0.67449 * comb(2 * order, order) ** 0.5)
