@@ -74,6 +74,7 @@ def compare(
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
     prepared = prepare(recording, shape, **reading)
     results, seconds, skipped = {}, {}, {}
+    seen = None
     for name, (kind, settings) in kinds.items():
         own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
@@ -82,6 +83,8 @@ def compare(
             estimate, used = fitted(estimator, prepared)
             elapsed = time.perf_counter() - start
             results[name] = finished(estimate, estimator, used, shape)
+            if name == "Bayes":
+                seen = used
             seconds[name] = elapsed
         except (NeedError, NotIdentifiableError) as error:
             if not everything:
@@ -91,5 +94,5 @@ def compare(
     if not results:
         raise InputError("no method could be used", prepared.log, next(iter(skipped.values())))
     proper = {name: estimate for name, estimate in results.items() if name not in VARIANTS}
-    recommended, reason = recommend(proper or results, prepared, shape)
+    recommended, reason = recommend(proper or results, prepared, shape, seen)
     return Comparison(results, seconds, skipped, recommended, reason, prepared)

@@ -191,7 +191,8 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
     Raises `NotIdentifiableError` when its mass is not positive.
     """
     z, fit = prepared.measurements, prepared.fit
-    if not estimate.parameters.mass > 0.0:
+    negative = estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
+    if negative or not estimate.parameters.mass > 0.0:
         if shape is None or estimator.needs == "nothing":
             what, fix = "no positive mass explains the wrench", "check --wrench (sign) and --gravity"
         else:

@@ -83,7 +83,9 @@ def misfit_warnings(estimate: Estimate, residual: Array, z: Measurements, fit: F
     signal = np.sqrt(np.mean(z.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
     if not ((residual > MISFIT * free) & (residual > 0.01 * signal)).any():
         return []
-    cause = "the shape or its pose does not fit, or c1 is too large for this motion"
+    cause = "the shape or its pose does not fit"
+    if "c1" in estimate.provenance:
+        cause += ", or c1 is too large for this motion"
     if estimate.hull_margin is None:
         cause = "do not trust it"
     return [

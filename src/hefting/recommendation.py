@@ -46,8 +46,10 @@ def uncertainty(prepared: Prepared, shape: PointMasses) -> float:
     return float(np.max(std / scale)) if scale.all() else np.inf
 
 
-def recommend(results: dict[str, Estimate], prepared: Prepared, shape: PointMasses | None) -> tuple[str, str]:
-    """Name of the estimate to trust, and a sentence why."""
+def recommend(
+    results: dict[str, Estimate], prepared: Prepared, shape: PointMasses | None, seen: Prepared | None = None
+) -> tuple[str, str]:
+    """Name of the estimate to trust, and a sentence why; `seen` is what Bayes saw, if that was only a part."""
     bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
     if not bodies:
         best = min(results, key=lambda name: misfit(results[name], prepared))
@@ -61,7 +63,7 @@ def recommend(results: dict[str, Estimate], prepared: Prepared, shape: PointMass
     margin = bodies["GEO"].hull_margin if "GEO" in bodies else None
     if free is not None and (_is_outside(bodies[free], prepared, shape) or (margin is not None and margin < -OUTSIDE)):
         return free, "without the shape the COM is outside it: check the shape's pose and unit"
-    if "Bayes" in bodies and (chi2 := misfit(bodies["Bayes"], prepared)) <= MISFIT:
+    if "Bayes" in bodies and (chi2 := misfit(bodies["Bayes"], seen or prepared)) <= MISFIT:
         return "Bayes", f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
     s = uncertainty(prepared, shape)
     if "GEO" in bodies:

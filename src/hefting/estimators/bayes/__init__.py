@@ -23,12 +23,12 @@ from hefting.spatial import Array
 
 LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate gives."""
-PASSES = 6
-"""Most times the noise, which depends on the body, is found anew."""
+PASSES, MORE_PASSES = 6, 12
+"""Most times the noise, which depends on the body, is found anew; and the place of a shape that is uncertain."""
 FARTHEST = (10.0, 1.6)
 """Largest deviations of a pose that are taken, m and rad: what is known no better than that is not known at all."""
-MOVED = 0.1
-"""Standard deviations by which the most likely distortion of the shape may still move."""
+MOVED, UNSETTLED = 0.1, 0.5
+"""Standard deviations by which the most likely distortion of the shape may still move; beyond which it is not found."""
 SETTLED = 0.02
 """Relative change of the noise's variances from one pass to the next that is not worth another."""
 LIGHTEST, HEAVIEST = 0.2, 2.0
@@ -61,6 +61,8 @@ class Posterior:
     """whether that is more than chance"""
     misfit: float
     """squared distance of the mean from what the samples alone say, in standard deviations"""
+    settled: bool
+    """whether the place of a shape that is uncertain was found"""
     passes: int
     """how often the noise was found anew"""
     bias: Array | None
@@ -137,10 +139,14 @@ class Bayes(Estimator):
         whitening(self.noise)
         if not isinstance(self.shape, PointMasses):
             raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
-        pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
+        try:
+            pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
+            shape_std = None if self.shape_std is None else float(self.shape_std)
+        except (TypeError, ValueError):
+            raise InputError("pose_std is two numbers [m, rad] and shape_std a share, not text") from None
         if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= FARTHEST)).all():
             raise InputError(f"the pose's deviations are two, from 0 to {FARTHEST} [m, rad], not {self.pose_std}")
-        if self.shape_std is not None and not 0.0 <= self.shape_std <= 1.0:
+        if shape_std is not None and not 0.0 <= shape_std <= 1.0:
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
             raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
@@ -165,13 +171,14 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        nearest = self._nearest_body(posterior)
+        narrow = posterior
         if self.disagreement > 1.0:  # widens the intervals, but is no reason to lean more on the prior
-            nearest = self._nearest_body(self._posterior(state, start, 1.0))
+            narrow = self._posterior(state, start, 1.0)
+        nearest = self._nearest_body(narrow)
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
-            sufficient = self.until.met_by(accuracy)
+            sufficient = self.until.met_by(accuracy) and not _contradiction(posterior, nearest.distance)
         return Estimate(
             method=self.name,
             parameters=body,
@@ -181,7 +188,7 @@ class Bayes(Estimator):
             intervals=mixture.intervals(LEVEL),
             accuracy=accuracy,
             sufficient=sufficient,
-            bias=posterior.bias,
+            bias=narrow.bias,
             point_masses=nearest.masses,
             hull_margin=nearest.margin,
             warnings=_warnings(posterior, nearest.distance, self.disagreement),
@@ -215,7 +222,8 @@ class Bayes(Estimator):
         known, S_k = self._levels
         white = S_k if self.motion_memory == 1.0 else None
         wider = self.autocorrelation * disagreement
-        rough = samples.mass_scale(0.0 if known is None else float(known[:3, :3].trace() / 3.0) ** 0.5)
+        level = samples.least_residual if known is None else known
+        rough = samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
         if start is None:
             phi = rough * self._prior.mean
             R = samples.least_residual if known is None else None
@@ -241,17 +249,18 @@ class Bayes(Estimator):
                 S = self._covariance(samples, phi, None)
                 ratio = float(np.trace(np.linalg.solve(S, left))) / 6.0
                 contradicted = ratio > 1.0 + CONTRADICTED * (self.autocorrelation / (3.0 * samples.K)) ** 0.5
-                excess = ratio / samples.unbelievable(left) if contradicted else 1.0
+                excess = max(ratio / samples.unbelievable(left), 1.0) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
             scores = placed.most_likely(mixture.weights, mixture.means)
             moved = float(np.abs(scores - placed.scores).max(initial=0.0))
-            if (change < SETTLED and moved < MOVED) or count >= PASSES:
+            if (change < SETTLED and moved < MOVED) or count >= (MORE_PASSES if len(scores) else PASSES):
                 break
             if moved >= MOVED:
-                placed = self._prior.about(scores)
+                placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
         bias = samples.bias(phi) if self.bias == "estimate" else None
         misfit = found.misfit(phi)
-        return Posterior(mixture, placed.prior, placed.move, before, excess, contradicted, misfit, count, bias)
+        settled = moved < UNSETTLED
+        return Posterior(mixture, placed.prior, placed.move, before, excess, contradicted, misfit, settled, count, bias)
 
     @cached_property
     def _levels(self) -> tuple[Array | None, Array | None]:
@@ -285,6 +294,11 @@ def _require_information(samples: Samples, state: Blend) -> None:
         raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")
 
 
+def _contradiction(posterior: Posterior, distance: float) -> float:
+    """Squared distance [standard deviations] of the shape from the wrench, where it is more than chance; else 0."""
+    return max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
+
+
 def _warnings(posterior: Posterior, distance: float, disagreement: float) -> tuple[str, ...]:
     warnings = []
     if posterior.contradicted:
@@ -297,7 +311,9 @@ def _warnings(posterior: Posterior, distance: float, disagreement: float) -> tup
             "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): its "
             f"stretches differ {disagreement**0.5:.1f} times as much as they should; the intervals are wider by that"
         )
-    far = max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
+    far = _contradiction(posterior, distance)
+    if not posterior.settled:
+        warnings.append("where the shape is could not be found: its pose or size is too uncertain for this recording")
     if far:
         warnings.append(
             f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away"

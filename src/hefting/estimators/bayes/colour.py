@@ -20,7 +20,7 @@ STRETCHES = 4
 """Pieces of a recording that are compared."""
 SHORTEST = 50
 """Samples of one of them."""
-DISAGREE = 2.5
+DISAGREE = 3.0
 """Variance between them over what they claim that is more than chance."""
 
 

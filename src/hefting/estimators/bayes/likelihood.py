@@ -29,6 +29,8 @@ D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
 LEVEL_FLOOR = 1e-6
 """Least noise that is believed, relative to the wrench: below it are the rounding and the model."""
+FEW = 5.0
+"""Samples of which least squares leaves next to nothing."""
 MISFIT = 10.0
 """Mean square of the residuals over that of least squares that may still be noise."""
 PRIOR_SAMPLES = 12.0
@@ -90,7 +92,9 @@ class Samples:
 
     def unbelievable(self, R: Array) -> float:
         """How many times too large for noise residuals of covariance R (6, 6) are, beside those of least squares; at
-        least 1. More than 1 is a body of the wrong shape."""
+        least 1. More than 1 is a body of the wrong shape; 1 where there are too few samples to tell."""
+        if self.K < FEW:
+            return 1.0
         least = self.least_residual.diagonal() + self.floor**2
         return max(float((R.diagonal() / least).mean()) / MISFIT, 1.0)
 
@@ -169,7 +173,7 @@ def motion_effect(phi: Array) -> Array:
 
 def _root_of_inverse(V: Array) -> Array:
     """(k, 10) X with X'X = V^+; directions without information are left out."""
-    scale = np.sqrt(V.diagonal())
+    scale = np.sqrt(np.maximum(V.diagonal(), 0.0))
     scale[scale <= 1e-13 * scale.max()] = np.inf
     values, vectors, _ = lapack.dsyevd(V / np.outer(scale, scale))
     kept = values > 1e-12 * values[-1]

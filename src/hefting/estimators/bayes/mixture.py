@@ -13,6 +13,8 @@ from hefting.lapack import lapack
 from hefting.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
 
 MAX_STEPS = 60
+NEVER_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]
+"""Mass and moments of inertia among the sixteen numbers."""
 NEGLIGIBLE = 5e-4
 """Weight of the least members of the mixture, all together, that are left out of the intervals."""
 DRAWS = 1000
@@ -90,6 +92,7 @@ class Mixture:
             raise InputError(f"a level is between 0 and 1, not {level}")
         means, stds, weights = self._marginals
         ends = _quantiles(means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level)))
+        ends[:, NEVER_NEGATIVE] = np.maximum(ends[:, NEVER_NEGATIVE], 0.0)
         found = {name: ends[:, part] for name, part in QUANTITIES.items()}
         found["mass"] = found["mass"][:, 0]
         return {k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v)) for k, v in found.items()}

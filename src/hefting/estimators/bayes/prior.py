@@ -39,7 +39,7 @@ BENT = 0.3
 ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 """How often each of the six entries stands in the tensor."""
 REACH = 0.25
-FARTHEST = 3.0
+FAR = 3.0
 """Standard deviations by which a shape is thought to be distorted at most."""
 
 
@@ -128,12 +128,13 @@ class Placed:
     def most_likely(self, weights: Array, means: Array) -> Array:
         """(d,) posterior mean of the distortion, given each member's weight (j,) and mean (j, 10)."""
         off = means[:, 1:] / means[:, :1] - self.prior.mean[1:]
-        return np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FARTHEST, FARTHEST)
+        return np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FAR, FAR)
 
 
 def _attribution(L: Array, effects: Array) -> Array:
     """(j, d, 9): mean of z (d,) given x (9,), whose covariance is L L' (j, 9, 9), of which effects z is a part."""
     scale = np.linalg.norm(L, axis=2, keepdims=True)
+    scale = np.where(scale > 0.0, scale, 1.0)
     inverse = np.linalg.pinv(L / scale, rcond=1e-9)
     return (inverse @ (effects / scale)).transpose(0, 2, 1) @ inverse / scale.transpose(0, 2, 1)
 
