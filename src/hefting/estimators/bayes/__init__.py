@@ -9,9 +9,9 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.blend import Blend
@@ -35,52 +35,8 @@ LIGHTEST, HEAVIEST = 0.2, 2.0
 """Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
 NEAR = 1.0
 """Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
-ELSEWHERE = 30.0
-"""The same beyond which the shape is wrong: for ten numbers, five standard deviations or so more than expected."""
-MISFIT = 100.0
-"""Squared distance from what the samples alone say, for ten numbers, beyond which it is wrong too."""
 CONTRADICTED = 5.0
 """Standard deviations by which residuals may exceed the noise that is claimed."""
-
-
-@dataclass(frozen=True, eq=False)
-class Posterior:
-    """What is known of the object after the samples seen."""
-
-    mixture: Mixture
-    """of the ten parameters"""
-    prior: Prior
-    """what the shape said; a shape that is uncertain is where it most likely is"""
-    move: Move | None
-    """which puts it there; None for a shape that is certain"""
-    residual_covariance: Array
-    """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
-    excess: float
-    """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
-    contradicted: bool
-    """whether that is more than chance"""
-    misfit: float
-    """squared distance of the mean from what the samples alone say, in standard deviations"""
-    settled: bool
-    """whether the place of a shape that is uncertain was found"""
-    passes: int
-    """how often the noise was found anew"""
-    bias: Array | None
-    """(6,) wrench bias [N, N m]; None where none is free"""
-
-
-@dataclass(frozen=True, eq=False)
-class Nearest:
-    """The non-negative mass distribution nearest to the posterior mean."""
-
-    vector: Array
-    """(10,)"""
-    masses: Array
-    """(n,) in each point's cell [kg]"""
-    distance: float
-    """squared, in standard deviations"""
-    margin: float | None
-    """of its COM in the hull, where the shape most likely is; None for a certain shape"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +134,7 @@ class Bayes(Estimator):
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
-            sufficient = self.until.met_by(accuracy) and not _contradiction(posterior, nearest.distance)
+            sufficient = self.until.met_by(accuracy) and not contradiction(posterior, nearest.distance)
         return Estimate(
             method=self.name,
             parameters=body,
@@ -191,10 +147,10 @@ class Bayes(Estimator):
             bias=narrow.bias,
             point_masses=nearest.masses,
             hull_margin=nearest.margin,
-            warnings=_warnings(posterior, nearest.distance, self.disagreement),
+            warnings=warnings_of(posterior, nearest.distance, self.disagreement),
         )
 
-    def _nearest_body(self, posterior: Posterior) -> "Nearest":
+    def _nearest_body(self, posterior: Posterior) -> Nearest:
         """Of cells that are even within or, where those do not do, of voxels."""
         prior, mean, C = posterior.prior, posterior.mixture.mean, posterior.mixture.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
@@ -292,30 +248,3 @@ class Bayes(Estimator):
 def _require_information(samples: Samples, state: Blend) -> None:
     if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
         raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")
-
-
-def _contradiction(posterior: Posterior, distance: float) -> float:
-    """Squared distance [standard deviations] of the shape from the wrench, where it is more than chance; else 0."""
-    return max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
-
-
-def _warnings(posterior: Posterior, distance: float, disagreement: float) -> tuple[str, ...]:
-    warnings = []
-    if posterior.contradicted:
-        times = posterior.excess**0.5
-        warnings.append(
-            f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that"
-        )
-    if disagreement > 1.0:
-        warnings.append(
-            "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): its "
-            f"stretches differ {disagreement**0.5:.1f} times as much as they should; the intervals are wider by that"
-        )
-    far = _contradiction(posterior, distance)
-    if not posterior.settled:
-        warnings.append("where the shape is could not be found: its pose or size is too uncertain for this recording")
-    if far:
-        warnings.append(
-            f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away"
-        )
-    return tuple(warnings)
