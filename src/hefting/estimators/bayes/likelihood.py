@@ -158,10 +158,11 @@ def likelihood(samples: Samples, phi: Array, S: Array, S_k: Array | None, colour
         return Likelihood(G / colour, h / colour, S)
     K = samples.K
     WD = W @ D  # (6, 6, 10)
-    H = G - K * np.tensordot(S_k[:, None, None] * WD, WD, ((0, 1), (0, 1)))
+    rows = WD.reshape(36, 10)
+    H = G - K * (rows * np.repeat(S_k, 6)[:, None]).T @ rows
     WE = W @ motion_effect(phi)
-    B = -np.einsum("qia,ir->qra", WD, WE * S_k)  # B[q, r] = -D_q' S^-1 E S_k e_r
-    V = colour * (G + K * np.einsum("qra,rqb->ab", B, B))
+    B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
+    V = colour * (G + K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10))
     half = _root_of_inverse(V) @ H
     return Likelihood(half.T @ half, half.T @ (_root_of_inverse(V) @ h), S)
 
