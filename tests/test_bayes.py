@@ -1,11 +1,11 @@
 """Bayes: against closed forms and other ways to the same numbers; what it does at the edges of what is known."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
+from hammers import NOISE, exact, noisy, shape
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators import PMD, Bayes
@@ -13,27 +13,12 @@ from hefting.estimators.bayes.colour import coloured, disagreement, residual_col
 from hefting.estimators.bayes.mixture import QUANTITIES
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.measurements import Noise
 from hefting.metrics import errors_between
 from hefting.shapes import PointMasses
-from hefting.simulation import UR5, hammer, sinusoids, wield
+from hefting.simulation import hammer
 
-NOISE = NOISE_LEVELS["moderate"]
 ROWS, COLUMNS = np.triu_indices(3)
-
-
-@cache
-def shape() -> PointMasses:
-    return PointMasses.from_mesh(hammer().mesh(), points=56)
-
-
-@cache
-def exact(samples: int = 1000, speed: float = 1.5) -> Measurements:
-    return wield(UR5.motion(sinusoids(samples / 100.0, 100.0, speed)), hammer().parameters)
-
-
-def noisy(seed: int, samples: int = 1000, noise: Noise = NOISE) -> Measurements:
-    return exact(samples).with_noise(noise, seed)
 
 
 def all_of(body: InertialParameters) -> dict[str, np.ndarray]:

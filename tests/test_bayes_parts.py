@@ -1,12 +1,12 @@
 """The parts of Bayes: prior, likelihood, mixture and projection, each against another way to the same numbers."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 from scipy.stats import norm
 
+from hammers import exact, noisy, shape
 from hefting.errors import InputError
 from hefting.estimate import com_jacobian
 from hefting.estimators import OLS, Bayes
@@ -17,27 +17,10 @@ from hefting.estimators.bayes.prior import Prior, covariances
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.measurements import Noise
 from hefting.regressor import full_regressor, predict_wrench
 from hefting.shapes import PointMasses
-from hefting.simulation import UR5, hammer, sinusoids, wield
-
-NOISE = NOISE_LEVELS["moderate"]
-
-
-@cache
-def shape() -> PointMasses:
-    return PointMasses.from_mesh(hammer().mesh(), points=56)
-
-
-@cache
-def exact(samples: int = 1000, speed: float = 1.5) -> Measurements:
-    return wield(UR5.motion(sinusoids(samples / 100.0, 100.0, speed)), hammer().parameters)
-
-
-def noisy(seed: int, samples: int = 1000, noise: Noise = NOISE) -> Measurements:
-    return exact(samples).with_noise(noise, seed)
-
+from hefting.simulation import hammer
 
 # prior
 

@@ -227,3 +227,14 @@ def test_a_shape_in_the_wrong_place_does_not_take_the_mass_away(aside):
     said = " ".join(estimate.warnings)
     assert "check the shape's pose" in said
     assert "no mass inside the shape explains the wrench" in said
+
+
+def test_what_contradicts_the_shape_is_never_sure_enough():
+    """However narrow: the reason stands in the warning."""
+    truth = hammer().parameters.moved(POSE)
+    recording = simulate(UR5.motion(sinusoids(5.0, 100.0, 1.0)), truth, noise=NOISE, seed=1)
+    pose = POSE.copy()
+    pose[0, 3] += 0.3
+    estimate = identify(recording, placed(pose), until="mass=5%").estimate
+    assert estimate.sufficient is False
+    assert "not as sure as asked for: the wrench contradicts the shape" in estimate.warnings

@@ -196,8 +196,8 @@ def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape
         if shape is None or estimator.needs == "nothing":
             what, fix = "no positive mass explains the wrench", "check --wrench (sign) and --gravity"
         else:
-            told = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
-            what, fix = f"no mass inside the shape explains the wrench{told}", "check the shape's pose and unit"
+            doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
+            what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
         raise NotIdentifiableError(what, where=prepared.log, fix=fix)
     r = residuals(z, estimate.parameters.vector, estimate.bias)
     rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))

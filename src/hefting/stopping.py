@@ -43,7 +43,8 @@ def told(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: s
     provenance = estimate.provenance | {"until": str(asked), "used": used, "of": whole, "used_unit": unit}
     warnings = estimate.warnings
     if not estimate.sufficient:
-        warnings = (f"not as sure as asked for: {asked.shortfall(estimate.accuracy)}", *warnings)
+        why = asked.shortfall(estimate.accuracy) or "the wrench contradicts the shape"
+        warnings = (f"not as sure as asked for: {why}", *warnings)
     return replace(estimate, warnings=warnings, provenance=provenance)
 
 
