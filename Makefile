@@ -2,8 +2,13 @@
 PYTHON ?= python3
 BIN := .venv/bin
 LOCKED := --require-hashes --no-deps --quiet --disable-pip-version-check
-HEFTING_DATA ?= $(wildcard $(abspath ../shared/data))
-export HEFTING_DATA
+# recordings of others, for tests that skip where they are absent
+ifneq ($(wildcard ../shared/data),)
+export HEFTING_DATA ?= $(abspath ../shared/data)
+endif
+ifneq ($(wildcard ../shared/torques),)
+export HEFTING_TORQUES ?= $(abspath ../shared/torques)
+endif
 
 .PHONY: help demo test lint bench lock clean
 

@@ -42,7 +42,7 @@ def main() -> None:
         parser.error("there must be one seed at least")
     both = not (arguments.tools or arguments.objects)
     if arguments.tools or both:
-        data = Path(os.environ.get("HEFTING_DATA", "nowhere"))
+        data = Path(os.environ.get("HEFTING_DATA") or "no-recordings")
         if (data / "workshop-tools").is_dir():
             show_tools(data, arguments.seeds or (1 if arguments.quick else TOOL_SEEDS))
         else:

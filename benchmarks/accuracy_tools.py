@@ -25,6 +25,21 @@ POINTS = 56
 LEVELS = ("low", "moderate", "high")
 SAMPLES = (150, 1000)
 """The first of the recording, 100 a second."""
+NAMES = (
+    "allen-key",
+    "bent-jaw-pliers",
+    "box-wrench",
+    "c-clamp",
+    "electronic-caliper",
+    "file",
+    "machinist-hammer",
+    "measuring-tape",
+    "pliers",
+    "ruler",
+    "socket-wrench",
+    "vise-clamp",
+)
+"""Folders of the tools."""
 HETEROGENEOUS = ("machinist-hammer", "file", "electronic-caliper", "vise-clamp")
 """Tools of more than one density."""
 C1, REGULARIZATION = 300.0, 0.1
@@ -92,8 +107,8 @@ class Cell:
 
 
 def tools(data: Path) -> tuple[Tool, ...]:
-    """Those in the folder ``workshop-tools`` of `data`, by name."""
-    return tuple(Tool.load(folder) for folder in sorted((data / "workshop-tools").glob("*/")))
+    """Those of `NAMES` in the folder ``workshop-tools`` of `data`."""
+    return tuple(Tool.load(data / "workshop-tools" / name) for name in NAMES)
 
 
 def cells(subjects: tuple[Tool, ...], seeds: int) -> Iterator[Cell]:

@@ -1,8 +1,5 @@
 """Bayes at the end of the whole way: from recordings with noisy poses, by `identify`."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,8 +9,8 @@ from hefting.measurements import NOISE_LEVELS, Noise
 from hefting.preparation import prepare
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
+from recordings import DATA, needs_recordings
 
-DATA = Path(os.environ.get("HEFTING_DATA", "nowhere"))
 NOISE = Noise(force=0.1, torque=0.005)
 ROWS, COLUMNS = np.triu_indices(3)
 
@@ -81,7 +78,7 @@ def test_white_noise_in_logged_accelerations_is_allowed_for():
         assert white_motion_noise(exact[:30].with_noise(level, 1)) is None  # too few to tell
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="recordings not there: set HEFTING_DATA")
+@needs_recordings
 @pytest.mark.parametrize("run", ["run1", "run3"])
 def test_halves_of_a_real_recording_overlap_or_are_doubted(run):
     """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in the halves of run 1."""

@@ -24,6 +24,7 @@ from hefting.measurements import Measurements, Noise
 from hefting.metrics import errors_between
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from hefting.spatial import vector_to_tensor
+from recordings import needs_recordings
 
 ROOT = Path(__file__).resolve().parents[1]
 NOISE = Noise(0.1, 0.005, 0.5, 4.0)
@@ -156,7 +157,7 @@ def test_means_and_medians_of_errors():
 def run(*words: str, **variables: str) -> subprocess.CompletedProcess:
     environment = {**os.environ, **variables}
     command = [sys.executable, "-m", "benchmarks.accuracy", *words]
-    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
 
 
 def rows(output: str, title: str) -> dict[tuple[str, str], list[float]]:
@@ -258,10 +259,7 @@ def test_without_the_recordings_there_are_no_tools(tmp_path):
     assert "HEFTING_DATA" in done.stderr
 
 
-@pytest.mark.skipif(
-    not (Path(os.environ.get("HEFTING_DATA", "nowhere")) / "workshop-tools").is_dir(),
-    reason="recordings not there: set the environment variable HEFTING_DATA to their folder",
-)
+@needs_recordings
 def test_the_twelve_tools():
     """With one seed Bayes' median COM and inertia are below 0.6 of PMD's in every cell (0.1 to 0.35 with ten)."""
     done = run("--tools", "--quick")

@@ -1,8 +1,6 @@
 """Conditioning: its linear model and drift against what they stand for, its laws, and inputs with nothing in them."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,12 +17,7 @@ from hefting.logs import read_log
 from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, random_smooth, simulate, stop_and_go, wield
-
-DATA = Path(os.environ.get("HEFTING_DATA", "nowhere"))
-recorded = pytest.mark.skipif(
-    not DATA.is_dir(), reason="recordings not there: set the environment variable HEFTING_DATA to their folder"
-)
-
+from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
 # what it is made of
 
@@ -368,15 +361,15 @@ def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
 # recordings nobody here made
 
 
-@recorded
+@needs_recordings
 def test_exact_logs_of_tools_are_left_alone():
-    for folder in sorted((DATA / "workshop-tools").glob("*/"))[:4]:
+    for folder in TOOL_FOLDERS[:4]:
         recording = read_log(folder / "log.csv")
         found = condition(recording, (0.0, 0.0, 9.81))
         assert found.corrected(recording) is recording, folder.name
 
 
-@recorded
+@needs_recordings
 @pytest.mark.parametrize(
     ("log", "g", "offset", "within", "mass"),
     [

@@ -2,11 +2,9 @@
 
 import io
 import json
-import os
 import re
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,8 +25,8 @@ from hefting.motion import measure
 from hefting.recording import Recording, Stream
 from hefting.report import inspection_report
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
+from recordings import DATA, needs_recordings
 
-DATA = Path(os.environ.get("HEFTING_DATA", "nowhere"))
 RATE, DURATION = 50.0, 8.0
 NOISE = Noise(force=0.1, torque=0.005)
 BODY = hammer().parameters
@@ -366,7 +364,7 @@ def test_the_command_on_joint_angles(tmp_path, capsys, monkeypatch):
         assert "give --urdf robot.urdf --sensor-frame NAME" in capsys.readouterr().out
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="recordings not there: set HEFTING_DATA to their folder")
+@needs_recordings
 @pytest.mark.parametrize(
     ("name", "gravity", "mass"), [("kuka-ati/static_poses", 9.82085, 0.9323), ("axia80/poses7", 9.80665, 1.1013)]
 )

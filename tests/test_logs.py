@@ -1,8 +1,6 @@
 """Canonical CSV and Parquet: exact round trips, and what is read with a warning."""
 
-import os
 import time
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -14,6 +12,7 @@ from pyarrow import csv as pacsv
 from hefting.logs import read_log, write_log
 from hefting.recording import COLUMNS, Recording, Stream
 from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, same, timed
+from recordings import DATA, LOGS, needs_recordings
 
 SUFFIXES = (".csv", ".parquet")
 
@@ -266,17 +265,9 @@ def test_reading_costs_little_more_than_parsing(tmp_path):
     assert cost(read_log) < 5 * cost(pacsv.read_csv)
 
 
-@pytest.fixture
-def data() -> Path:
-    if "HEFTING_DATA" not in os.environ:
-        pytest.skip("set HEFTING_DATA to the folder of recordings to run this test")
-    return Path(os.environ["HEFTING_DATA"])
-
-
-def test_every_recording_of_others_is_read_and_survives_a_round_trip(data, tmp_path):
-    paths = sorted(data.rglob("*.csv"))
-    assert len(paths) >= 19
-    for path in paths:
+@needs_recordings
+def test_every_recording_of_others_is_read_and_survives_a_round_trip(tmp_path):
+    for path in LOGS:
         got = read_log(path)
         assert got.warnings == ()
         assert got.has("orientation", "wrench")
@@ -285,21 +276,22 @@ def test_every_recording_of_others_is_read_and_survives_a_round_trip(data, tmp_p
         assert same(read_log(tmp_path / "log.parquet"), got)
 
 
-def test_recordings_of_others_hold_what_they_should(data):
+@needs_recordings
+def test_recordings_of_others_hold_what_they_should():
     for name in ("baseline", "vibrations"):
-        kuka = read_log(data / "kuka-ati" / f"{name}.csv")
+        kuka = read_log(DATA / "kuka-ati" / f"{name}.csv")
         # nominal rates of its description, rounded to 1 Hz
         assert kuka.rates() == pytest.approx({"orientation": 100, "wrench": 698, "accelerometer": 254}, abs=1)
         assert kuka.duration == pytest.approx(6.3, abs=0.05)  # as described, to a decimal
-    first = read_log(data / "kuka-ati" / "baseline.csv")
+    first = read_log(DATA / "kuka-ati" / "baseline.csv")
     assert first["wrench"].rows[:3].tolist() == [3, 4, 6]
     assert first["orientation"].rows[:2].tolist() == [2, 12]
-    assert len(read_log(data / "kuka-ati" / "static_poses.csv")["wrench"]) == 24
-    assert len(read_log(data / "axia80" / "poses7.csv")["wrench"]) == 7
-    assert read_log(data / "axia80" / "dwells.csv").rates()["wrench"] == pytest.approx(10, rel=0.01)
-    panda = read_log(data / "panda-optoforce" / "run1.csv")
+    assert len(read_log(DATA / "kuka-ati" / "static_poses.csv")["wrench"]) == 24
+    assert len(read_log(DATA / "axia80" / "poses7.csv")["wrench"]) == 7
+    assert read_log(DATA / "axia80" / "dwells.csv").rates()["wrench"] == pytest.approx(10, rel=0.01)
+    panda = read_log(DATA / "panda-optoforce" / "run1.csv")
     assert list(panda.streams) == ["position", "orientation", "wrench", "gyroscope", "linear_accelerometer"]
     assert panda.rates()["wrench"] == pytest.approx(1000, rel=0.01)
-    tool = read_log(data / "workshop-tools" / "ruler" / "log.csv")
+    tool = read_log(DATA / "workshop-tools" / "ruler" / "log.csv")
     assert tool.has("linear_velocity", "angular_velocity", "linear_acceleration", "angular_acceleration")
     assert len(tool["wrench"]) == 1000

@@ -5,10 +5,8 @@ true mass and a prior with the parallel-axis term added twice; with that prior o
 """
 
 import json
-import os
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,11 +19,9 @@ from hefting.motion import measure
 from hefting.regressor import full_regressor, reduced_regressor
 from hefting.shapes import PointMasses
 from hefting.spatial import skew, tensor_to_vector
+from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
-DATA = Path(os.environ.get("HEFTING_DATA", "nowhere")) / "workshop-tools"
-pytestmark = pytest.mark.skipif(
-    not DATA.is_dir(), reason="recordings not there: set the environment variable HEFTING_DATA to their folder"
-)
+pytestmark = needs_recordings
 
 LEVELS = {
     "Low": NOISE_LEVELS["low"],
@@ -64,7 +60,7 @@ class Tool:
 @cache
 def tools() -> dict[str, Tool]:
     found = {}
-    for folder in sorted(DATA.glob("*/")):
+    for folder in TOOL_FOLDERS:
         truth = json.loads((folder / "truth.json").read_text())
         pose = truth["object_pose_in_sensor"]
         found[folder.name] = Tool(
@@ -81,7 +77,7 @@ def tools() -> dict[str, Tool]:
 @cache
 def published() -> dict[tuple[str, str, str], np.ndarray]:
     """Their errors (3,) [%] of mass, COM without fractions, and inertia, by tool, method and noise."""
-    rows = json.loads((DATA / "published_results.json").read_text())
+    rows = json.loads((DATA / "workshop-tools" / "published_results.json").read_text())
     assert len(rows) == 240
     keys = ("mass_error_pct", "com_error_pct_truncated", "inertia_error_pct")
     return {

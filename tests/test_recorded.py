@@ -1,11 +1,9 @@
 """The core on recordings nobody here made: simulated tools with exact truth, and real arms without."""
 
 import json
-import os
 import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,11 +21,9 @@ from hefting.metrics import errors_between
 from hefting.motion import measure
 from hefting.preparation import prepare
 from hefting.shapes import PointMasses, load_shape
+from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
-DATA = Path(os.environ.get("HEFTING_DATA", "nowhere"))
-pytestmark = pytest.mark.skipif(
-    not DATA.is_dir(), reason="recordings not there: set the environment variable HEFTING_DATA to their folder"
-)
+pytestmark = needs_recordings
 
 
 # twelve simulated tools, exact truth; gravity points up in their world
@@ -36,7 +32,7 @@ pytestmark = pytest.mark.skipif(
 @cache
 def tools() -> list[tuple[str, Measurements, PointMasses, InertialParameters]]:
     found = []
-    for folder in sorted((DATA / "workshop-tools").glob("*/")):
+    for folder in TOOL_FOLDERS:
         truth = json.loads((folder / "truth.json").read_text())
         z = measure(read_log(folder / "log.csv"), (0.0, 0.0, 9.81)).measurements
         shape = load_shape(folder / "mesh.ply", unit="mm", pose=truth["object_pose_in_sensor"], points=56)

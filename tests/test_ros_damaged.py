@@ -149,6 +149,10 @@ def test_split_bags_are_one_recording_and_a_missing_part_is_told(tmp_path):
 def test_no_flip_and_no_cut_gives_anything_but_a_recording_or_one_line(tmp_path, bags):
     rng = np.random.default_rng(12)
     outcomes = {Recording: 0, InputError: 0}
+    begin = time.process_time()
+    for form in FORMS:
+        read_bag(bags[form, 60])
+    whole, longest = time.process_time() - begin, 0.0
     for trial in range(140):
         form = FORMS[trial % len(FORMS)]
         data = bytearray(bags[form, 60].read_bytes())
@@ -160,12 +164,13 @@ def test_no_flip_and_no_cut_gives_anything_but_a_recording_or_one_line(tmp_path,
         if rng.random() < 0.4:
             del data[rng.integers(1, len(data)) :]
         path = place(tmp_path, bags[form, 60], bytes(data))
-        begin = time.perf_counter()
+        begin = time.process_time()
         try:
             outcomes[type(read_bag(path))] += 1
         except InputError:
             outcomes[InputError] += 1
-        assert time.perf_counter() - begin < 5
+        longest = max(longest, time.process_time() - begin)
+    assert longest < 100 * whole  # what all undamaged bags took together: damage makes no search
     assert min(outcomes.values()) > 10
 
 
@@ -265,20 +270,25 @@ def test_what_is_not_a_bag_is_one_clear_line(tmp_path):
             read_bag(tmp_path / name)
 
 
-def test_a_message_of_very_many_joints_takes_no_time(tmp_path):
-    """A search for each name among all would take seconds a message."""
-    names = [f"j{i}" for i in range(95_000)]
-    fields = {"stamp": 9, "name": names, "position": np.ones(len(names))}
-    data = serialised("sensor_msgs/msg/JointState", fields)
-    wrench = serialised("geometry_msgs/msg/WrenchStamped", {"stamp": 9})
+def test_a_message_of_very_many_joints_costs_no_more_a_joint(tmp_path):
+    """A search for each name among all would take ten times as long a joint for ten times as many."""
     topics = [
         *mcap_topic(1, "/w", "geometry_msgs/msg/WrenchStamped"),
         *mcap_topic(2, "/j", "sensor_msgs/msg/JointState"),
     ]
-    (tmp_path / "bag.mcap").write_bytes(mcap([*topics, mcap_message(1, 9, wrench), mcap_message(2, 9, data)]))
-    began = time.process_time()
-    assert read_bag(tmp_path / "bag.mcap").joint_names[-1] == "j94999"
-    assert time.process_time() - began < 4  # 1 s; 48 s with a search
+    wrench = mcap_message(1, 9, serialised("geometry_msgs/msg/WrenchStamped", {"stamp": 9}))
+    costs = []
+    for count in (9_500, 95_000):
+        names = [f"j{i}" for i in range(count)]
+        fields = {"stamp": 9, "name": names, "position": np.ones(count)}
+        joints = mcap_message(2, 9, serialised("sensor_msgs/msg/JointState", fields))
+        path = tmp_path / f"bag{count}.mcap"
+        path.write_bytes(mcap([*topics, wrench, joints]))
+        read_bag(path)  # imports
+        begin = time.process_time()
+        assert read_bag(path).joint_names[-1] == names[-1]
+        costs.append(time.process_time() - begin)
+    assert costs[1] < 30 * costs[0]  # 10 where it is linear, 100 with a search
 
 
 def test_topics_without_messages_are_told(tmp_path):

@@ -1,23 +1,20 @@
 """Shapes of the twelve workshop tools: points inside the meshes, extents and parts as the data set has them."""
 
 import json
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
 from hefting.shapes import PointMasses, load_shape
+from recordings import TOOL_FOLDERS, needs_recordings
 from solids import winding
 
-DATA = os.environ.get("HEFTING_DATA")
-needs_data = pytest.mark.skipif(not DATA, reason="HEFTING_DATA does not name the folder of recordings")
-TOOLS = sorted(Path(DATA).glob("workshop-tools/*/mesh.ply")) if DATA else []
+MESHES = [folder / "mesh.ply" for folder in TOOL_FOLDERS]
 
 
-@needs_data
-@pytest.mark.parametrize("path", TOOLS, ids=lambda path: path.parent.name)
+@needs_recordings
+@pytest.mark.parametrize("path", MESHES, ids=lambda path: path.parent.name)
 def test_workshop_tool(path):
     truth = json.loads((path.parent / "truth.json").read_text())
     pose = np.array(truth["object_pose_in_sensor"])
@@ -37,8 +34,8 @@ def test_workshop_tool(path):
     assert (winding(mesh.triangles, random.positions * 1000) > 0.5).all()
 
 
-@needs_data
-@pytest.mark.parametrize("path", TOOLS, ids=lambda path: path.parent.name)
+@needs_recordings
+@pytest.mark.parametrize("path", MESHES, ids=lambda path: path.parent.name)
 def test_workshop_tool_parts(path):
     truth = json.loads((path.parent / "truth.json").read_text())
     shape = load_shape(path.with_name("parts.ply"), pose=truth["object_pose_in_sensor"])
