@@ -1,0 +1,56 @@
+"""Messages: what was found, and what gives doubt, as sentences that programs can tell apart.
+
+A `Message` is its text, and carries a code that never changes with the wording. Where it speaks of an argument of the
+library the text names it in backquotes, as in "check `gravity`"; the command line shows its option in that place
+(`--gravity`). Nothing in the project compares sentences: it compares codes.
+"""
+
+from collections.abc import Iterable
+from typing import Any, Literal, Self
+
+Severity = Literal["note", "warning"]
+
+
+class Message(str):
+    """One sentence with its code.
+
+    Parameters
+    ----------
+    code : short name in lower case with hyphens, such as ``"clock-offset-unknown"``.
+    text : one sentence in plain English; arguments of the library in backquotes.
+    severity : ``"note"`` for what was found and done, ``"warning"`` for what gives doubt.
+    argument : argument of the library with which the user can act on it, if there is one.
+    """
+
+    __slots__ = ("argument", "code", "severity")
+    code: str
+    severity: Severity
+    argument: str | None
+
+    def __new__(cls, code: str, text: str, severity: Severity = "warning", argument: str | None = None) -> Self:
+        """A message; see the class."""
+        self = super().__new__(cls, text)
+        self.code, self.severity, self.argument = code, severity, argument
+        return self
+
+    def __getnewargs__(self) -> tuple[str, str, Severity, str | None]:  # for copies and worker processes
+        return self.code, str(self), self.severity, self.argument
+
+    def to_dict(self) -> dict[str, Any]:
+        """Code, severity, text and argument, JSON-ready."""
+        return {"code": self.code, "severity": self.severity, "text": str(self), "argument": self.argument}
+
+
+def note(code: str, text: str, argument: str | None = None) -> Message:
+    """A message of what was found and done."""
+    return Message(code, text, "note", argument)
+
+
+def warning(code: str, text: str, argument: str | None = None) -> Message:
+    """A message that gives doubt."""
+    return Message(code, text, "warning", argument)
+
+
+def codes(messages: Iterable[str]) -> set[str]:
+    """Codes of those that have one."""
+    return {message.code for message in messages if isinstance(message, Message)}
