@@ -19,8 +19,8 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from hefting.lapack import lapack
 from hefting.spatial import Array
 
 Integers = NDArray[np.int_]
@@ -34,6 +34,8 @@ MARGIN = 0.25
 """The first knot is this many spacings early, to keep samples half a spacing apart off block borders."""
 CHUNK = 8192
 """Samples evaluated at a time."""
+STRETCH = 64
+"""Coefficients of a stretch in `inverse_bands`: short ones take fewer steps, long ones repeat less of the overlap."""
 
 
 def _piece_coefficients() -> Array:
@@ -193,9 +195,11 @@ class Normal:
         if m not in self._penalties:
             self._penalties[m] = self.knots.penalty(m)
         roughness = self._penalties[m]
-        factor = cholesky_banded(self.bands + penalty * roughness, lower=True, check_finite=False)
+        factor, failed = lapack.dpbtrf(self.bands + penalty * roughness, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the normal equations of the spline are not positive definite")
         step = self.gradient - penalty * multiply(roughness, self.pilot)
-        return self.pilot + cho_solve_banded((factor, True), step, check_finite=False), factor
+        return self.pilot + lapack.dpbtrs(factor, step, lower=1)[0], factor
 
     def residual_square(self, coefficients: Array) -> float:
         """Weighted sum of squared residuals of a fit."""
@@ -204,17 +208,30 @@ class Normal:
 
 
 def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Integers, Array, Array]:
-    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks."""
+    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks.
+
+    The basis is averaged too, to second order: its value at the mean time, and half its second derivative times the
+    variance of the times. Within a quarter of a knot interval what is left out is below 1e-4 of that.
+    """
     index, u, covered = knots.locate(data.time)
-    index, u, values = index[covered], u[covered], data.values[covered]
+    values = data.values
+    if not covered.all():
+        index, u, values = index[covered], u[covered], values[covered]
     cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     if not len(starts):
         return np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, SUPPORT)), values
     count = np.diff(np.append(starts, len(cell))).astype(float)
-    rows = np.concatenate([basis(u[k : k + CHUNK], data.derivative) for k in range(0, len(u), CHUNK)])
-    rows = np.add.reduceat(rows, starts, axis=0) / count[:, None] / knots.h**data.derivative
-    values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+    if len(starts) == len(u):
+        rows = basis(u, data.derivative)
+    else:
+        mean = np.add.reduceat(u, starts) / count
+        variance = np.maximum(np.add.reduceat(u * u, starts) / count - mean**2, 0.0)
+        rows = basis(mean, data.derivative)
+        if DEGREE - data.derivative >= 2:
+            rows += 0.5 * variance[:, None] * basis(mean, data.derivative + 2)
+        values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+    rows /= knots.h**data.derivative
     return data.weight * count, index[starts], rows, values
 
 
@@ -226,10 +243,11 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     fades with exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
-    stretch = 256
+    stretch = STRETCH
     count = -(-n // stretch)
     length = min(stretch + overlap, n)
-    stop = np.minimum((np.arange(count) + 1) * stretch + overlap, n)
+    begins = np.arange(count) * stretch
+    stop = np.minimum(begins + stretch + overlap, n)
     bands = np.zeros((SUPPORT, n))
     window = np.zeros((count, SUPPORT, SUPPORT))
     for k in range(length):
@@ -243,6 +261,6 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
         grown[:, 0, 1:] = grown[:, 1:, 0] = row
         grown[:, 0, 0] = 1.0 / column[0] ** 2 - np.einsum("sa,sa->s", row, slope)
         window = grown
-        own = (j >= 0) & (j < (np.arange(count) + 1) * stretch) & (j >= np.arange(count) * stretch)
+        own = (j >= begins) & (j < begins + stretch)
         bands[:, j[own]] = window[own, 0].T
     return bands
