@@ -1,6 +1,6 @@
 """Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
 
-from hefting.conditioning import condition as condition
+from hefting.ingest import condition as condition
 from hefting.errors import HeftingError as HeftingError
 from hefting.errors import InputError as InputError
 from hefting.estimate import Certificate as Certificate

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hefting.calibration import FreeFit
+from hefting.ingest.free_fit import FreeFit
 from hefting.errors import InputError
 from hefting.estimate import json_ready
 from hefting.estimators.blend import Blend

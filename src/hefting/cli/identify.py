@@ -194,7 +194,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 def _bias(text: str, recording):
     """A bias model's name, or six numbers from a tare window or a file."""
-    from hefting.calibration import load_bias, tare
+    from hefting.ingest.bias import load_bias, tare
 
     if text in ("auto", "none", "estimate"):
         return text

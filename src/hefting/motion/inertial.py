@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hefting.messages import Message, note, warning
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
 from hefting.motion.spline import SmoothedPoses
@@ -38,7 +39,7 @@ def fuse(
     gyroscope: Stream | None = None,
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
-) -> tuple[SmoothedPoses, tuple[str, ...], tuple[str, ...]]:
+) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
     """Smoothed poses that heed inertial sensors, what was found of those, and warnings.
 
     gravity:       (3,) in world axes [m/s²]
@@ -50,18 +51,18 @@ def fuse(
     """
     notes, warnings = [], []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
-        poses, note, warning = _with_gyroscope(poses, gyroscope)
-        notes += note
-        warnings += warning
+        poses, said, doubts = _with_gyroscope(poses, gyroscope)
+        notes += said
+        warnings += doubts
     if accelerometer is not None and len(accelerometer) >= FEWEST_READINGS and poses.position is not None:
         removed = np.zeros(3) if gravity_removed else gravity
-        poses, note, warning = _with_accelerometer(poses, accelerometer, removed)
-        notes += note
-        warnings += warning
+        poses, said, doubts = _with_accelerometer(poses, accelerometer, removed)
+        notes += said
+        warnings += doubts
     return poses, tuple(notes), tuple(warnings)
 
 
-def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[str], list[str]]:
+def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     raw, gyroscope = len(gyroscope), _averaged(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(ROUNDS):
@@ -74,7 +75,8 @@ def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPo
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
         readings, motion = _readings(fitted, gyroscope, found.clock)
         if round_ == 0 and _is_foreign(readings.values - found.bias, motion.angular_velocity):
-            return poses, [], ["the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"]
+            what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
+            return poses, [], [warning("gyroscope-contradicts-poses", what)]
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _times_vector(q, readings.values - found.bias)
         variance = _variance(readings.time, z - rate, fitted.orientation.smoothness.bandwidth)
@@ -82,12 +84,12 @@ def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPo
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
     noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
-    return fitted, [noted], []
+    return fitted, [note("gyroscope-used", noted)], []
 
 
 def _with_accelerometer(
     poses: SmoothedPoses, accelerometer: Stream, gravity: Array
-) -> tuple[SmoothedPoses, list[str], list[str]]:
+) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     assert poses.position is not None
     raw, accelerometer = len(accelerometer), _averaged(accelerometer)
     fitted, found = poses, _Calibration()
@@ -107,7 +109,8 @@ def _with_accelerometer(
         foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
         if foreign or np.linalg.norm(found.bias) > LARGEST_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
-            return poses, [], [f"{contradicts}, and gravity as given?"]
+            what = f"{contradicts}, and gravity as given?"
+            return poses, [], [warning("accelerometer-contradicts-poses", what, "gravity")]
         z = np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own) + gravity
         assert fitted.position is not None
         _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
@@ -117,7 +120,7 @@ def _with_accelerometer(
         f"accelerometer used: noise {np.sqrt(variance * raw / len(accelerometer)):.2g} m/s², bias {_listed(found.bias)} m/s², "
         f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
     )
-    return fitted, [noted], []
+    return fitted, [note("accelerometer-used", noted)], []
 
 
 @dataclass(frozen=True)
