@@ -12,13 +12,11 @@ from hefting.calibration import TYPICAL_SIZE, FreeFit, WrenchSign, residuals
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
 from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
-from hefting.estimators.bayes.colour import coloured
-from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
 from hefting.measurements import Measurements, Noise
 from hefting.motion.measure import Source
-from hefting.plausibility import com_warnings, misfit_warnings
+from hefting.plausibility import misfit_warnings
 from hefting.preparation import Prepared, prepare
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
@@ -156,14 +154,8 @@ def estimator_for(
         return kind(**(settings | hyperparameters))
     settings["shape_std"] = 0.0 if shape is None else shape.shape_std
     settings["systematic"] = prepared.systematic
-    settings["motion_noise"], settings["motion_memory"] = prepared.motion_noise, prepared.motion_memory
-    if prepared.source == "columns":
-        settings["motion_noise"] = white_motion_noise(prepared.measurements)
     settings["noise"] = None  # as the weighted residuals say, and their colour too
-    estimator = Bayes(**(settings | hyperparameters))
-    if "autocorrelation" in hyperparameters or com_warnings(prepared.fit, shape):
-        return estimator  # what a grossly wrong shape leaves is no noise
-    return coloured(estimator, prepared.measurements)
+    return Bayes(**(settings | hyperparameters))
 
 
 def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:

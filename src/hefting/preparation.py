@@ -12,8 +12,9 @@ from hefting.conditioning import NO_BIAS, Conditioned, condition
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import BiasModel
+from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.logs import read_log
-from hefting.measurements import Measurements
+from hefting.measurements import Measurements, MotionNoise
 from hefting.motion import Measured, measure, sample_weights
 from hefting.motion.measure import DESCRIPTIONS, Source
 from hefting.plausibility import check_shape, check_wrench, com_warnings, gravity_warnings
@@ -59,11 +60,6 @@ class Prepared:
     """What was subtracted."""
     fit: FreeFit
     """Unconstrained least squares: what the data say before any prior, and their noise."""
-    motion_noise: tuple[float, float] | None
-    """Standard deviations of linear [m/s²] and angular [rad/s²] acceleration, as smoothing or filter say; None where
-    the log has them."""
-    motion_memory: float
-    """Samples over which those errors last."""
     systematic: Array | None
     """(10, 10) covariance of what the tool and gravity's direction put into it, the same for all samples; None where
     nothing."""
@@ -124,10 +120,10 @@ def prepare(
     check_wrench(z.thinned(ENOUGH), fit, shape, recording.source)
     _check_mass(fit, "free" if free_bias else "given" if given is not None else "none", tool, recording.source)
     warnings += com_warnings(fit, shape)
-    noise, memory = None, 1.0
     if weights is not None:
-        z = replace(z, weights=weights)
-        noise, memory = _motion_noise(measured, weights)
+        z = replace(z, weights=weights, motion_noise=_motion_noise(measured, weights))
+    elif measured.source == "columns":
+        z = replace(z, motion_noise=white_motion_noise(z))
     model: BiasModel = "estimate" if free_bias else "none"
     on_object = sign.on_object if sign else wrench == "on-object"
     return Prepared(
@@ -139,8 +135,6 @@ def prepare(
         bias=model,
         fit=fit,
         conditioned=conditioned,
-        motion_noise=noise,
-        motion_memory=memory,
         systematic=_systematic(tilts, tool),
         tool=tool,
         warnings=tuple(warnings),
@@ -279,17 +273,15 @@ def _with_sign(
     return z if on_object else replace(z, force=-z.force, torque=-z.torque), sign
 
 
-def _motion_noise(measured: Measured, weights: Array) -> tuple[tuple[float, float] | None, float]:
-    """Deviations of the accelerations and how many samples their errors last, for weighted samples."""
+def _motion_noise(measured: Measured, weights: Array) -> MotionNoise | None:
+    """Errors of the accelerations over weighted samples; None where the smoother does not say."""
     motion = measured.motion
     assert motion is not None
     if motion.linear_acceleration_std is None:
-        return None, 1.0
+        return None
     squares = (motion.linear_acceleration_std**2, motion.angular_acceleration_std**2)
     linear, angular = (float(np.sqrt(weights @ square / weights.sum())) for square in squares)
-    time = measured.measurements.time
-    step = float(np.ptp(time)) / (len(time) - 1)
-    return (linear, angular), max(np.pi / (motion.bandwidth * step), 1.0)
+    return MotionNoise(linear, angular, np.pi / motion.bandwidth)
 
 
 def _weights(fit: FreeFit, measured: Measured) -> Array:
