@@ -190,9 +190,7 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
-def with_diagnostics(
-    estimate: Estimate, estimator: Estimator, found: Ingested, shape: PointMasses | None
-) -> Estimate:
+def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: PointMasses | None) -> Estimate:
     """The estimate with its residual, with what was assumed and what gives doubt.
 
     Raises `NotIdentifiableError` when its mass is not positive.
@@ -260,9 +258,7 @@ def _noise_of_all(found: Ingested) -> Noise | None:
     return Noise(noise.force, noise.torque, motion.linear, motion.angular)
 
 
-def _doubts(
-    estimate: Estimate, estimator: Estimator, shape: PointMasses | None, found: Ingested
-) -> list[Message]:
+def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, found: Ingested) -> list[Message]:
     """What the estimate owes to assumptions, and what is wrong with it."""
     doubts: list[Message] = []
     if estimator.needs != "nothing" and shape is not None:

@@ -65,7 +65,7 @@ def recommend(
         return free, "without the shape the COM is outside it: check the shape's pose and unit"
     if "Bayes" in bodies and (chi2 := misfit(bodies["Bayes"], seen or found)) <= MISFIT:
         return "Bayes", f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
-    s = uncertainty(prepared, shape)
+    s = uncertainty(found, shape)
     if "GEO" in bodies:
         chi2 = misfit(bodies["GEO"], found)
         if chi2 <= MISFIT:

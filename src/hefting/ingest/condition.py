@@ -210,7 +210,9 @@ def _rough(samples: _Samples, problem: Problem, gravity: Array) -> Fit:
     return gauss_newton(robust, scan(robust, gravity, min(knots, 9)), knots, robust=True)
 
 
-def _sift(samples: _Samples, problem: Problem, start: Fit, bad: Outliers | None = None) -> tuple[Problem, Fit, Outliers]:
+def _sift(
+    samples: _Samples, problem: Problem, start: Fit, bad: Outliers | None = None
+) -> tuple[Problem, Fit, Outliers]:
     """A fit to the samples that are not outliers, with the most freely drifting bias, and the outliers."""
     knots = problem.knots[-1]
     none = no_outliers(len(samples.time))
@@ -220,7 +222,7 @@ def _sift(samples: _Samples, problem: Problem, start: Fit, bad: Outliers | None 
     if bad is not None:
         problem = _keeping(samples, problem, bad)
         fit = gauss_newton(problem, start.start, knots, steps=5)
-    elif len(start.weights) != len(problem.blocks) or start.model.layout.offset is None and problem.free_offset:
+    elif len(start.weights) != len(problem.blocks) or (start.model.layout.offset is None and problem.free_offset):
         fit = gauss_newton(problem, start.start, knots, robust=True, steps=2)
     before = none
     for k in range(PASSES):
@@ -285,7 +287,9 @@ def _without_offset(samples: _Samples, problem: Problem, found: Settled, gravity
     problem = replace(problem, free_offset=False)
     if not near:  # what was found there may be wrong
         return _settle(samples, gravity, *_sift(samples, problem, _rough(samples, problem, gravity)))
-    fit = gauss_newton(replace(found.problem, free_offset=False), replace(found.fit.start, offset=0.0), found.fit.hats.n)
+    fit = gauss_newton(
+        replace(found.problem, free_offset=False), replace(found.fit.start, offset=0.0), found.fit.hats.n
+    )
     return _settle(samples, gravity, *_sift(samples, problem, fit, found.bad))
 
 
@@ -423,9 +427,7 @@ def _conclude(
     problem, fit, spread, bad = found.problem, found.fit, found.spread, found.bad
     path, no_bias = problem.path, not found.biased
     doubtful = found.mass_is_open or no_bias
-    sign = WrenchSign(
-        bool(fit.phi[0] >= 0.0), 0.0 if doubtful else mass_over_std(float(fit.phi[0]), spread.mass_std)
-    )
+    sign = WrenchSign(bool(fit.phi[0] >= 0.0), 0.0 if doubtful else mass_over_std(float(fit.phi[0]), spread.mass_std))
     offset_std: float | None = None
     if clock and path.moves:
         offset_std = late[1] if late else spread.offset_std

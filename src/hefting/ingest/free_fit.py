@@ -55,9 +55,7 @@ class FreeFit:
         """
         std = np.sqrt(self.covariance.diagonal()[:10])
         mass = abs(float(self.vector[0]))
-        limits = np.concatenate(
-            ([mass / SIGNIFICANT], np.full(3, mass * size / 2), np.full(6, mass * size**2 / 12))
-        )
+        limits = np.concatenate(([mass / SIGNIFICANT], np.full(3, mass * size / 2), np.full(6, mass * size**2 / 12)))
         return tuple(PARAMETERS[i] for i in np.flatnonzero(~(std <= limits)))
 
     @property
@@ -67,7 +65,6 @@ class FreeFit:
             return np.zeros(6)
         std = np.sqrt(self.covariance.diagonal()[10:])
         return self.bias / np.maximum(std, 1e-300)
-
 
     @property
     def bias_is_significant(self) -> bool:

@@ -16,7 +16,7 @@ from hefting.estimators.blend import Blend
 from hefting.ingest.blocks import Blocks, within_blocks
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed, without_wrench_of, wrench_sign
+from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed, wrench_sign
 from hefting.logs import read_log
 from hefting.measurements import Measurements, MotionNoise, Noise
 from hefting.messages import Message, warning
@@ -73,6 +73,8 @@ class Ingested:
     """Unconstrained least squares of the object, with the bias that is to be found: what the data say before any prior."""
     beside_bias: FreeFit
     """The same of all that the sensor holds, beside a free bias whether or not that is kept."""
+    alone: FreeFit
+    """The same with no bias."""
     noise: Noise
     """Root-mean-square residuals of `fit`, of one sample of the log."""
     within: Array
@@ -182,7 +184,7 @@ def ingest(
     tilts = _tilt_effect(recording, motion, may_be_biased, found, measured, z, fit, free_bias)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
-        fit, beside = fit.flipped(), beside.flipped()
+        fit, beside, alone = fit.flipped(), beside.flipped(), alone.flipped()
     r = z.wrench - predict_wrench(z, fit.vector)
     level = residual_size(r if fit.bias is None else r - fit.bias, counts, within)
     if tool is not None:
@@ -204,6 +206,7 @@ def ingest(
         tool=tool,
         fit=fit,
         beside_bias=beside,
+        alone=alone,
         noise=Noise(float(level[0]), float(level[1])),
         within=within,
         systematic=_systematic(tilts, tool),

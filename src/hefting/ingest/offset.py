@@ -71,9 +71,7 @@ def scan(problem: Problem, gravity: Array, knots: int) -> Start:
     return Start(found.phi[best], float(found.offsets[best]), tilted, found.scale[best], at, found.bias[best])
 
 
-def _trials(
-    problem: Problem, gravity: Array, knots: int, offsets: Array, by_orientation: bool = False
-) -> _Trials:
+def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_orientation: bool = False) -> _Trials:
     """Robust least squares at each of the offsets (O,).
 
     Every column, like the wrench, is linear in what is known of a sample, z = [motion (12), gravity's tangents (6),

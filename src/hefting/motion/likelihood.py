@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from hefting.motion.bspline import Normal, multiply
 
 COARSE_STEPS = 8

@@ -9,11 +9,11 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.calibration import TYPICAL_SIZE
 from hefting.estimate import Estimate
 from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.inertia import EXPLANATIONS, InertialParameters
+from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.metrics import Errors
 from hefting.plausibility import MISFIT
 from hefting.report.printing import warning_lines
