@@ -159,7 +159,7 @@ def condition(
         chosen = replace(blocks, wrench=medians(raw.wrench, blocks.starts)).every(MOST_BLOCKS)
         working = _Samples(chosen.time, chosen.wrench, raw.static, smooth=False)
     problem = Problem(path, working.blocks(), free_offset, free_gravity, knots)
-    found = _settle(working, g, *_sift(working, problem, _rough(working, problem, g)))
+    found = _settle(working, g, *_from_scratch(working, problem, g))
     late = None
     if problem.free_offset and not _offset_counts(found):
         late = found.fit.offset, found.spread.offset_std
@@ -200,6 +200,19 @@ def autocorrelation_time(series: Array) -> float:
         below = np.flatnonzero(rho < 0.05)
         times.append(1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum()))
     return max(1.0, float(np.mean(times))) if times else 1.0
+
+
+def _from_scratch(samples: _Samples, problem: Problem, gravity: Array) -> tuple[Problem, Fit, Outliers]:
+    """A fit to the samples that are not outliers, and the outliers, with nothing known beforehand.
+
+    Contacts are found in the medians of the blocks, where there are any, so that few passes look at every sample.
+    """
+    fit = _rough(samples, problem, gravity)
+    if problem.blocks.starts is not None:
+        typical = medians(samples.wrench, problem.blocks.starts)
+        coarse = _Samples(problem.time, typical, samples.static, smooth=False)
+        fit = _sift(coarse, replace(problem, blocks=coarse.blocks()), fit)[1]
+    return _sift(samples, problem, fit)
 
 
 def _rough(samples: _Samples, problem: Problem, gravity: Array) -> Fit:
@@ -286,7 +299,7 @@ def _without_offset(samples: _Samples, problem: Problem, found: Settled, gravity
     near = abs(found.fit.offset) < NEAR
     problem = replace(problem, free_offset=False)
     if not near:  # what was found there may be wrong
-        return _settle(samples, gravity, *_sift(samples, problem, _rough(samples, problem, gravity)))
+        return _settle(samples, gravity, *_from_scratch(samples, problem, gravity))
     fit = gauss_newton(
         replace(found.problem, free_offset=False), replace(found.fit.start, offset=0.0), found.fit.hats.n
     )

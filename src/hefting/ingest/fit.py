@@ -136,6 +136,12 @@ class Model:
         layout = Layout.of(free_offset, problem.free_gravity)
         return cls(reading, offset, gravity, features, np.hstack(parts), layout)
 
+    @property
+    def held(self) -> "Model":
+        """The same with the offset known."""
+        layout = Layout.of(False, self.layout.tilt is not None)
+        return replace(self, known=np.delete(self.known, np.s_[12:24], axis=1), layout=layout)
+
     def maps(self, phi: Array) -> Array:
         """(z, 6, core): the columns of parameters, offset and tilt, linear in `known`, at parameters phi (10,)."""
         effect = FULL @ phi
@@ -316,11 +322,10 @@ def gauss_newton(
     phi, offset, gravity, scale, bias = start.phi, start.offset, start.gravity, start.scale, start.bias_at(problem.time)
     bounds = offset - FARTHEST, offset + FARTHEST
     model = Model.at(problem, offset, gravity, start.reading, final=False)
-    held = replace(problem, free_offset=False) if hold else problem
     for step in range(steps):
         residual = wrench - model.predict(phi) - bias
         weights, scale, _ = block_weights(problem, model.reading, phi, residual, robust, scale)
-        inner = model if held is problem else Model.at(held, offset, gravity, model.reading, final=False)
+        inner = model.held if hold and free else model
         found = solve(inner, phi, weights, scale, hats)
         layout = inner.layout
         change = model.predict(found.core[:10] - phi)

@@ -158,13 +158,20 @@ class Normal:
         weight, index, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
         self.count, self.index = np.concatenate(weight), np.concatenate(index)
         self.rows, self.values = np.concatenate(rows), np.concatenate(values)
+        if len(data) > 1:  # in order of their coefficients
+            order = np.argsort(self.index, kind="stable")
+            self.count, self.index = self.count[order], self.index[order]
+            self.rows, self.values = self.rows[order], self.values[order]
+        self._starts = np.flatnonzero(np.diff(self.index, prepend=-1))
+        self._first = self.index[self._starts]
         self._rates = [(o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]]
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
-        for a in range(SUPPORT):
-            for b in range(a, SUPPORT):
-                weight = self.count * self.rows[:, a] * self.rows[:, b]
-                self.bands[b - a] += np.bincount(self.index + a, weight, minlength=n)
+        pairs = [(a, b) for a in range(SUPPORT) for b in range(a, SUPPORT)]
+        first, second = (list(side) for side in zip(*pairs, strict=True))
+        products = (self.count[:, None] * self.rows)[:, first] * self.rows[:, second]
+        for (a, b), sums in zip(pairs, np.add.reduceat(products, self._starts, axis=0).T, strict=True):
+            self.bands[b - a, self._first + a] += sums
         self.pilot = np.zeros((n, self.values.shape[1]))
         self._set_pilot(self.pilot)
 
@@ -179,12 +186,11 @@ class Normal:
         residual = self.values - fitted
         self.pilot = coefficients
         self.pilot_rss = float(np.sum(self.count[:, None] * residual**2))
-        n = self.knots.size
         self.gradient = np.zeros_like(coefficients)
+        weighted = self.count[:, None] * residual
         for a in range(SUPPORT):
-            weight = (self.count * self.rows[:, a])[:, None] * residual
-            for d in range(residual.shape[1]):
-                self.gradient[:, d] += np.bincount(self.index + a, weight[:, d], minlength=n)
+            sums = np.add.reduceat(self.rows[:, a, None] * weighted, self._starts, axis=0)
+            self.gradient[self._first + a] += sums
 
     def refine_pilot(self, m: int, penalty: float) -> None:
         """Take the fit with this penalty as the pilot, so that sums of squares near it do not cancel."""

@@ -77,8 +77,9 @@ class Curve:
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        smoothness, h, dt = tune(data, ORDERS, name, near)
-        normal = _normal(data, h, end)
+        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        if normal is None or end > data[0].time[-1]:
+            normal = _normal(data, h, end)
         penalty = smoothness.penalty(normal, dt)
         normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
@@ -128,6 +129,13 @@ def tune(
     `data`: samples of the signal, then of derivatives of it, if any. `near`: a smoothness that is about right; its
     order is kept, and the bandwidth looked for near its own.
     """
+    return _tuned(data, orders, name, near)[:3]
+
+
+def _tuned(
+    data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None
+) -> tuple[Smoothness, float, float, Normal | None]:
+    """As `tune`, with the normal equations of all data, where they were made on the way."""
     time = data[0].time
     if len(time) < FEWEST:
         raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
@@ -140,6 +148,7 @@ def tune(
     if excess > 1:
         stretch = duration / excess / 10
         data = tuple(o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0] for o in data)
+    whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
         orders, h = (near.order,), float(np.clip(0.6 / near.bandwidth, finest, coarsest))
@@ -156,7 +165,8 @@ def tune(
     for m in orders:
         if m != middle:
             best = max(best, _most_likely(normal, m, dt, floor, found), key=lambda c: c.log_likelihood)
-    return best, h, _interval(data[0].time, h)
+    same = whole and np.isclose(normal.knots.h, h)
+    return best, h, _interval(data[0].time, h), normal if same else None
 
 
 def _most_likely(normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None) -> Smoothness:
