@@ -36,32 +36,34 @@ def main() -> None:
     if arguments.only and arguments.keep:
         parser.error("--keep is for all of them, --only for some")
     with TemporaryDirectory() as folder:
-        wanted = arguments.only.lower()
-        parts = [part for part in every(Path(folder), arguments.before, arguments.quick) if wanted in part[0].lower()]
-        found = {name: measured(name, make) for name, make in parts}
-        sections = [section for each in found.values() for section in each]
-        kept = None if arguments.keep else ratios.read(arguments.ratios, arguments.quick)
-        best = {name: ratios.ratios_of(each) for name, each in found.items()}
-        for name, make in parts:
-            if kept is not None and any(change.failed for change in ratios.changes(kept, best[name])):
-                best[name] = ratios.better(best[name], ratios.ratios_of(measured(f"{name}, once more", make)))
+        parts = dict(every(Path(folder), arguments.before, arguments.quick))
+        chosen = {name: make for name, make in parts.items() if arguments.only.lower() in name.lower()}
+        found = {name: measured(name, make) for name, make in chosen.items()}
+        kept = ratios.read(arguments.ratios, arguments.quick)
+        best = {name: ratios.ratios_of(sections) for name, sections in found.items()}
+        for name, make in chosen.items():
+            if not arguments.keep and ratios.failures(kept, best[name]):
+                again = ratios.ratios_of(measured(f"{name}, once more", make))
+                best[name] = ratios.better(best[name], again)
+    sections = [section for each in found.values() for section in each]
     show(sections)
     if arguments.json is not None:
         saved(sections, arguments.quick, arguments.json)
-    together = {
-        kind: {k: v for each in best.values() for k, v in each[kind].items()} for kind in (ratios.SHARE, ratios.FASTER)
-    }
+    together = ratios.merged(best.values())
+    compared = ratios.changes(kept, together)
     if arguments.keep:
         ratios.keep(arguments.ratios, arguments.quick, together)
+        for change in compared:
+            if change.found is None:
+                tell(f"no longer kept, as it was not measured: {change.name}")
         return
-    if kept is None:
+    if not any(kept.values()):
         tell(f"no ratios are kept for this setting in {arguments.ratios}: nothing to compare with; see --keep")
         return
-    compared = [change for change in ratios.changes(kept, together) if not (wanted and change.found is None)]
-    ratios.show_changes(compared)
-    failed = [str(change) for change in compared if change.failed]
+    ratios.show_changes([change for change in compared if not (arguments.only and change.found is None)])
+    failed = ratios.failures(kept, together)
     if failed:
-        sys.exit("\n".join(("worse than the ratios kept:", *failed)))
+        sys.exit("\n".join(("worse than the ratios kept:", *map(str, failed))))
 
 
 def every(
@@ -75,10 +77,10 @@ def every(
     from benchmarks.memory import folding_memory
     from benchmarks.points import many_points
     from benchmarks.posterior import posterior
-    from benchmarks.processes import sections_of
+    from benchmarks.processes import Processes
     from benchmarks.streaming import one_sample_at_a_time
 
-    yield from sections_of(folder, before, quick)
+    yield from Processes(folder, before, quick).sections()
     many = 300 if quick else 3500
     yield "PMD, 150 samples", partial(against_conic_solver, 150, rounds=3 if quick else 20)
     yield f"PMD, {many:,} samples", partial(against_conic_solver, many, rounds=1 if quick else 5)

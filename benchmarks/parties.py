@@ -96,6 +96,7 @@ def before(folder: Path, given: Path | None = None) -> Party:
     except (OSError, subprocess.CalledProcessError):
         why = f"commit {COMMIT} is not in this clone's history (a shallow clone?): nothing beside the code before"
         raise MissingError(why) from None
+    folder.mkdir(parents=True, exist_ok=True)
     with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
         archive.extractall(folder, filter="data")
     return Party("before", folder / "src")

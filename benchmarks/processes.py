@@ -11,7 +11,7 @@ import statistics
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -44,11 +44,8 @@ def main() -> None:
     arguments = parser.parse_args()
 
     with TemporaryDirectory() as folder:
-        sections = [
-            make()
-            for title, make in sections_of(Path(folder), arguments.before, arguments.quick)
-            if arguments.only.lower() in title.lower()
-        ]
+        every = Processes(Path(folder), arguments.before, arguments.quick).sections()
+        sections = [make() for title, make in every if arguments.only.lower() in title.lower()]
     show(sections)
     if arguments.json is not None:
         saved(sections, arguments.quick, arguments.json)
@@ -77,51 +74,128 @@ class Ratio:
         return "of " + (self.name.rpartition("/")[2].partition("'")[0] or HEAVY)
 
 
-def sections_of(folder: Path, given: Path | None, quick: bool) -> Iterator[Measurement]:
-    """Every section, in a folder for what they need. What is missing is told on standard error."""
-    parties = {"now": NOW}
-    for name, find in (("before", lambda: before(folder, given)), ("naive", naive)):
-        try:
-            parties[name] = find()
-        except MissingError as missing:
-            print(missing, file=sys.stderr, flush=True)
-    for party in parties.values():
-        party.warm_up()
-    rounds = 1 if quick else ROUNDS
-    data = Path(os.environ.get("HEFTING_DATA") or "no-recordings") / "panda-optoforce"
-    if data.is_dir():
-        for run in ("run1",) if quick else ("run1", "run3"):
-            yield _panda(data / f"{run}.csv", run, parties, rounds)
-        if not quick:
-            panda = _Shaped(str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY)
-            yield _shaped("Panda run1, box", panda, parties, rounds, 0.2, 0.06)
-    else:
-        print("HEFTING_DATA names no folder that holds panda-optoforce: those are left out", file=sys.stderr)
-    demo = folder / "demo"
-    NOW.run("-m", "hefting", "demo", "--output", str(demo))
-    shaped = _Shaped(str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE)
-    yield _shaped("demo, its mesh", shaped, parties, rounds, 0.35, 0.06)
-    yield _light(folder, parties, rounds)
-    yield _streamed(SAMPLES if not quick else QUICK_SAMPLES, parties, rounds)
-    yield _long(folder, ROWS if not quick else QUICK_ROWS, parties, min(rounds, 2))
+@dataclass(frozen=True)
+class Processes:
+    """Every section; nothing is run, nor looked for, before it is measured."""
 
+    folder: Path
+    """for what the processes read"""
+    given: Path | None = None
+    """checkout of the code before; by default from the history"""
+    quick: bool = False
 
-def _panda(log: Path, run: str, parties: dict[str, Party], rounds: int) -> Measurement:
-    works: dict[str, Work] = {}
-    ratios = []
-    for command, at_most in (("identify", 0.2), ("inspect", 0.13)):
-        for name in ("now", "before"):
-            if name in parties:
-                arguments = ("-m", "hefting", command, str(log), "--gravity", PANDA_GRAVITY)
-                works[f"{command}, {name}"] = partial(parties[name].run, *arguments)
-        ours, title = f"{command}, now", f"{command}, Panda {run}"
-        ratios.append(Ratio(f"{command} over before", f"{title}/before", ours, f"{command}, before", at_most))
-        ratios.append(Ratio(f"{command} over naive", f"{title}/naive", ours, "naive script", 1.0))
-    if "naive" in parties:
-        arguments = (str(HERE / "naive.py"), str(log), "--gravity", PANDA_GRAVITY)
-        works["naive script"] = partial(parties["naive"].run, *arguments)
-    title = f"Panda {run}, no shape"
-    return title, partial(_section, title, works, ratios, rounds)
+    @cached_property
+    def parties(self) -> dict[str, Party]:
+        """Those that are there, ready to run; who is missing is told on standard error."""
+        found = {"now": NOW}
+        for name, find in (("before", lambda: before(self.folder / "before", self.given)), ("naive", naive)):
+            try:
+                found[name] = find()
+            except MissingError as missing:
+                print(missing, file=sys.stderr, flush=True)
+        for party in found.values():
+            party.warm_up()
+        return found
+
+    @property
+    def rounds(self) -> int:
+        """Of most sections."""
+        return 1 if self.quick else ROUNDS
+
+    def sections(self) -> Iterator[Measurement]:
+        """Titles, and what measures each."""
+        data = Path(os.environ.get("HEFTING_DATA") or "no-recordings") / "panda-optoforce"
+        if data.is_dir():
+            for run in ("run1",) if self.quick else ("run1", "run3"):
+                title = f"Panda {run}, no shape"
+                yield title, partial(self._panda, title, data / f"{run}.csv", run)
+            if not self.quick:
+                title = "identify, Panda run1, box"
+                panda = _Shaped(str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY)
+                yield title, partial(self._shaped, title, panda, 0.2, 0.06)
+        else:
+            print("HEFTING_DATA names no folder that holds panda-optoforce: those are left out", file=sys.stderr)
+        title = "identify, demo, its mesh"
+        yield title, partial(self._demo, title)
+        title = f"identify, {LIGHT} and {HEAVY} moved alike"
+        yield title, partial(self._light, title)
+        title = "PMD, one sample streamed"
+        yield title, partial(self._streamed, title)
+        title = f"identify, {QUICK_ROWS if self.quick else ROWS:,} rows of CSV"
+        yield title, partial(self._long, title)
+
+    def _works(self, what: str, *arguments: str, prints: bool = False) -> dict[str, Work]:
+        """The same by this code and by that before; if it `prints`, its figure is what counts."""
+        run = _printed if prints else Party.run
+        names = [name for name in ("now", "before") if name in self.parties]
+        return {f"{what}, {name}": partial(run, self.parties[name], *arguments) for name in names}
+
+    def _panda(self, title: str, log: Path, run: str) -> Section:
+        works: dict[str, Work] = {}
+        ratios = []
+        for command, at_most in (("identify", 0.2), ("inspect", 0.13)):
+            works |= self._works(command, "-m", "hefting", command, str(log), "--gravity", PANDA_GRAVITY)
+            ours, name = f"{command}, now", f"{command}, Panda {run}"
+            ratios.append(Ratio(f"{command} over before", f"{name}/before", ours, f"{command}, before", at_most))
+            ratios.append(Ratio(f"{command} over naive", f"{name}/naive", ours, "naive script", 1.0))
+        if "naive" in self.parties:
+            arguments = (str(HERE / "naive.py"), str(log), "--gravity", PANDA_GRAVITY)
+            works["naive script"] = partial(self.parties["naive"].run, *arguments)
+        return _measured(title, works, ratios, self.rounds)[0]
+
+    def _demo(self, title: str) -> Section:
+        demo = self.folder / "demo"
+        if not demo.exists():
+            NOW.run("-m", "hefting", "demo", "--output", str(demo))
+        shaped = _Shaped(str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE)
+        return self._shaped(title, shaped, 0.35, 0.06)
+
+    def _shaped(self, title: str, shaped: "_Shaped", at_most: float, second_at_most: float) -> Section:
+        works = self._works("identify", *shaped.command) | self._works("a second", *shaped.twice, prints=True)
+        process, second, name = "identify, before", "a second, now", f"second {title}"
+        ratios = [
+            Ratio("identify over before", f"{title}/before", "identify, now", process, at_most),
+            Ratio("a second over before's process", f"{name}/before", second, process, second_at_most),
+            Ratio("a second over before's second", f"{name}/before's second", second, "a second, before"),
+        ]
+        return _measured(title, works, ratios, self.rounds)[0]
+
+    def _light(self, title: str) -> Section:
+        works: dict[str, Work] = {}
+        box = _box_recordings(self.folder)
+        for mass in MASSES:
+            works |= self._works(mass, *_Shaped(str(self.folder / f"{mass}.csv"), box).command)
+        ratios = [
+            Ratio(f"{LIGHT} over {HEAVY}, now", f"identify, {LIGHT}/{HEAVY}", f"{LIGHT}, now", f"{HEAVY}, now", 1.1),
+            Ratio(f"{LIGHT} over {HEAVY}, before", "", f"{LIGHT}, before", f"{HEAVY}, before"),
+            *(Ratio(f"{m} over before", f"identify, {m}/before", f"{m}, now", f"{m}, before") for m in MASSES),
+        ]
+        return _measured(title, works, ratios, self.rounds)[0]
+
+    def _streamed(self, title: str) -> Section:
+        samples = QUICK_SAMPLES if self.quick else SAMPLES
+        what = "Measurements, update and estimate"
+        works = self._works(what, str(HERE / "streamed.py"), str(samples), prints=True)
+        ratios = [Ratio("over before", "one streamed sample/before", f"{what}, now", f"{what}, before", 0.6)]
+        return _measured(title, works, ratios, self.rounds)[0]
+
+    def _long(self, title: str) -> Section:
+        log = self.folder / "long.csv"
+        if not log.exists():
+            write(QUICK_ROWS if self.quick else ROWS, log)
+        ours, theirs = "identify, now", "identify, before"
+        works = self._works("identify", "-m", "hefting", "identify", str(log))
+        ratios = [Ratio("over before", f"{title}/before", ours, theirs, 0.3)]
+        section, took = _measured(title, works, ratios, min(self.rounds, 2))
+        peaks = {name: max(one.peak for one in each if isinstance(one, Took)) / 2**20 for name, each in took.items()}
+        more = [
+            Row(f"peak memory, {name}", figure=peak, unit="MiB", at_most=MOST_MEMORY if name == ours else None)
+            for name, peak in peaks.items()
+        ]
+        if theirs in peaks:
+            over = peaks[ours] / peaks[theirs]
+            more.append(Row("  over before", figure=over, unit="of before", name=f"memory of {title}/before"))
+        return Section(title, (*section.rows, *more))
 
 
 @dataclass(frozen=True)
@@ -145,43 +219,6 @@ class _Shaped:
         return (str(HERE / "second.py"), self.log, self.shape, self.unit, self.pose, self.gravity)
 
 
-def _shaped(
-    what: str, shaped: _Shaped, parties: dict[str, Party], rounds: int, at_most: float, second_at_most: float
-) -> Measurement:
-    works: dict[str, Work] = {}
-    for name in ("now", "before"):
-        if name in parties:
-            works[f"identify, {name}"] = partial(parties[name].run, *shaped.command)
-            works[f"a second identify, {name}"] = partial(_printed, parties[name], *shaped.twice)
-    ours, second = "identify, now", "a second identify, now"
-    title = f"identify, {what}"
-    name = f"second {title}"
-    ratios = [
-        Ratio("identify over before", f"{title}/before", ours, "identify, before", at_most),
-        Ratio("a second over before's process", f"{name}/before", second, "identify, before", second_at_most),
-        Ratio("a second over before's second", f"{name}/before's second", second, "a second identify, before"),
-    ]
-    return title, partial(_section, title, works, ratios, rounds)
-
-
-def _light(folder: Path, parties: dict[str, Party], rounds: int) -> Measurement:
-    works: dict[str, Work] = {}
-    box = _box_recordings(folder)
-    for name in ("now", "before"):
-        for mass in MASSES:
-            if name in parties:
-                works[f"{mass}, {name}"] = partial(
-                    parties[name].run, *_Shaped(str(folder / f"{mass}.csv"), box).command
-                )
-    title = f"identify, {LIGHT} and {HEAVY} moved alike"
-    ratios = [
-        Ratio(f"{LIGHT} over {HEAVY}, now", f"identify, {LIGHT}/{HEAVY}", f"{LIGHT}, now", f"{HEAVY}, now", 1.1),
-        Ratio(f"{LIGHT} over {HEAVY}, before", "", f"{LIGHT}, before", f"{HEAVY}, before"),
-        *(Ratio(f"{m} over before", f"identify, {m}/before", f"{m}, now", f"{m}, before") for m in MASSES),
-    ]
-    return title, partial(_section, title, works, ratios, rounds)
-
-
 def _box_recordings(folder: Path) -> str:
     """Write the logs of a light and a heavy box, and say where the box is."""
     from hefting.inertia import InertialParameters
@@ -198,53 +235,9 @@ def _box_recordings(folder: Path) -> str:
     return "box:-0.05,0.05,-0.02,0.04,0.02,0.14"
 
 
-def _streamed(samples: int, parties: dict[str, Party], rounds: int) -> Measurement:
-    arguments = (str(HERE / "streamed.py"), str(samples))
-    works: dict[str, Work] = {
-        f"Measurements, update and estimate, {name}": partial(_printed, parties[name], *arguments)
-        for name in ("now", "before")
-        if name in parties
-    }
-    title = "PMD, one sample streamed"
-    pair = [f"Measurements, update and estimate, {name}" for name in ("now", "before")]
-    ratios = [Ratio("over before", "one streamed sample/before", *pair, 0.6)]
-    return title, partial(_section, title, works, ratios, rounds)
-
-
-def _long(folder: Path, rows: int, parties: dict[str, Party], rounds: int) -> Measurement:
-    log, title = folder / "long.csv", f"identify, {rows:,} rows of CSV"
-    pair = ("identify, now", "identify, before")
-    works: dict[str, Work] = {
-        f"identify, {name}": partial(parties[name].run, "-m", "hefting", "identify", str(log))
-        for name in ("now", "before")
-        if name in parties
-    }
-    ratios = [Ratio("over before", f"{title}/before", *pair, 0.3)]
-
-    def make() -> Section:
-        if not log.exists():
-            write(rows, log)
-        section, took = _measured(title, works, ratios, rounds)
-        peaks = {name: max(one.peak for one in each if isinstance(one, Took)) / 2**20 for name, each in took.items()}
-        more = [
-            Row(f"peak memory, {name}", figure=peak, unit="MiB", at_most=MOST_MEMORY if "now" in name else None)
-            for name, peak in peaks.items()
-        ]
-        if len(peaks) == 2:
-            over = peaks[pair[0]] / peaks[pair[1]]
-            more.append(Row("  over before", figure=over, unit="of before", name=f"memory of {title}/before"))
-        return Section(title, (*section.rows, *more))
-
-    return title, make
-
-
 def _printed(party: Party, *arguments: str) -> float:
     """A figure that a process prints [s]."""
     return float(party.run(*arguments).said.split()[-1])
-
-
-def _section(title: str, works: dict[str, Work], ratios: list[Ratio], rounds: int) -> Section:
-    return _measured(title, works, ratios, rounds)[0]
 
 
 def _measured(

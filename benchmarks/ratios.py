@@ -76,9 +76,19 @@ def better(one: Ratios, other: Ratios) -> Ratios:
     }
 
 
-def read(path: Path, quick: bool) -> Ratios | None:
-    """The ratios that are kept for this setting; None where none are."""
-    return (json.loads(path.read_text()) if path.exists() else {}).get(_setting(quick))
+def merged(parts: Iterable[Ratios]) -> Ratios:
+    """All of them; their names differ."""
+    found: Ratios = {FASTER: {}, SHARE: {}}
+    for part in parts:
+        for kind, each in part.items():
+            found[kind] |= each
+    return found
+
+
+def read(path: Path, quick: bool) -> Ratios:
+    """The ratios that are kept for this setting, if any."""
+    kept = json.loads(path.read_text()) if path.exists() else {}
+    return {FASTER: {}, SHARE: {}} | kept.get(_setting(quick), {})
 
 
 def keep(path: Path, quick: bool, found: Ratios) -> None:
@@ -94,10 +104,15 @@ def _setting(quick: bool) -> str:
 def changes(kept: Ratios, found: Ratios) -> list[Change]:
     """Every ratio that is kept or was found."""
     return [
-        Change(name, kind, kept.get(kind, {}).get(name), found.get(kind, {}).get(name))
+        Change(name, kind, kept[kind].get(name), found[kind].get(name))
         for kind in (SHARE, FASTER)
-        for name in dict.fromkeys((*kept.get(kind, {}), *found.get(kind, {})))
+        for name in dict.fromkeys((*kept[kind], *found[kind]))
     ]
+
+
+def failures(kept: Ratios, found: Ratios) -> list[Change]:
+    """Those that are too much worse."""
+    return [change for change in changes(kept, found) if change.failed]
 
 
 def show_changes(compared: list[Change]) -> None:
