@@ -14,7 +14,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 HERE = ROOT / "benchmarks"
-COMMIT = "c8b1b2c"
+COMMIT = "c8b1b2c20255b1b24b2557da561748419832eb72"
 """What came before."""
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "RAYON")}
 
@@ -94,7 +94,7 @@ def before(folder: Path, given: Path | None = None) -> Party:
     try:
         done = subprocess.run(command, capture_output=True, check=True)
     except (OSError, subprocess.CalledProcessError):
-        why = f"commit {COMMIT} is not in this clone's history (a shallow clone?): nothing beside the code before"
+        why = f"commit {COMMIT[:7]} is not in this clone's history (a shallow clone?): nothing beside the code before"
         raise MissingError(why) from None
     folder.mkdir(parents=True, exist_ok=True)
     with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:

@@ -1,7 +1,7 @@
 """`python -m benchmarks.processes [--before PATH] [--json FILE] [--quick]`: whole processes, start to end.
 
 Processor time of a process, user and system, on one thread: of the command, beside that of the code before
-(`benchmarks.parties.COMMIT`, taken from the history) and of the naive script. The parties take turns; a ratio is the
+(`benchmarks.parties.COMMIT`, from the history) and of the naive script. The parties take turns; a ratio is the
 median of those of the rounds. The Panda recordings are those in the folder that HEFTING_DATA names.
 """
 
