@@ -34,7 +34,7 @@ def main() -> None:
     what.add_argument("--compare", metavar=("A", "B"), nargs=2, type=Path, help="B beside A")
     where = "simulated recordings; made where they are not there; default beside FILE"
     parser.add_argument("--recordings", metavar="FOLDER", type=Path, help=where)
-    parser.add_argument("--simulated", metavar="N", type=int, help="so many of them only")
+    parser.add_argument("--simulated", metavar="N", type=int, help="of the simulated ones the first N only")
     parser.add_argument("--messages", action="store_true", help="list messages that differ as well")
     arguments = parser.parse_args()
     if arguments.compare:
@@ -167,6 +167,8 @@ def answer(job: Job) -> dict[str, Any]:
         estimate = identify(recording, shape, method=job.method.split()[0], gravity=job.gravity).estimate
     except HeftingError as error:
         return said | {"error": str(error), "seconds": time.process_time() - began}
+    except Exception as error:  # a defect of the code on the path, to be told beside what the other version says
+        return said | {"error": f"{type(error).__name__}: {error}", "seconds": time.process_time() - began}
     seconds = time.process_time() - began
     found = estimate.to_dict()
     kept = ("vector", "center_of_mass", "inertia_at_com", "covariance", "std", "intervals", "bias", "residual")

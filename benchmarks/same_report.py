@@ -77,7 +77,7 @@ def compared(a: Path, b: Path, messages: bool = False) -> int:
         for each in found:
             _show_messages(before[each.name, each.method], after[each.name, each.method], console)
     if missing:
-        console.print(f"only in one of them: {len(missing)}: {', '.join(missing[:10])}")
+        console.print(f"only in one of them: {len(missing)}: {', '.join(missing[:3])}, ...", highlight=False)
     seconds = [sum(said[each.name, each.method]["seconds"] for each in found) for said in (before, after)]
     console.print(f"processor time of these identifications: {seconds[0]:.1f} s, {seconds[1]:.1f} s")
     return 1 if far or missing else 0
