@@ -54,6 +54,35 @@ class TimeScales:
             level += 1
         return type(self)(tuple(factors), tuple(counts), tuple(pending))
 
+    def closed(self) -> Self:
+        """With contrasts among the sums that still wait: all that the samples tell but their total.
+
+        The sums s1 and s2 over n1 and n2 samples give the contrast (sqrt(n2) s1 - sqrt(n1) s2) / sqrt(n1 + n2), which
+        stands at the level of blocks of sqrt(n1 n2) samples.
+        """
+        factors, counts = list(self.factors), list(self.counts)
+        total, number = None, 0
+        for level, waiting in enumerate(self.pending):
+            if waiting is None:
+                continue
+            size = 2**level
+            if total is None:
+                total, number = waiting, size
+                continue
+            both = (number + size) ** 0.5
+            contrast = (size**0.5 * total - number**0.5 * waiting) / both
+            total, number = (number**0.5 * total + size**0.5 * waiting) / both, number + size
+            at = round(0.5 * np.log2((number - size) * size))
+            while at >= len(factors):
+                factors.append(np.zeros((FEATURES, FEATURES)))
+                counts.append(0)
+            factors[at] = folded(factors[at], contrast)
+            counts[at] += 1
+        while counts and not counts[-1]:
+            factors.pop()
+            counts.pop()
+        return type(self)(tuple(factors), tuple(counts))
+
     def merge(self, later: "TimeScales") -> Self:
         """With those of samples that are not known to follow: no detail spans the two."""
         size = max(len(self.factors), len(later.factors))

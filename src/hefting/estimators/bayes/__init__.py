@@ -178,7 +178,7 @@ class Bayes(Estimator):
             if time is not None:
                 P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-                colour = time.colour(scores, equations.G, P)
+                colour = time.colour(scores, equations.G, P, at, equations.effect_of(motion.lasting), motion.memory)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             if self.systematic is not None:
@@ -186,7 +186,7 @@ class Bayes(Estimator):
             mixture = Mixture.of(placed.prior, scale, found)
             phi = mixture.mean
             P = equations.spent(found, mixture.covariance)
-            left = samples.residual_covariance(phi, autocorrelation * mixture.determined(found))
+            left = samples.residual_covariance(phi, mixture.determined(found) if colour is None else colour.fitted)
             at = phi if samples.excess_over_noise(left) <= 1.0 else samples.least_squares
             before = excess * S
             if known is None:
@@ -206,12 +206,13 @@ class Bayes(Estimator):
         wide, disagreement = mixture, 0.0
         if colour is not None:
             disagreement = time.disagreement(equations.whitening, at, equations.attenuation, colour.variances)
-            V = colour.noise + equations.products + colour.contradiction
-            if disagreement > DISAGREE or colour.contradiction.any():
-                wider = equations.likelihood((disagreement if disagreement > DISAGREE else 1.0) * V)
+            if disagreement > DISAGREE:
+                wider = equations.likelihood(disagreement * (colour.noise + equations.products))
                 if self.systematic is not None:
                     wider = wider.blurred(self.systematic)
                 wide = Mixture.of(placed.prior, scale, wider)
+            if colour.response:
+                wide = wide.scaled(colour.response)
         return Posterior(
             mixture=wide,
             narrow=mixture,

@@ -4,7 +4,7 @@
 covariance of the whole record's score, sum v_j G_j over the time scales: with coloured noise, each scale's information
 counts as much as the noise there allows. Two doubts widen it, as they are no reason to lean more on the prior:
 
-- scales that contradict: a score beyond chance, as from errors of the motion, which fast changes suffer from more;
+- time scales at which the wrench answers with another gain than on the whole (`response_errors`);
 - stretches of the record that contradict each other by more than `DISAGREE`.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.estimators.bayes.groups import Groups, Scores
-from hefting.estimators.bayes.spectrum import spectrum
+from hefting.estimators.bayes.spectrum import first_order, spectrum
 from hefting.estimators.blend import Blend
 from hefting.regressor import ONE
 from hefting.spatial import Array
@@ -24,8 +24,11 @@ STRETCHES = 4
 """Fewest stretches that are compared."""
 DISAGREE = 3.0
 """Variance between stretches over what they claim that is more than chance."""
-CHANCE = 5.0
-"""Ratio of one scale's score that is chance: beyond it 4 degrees of freedom come once in 2,000 times."""
+CHANCE = 12.0
+"""Squared error of one scale's gain over its variance that is chance: beyond it once in 2,000 times."""
+FADE = 0.5**0.5
+"""Part of a relative error at one time scale that twice as slow changes may have. Errors of viscous friction or of a
+late clock fade faster; creep and hysteresis of elastic sensors follow powers of the time with exponents below a half."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +37,14 @@ class Colour:
 
     noise: Array
     """(10, 10) covariance of the score of all samples, coloured noise allowed for"""
-    contradiction: Array
-    """(10, 10) what is added to it where time scales contradict each other"""
+    response: float
+    """relative error of the whole body by errors of the wrench in step with the motion"""
     autocorrelation: float
     """variance of the parameters over that with white noise, on average"""
     variances: Array
     """(J + 1,) of the noise at each time scale and beyond, over that of one sample"""
+    fitted: float
+    """sum of squared whitened residuals that the fit takes away"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +64,7 @@ class TimeSamples:
         if state.record is None:
             return None
         scales, stretches = state.record.complete
-        kept = [j for j, count in enumerate(scales.counts) if count]
-        if not kept:
+        if not scales.counts:
             return None
         mean = own = None
         parts = stretches.parts
@@ -68,30 +72,31 @@ class TimeSamples:
             mean = _means(state.full.factor[None])
             own = _means(np.array([factor for factor, _ in parts])) if parts else None
         return cls(
-            Groups.of([scales.factors[j] for j in kept], [scales.counts[j] for j in kept], mean),
+            Groups.of(scales.factors, scales.counts, mean),
             Groups.of([factor for factor, _ in parts], [count - bool(free_bias) for _, count in parts], own),
             float(state.samples),
             free_bias,
         )
 
-    def colour(self, found: Scores, G: Array, P: Array) -> Colour:
-        """Of the noise that leaves what `found` says of the scales.
+    def colour(
+        self, found: Scores, G: Array, P: Array, phi: Array, effect: Array | None, memory: float
+    ) -> Colour:
+        """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom.
+        Errors of the motion last `memory` samples and have an `effect` (10, 10) on the information of each.
         """
         details = self.scales.counts
         spent = np.einsum("gij,ji->g", found.information, P)
         degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
-        variances = spectrum(found.energies, degrees, self.samples)
-        rest = G - found.information.sum(axis=0)
-        noise = np.tensordot(variances[:-1], found.information, 1) + variances[-1] * rest
-        doubt = found.birge(variances[:-1])
-        share = np.maximum(1.0 - CHANCE / np.maximum(doubt, CHANCE), 0.0)
-        beyond = np.sqrt(share)[:, None] * found.scores
-        contradiction = beyond.T @ beyond
+        variances = spectrum(found.energies, degrees, self.samples, self.free_bias)
+        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
+        noise = np.tensordot(variances, information, 1)
+        signal = np.einsum("i,gij,j->g", phi, information, phi)
+        response = float(response_errors(found, variances[:-1], details, phi, effect, memory) @ signal) / (float(signal.sum()) or 1.0)
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, contradiction, max(average, 1.0), variances)
+        return Colour(noise, response, max(average, 1.0), variances, float(variances[:-1] @ spent))
 
     def disagreement(self, W: Array, phi: Array, attenuation: Array | None, variances: Array) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
@@ -108,6 +113,31 @@ class TimeSamples:
             own = np.minimum(levels, own)
         found = self.stretches.scores(W, phi, attenuation)
         return float(found.birge(np.maximum(variances, 1.0)[own]).sum()) / (n - 1)
+
+
+def response_errors(
+    found: Scores, variances: Array, details: Array, phi: Array, effect: Array | None, memory: float
+) -> Array:
+    """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
+
+    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
+    what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
+    What errors of the motion explain, of `effect` (10, 10) on the information of a sample and lasting `memory` samples,
+    is not the sensor's.
+    """
+    signal = np.einsum("i,gij,j->g", phi, found.information, phi)
+    score = np.abs(found.scores @ phi)
+    if effect is not None:
+        rho = (memory - 1.0) / (memory + 1.0)
+        score = np.maximum(score - float(phi @ effect @ phi) * details * first_order(rho, len(details)), 0.0)
+    gain = score / np.where(signal > 0.0, signal, np.inf)
+    significance = gain**2 * signal / variances
+    shown = gain * np.sqrt(np.maximum(1.0 - CHANCE / np.maximum(significance, CHANCE), 0.0))
+    errors, error = np.zeros(len(shown) + 1), 0.0
+    for level, own in enumerate((*shown, 0.0)):
+        error = max(float(own), FADE * error)
+        errors[level] = error
+    return errors
 
 
 def _means(factors: Array) -> Array:

@@ -195,6 +195,13 @@ class Equations:
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
 
+    def effect_of(self, S_k: Array | None) -> Array | None:
+        """(10, 10) what errors of the accelerations, of variances S_k (6,), put into G for each sample."""
+        if S_k is None:
+            return None
+        rows = (self.whitening @ D).reshape(36, 10)
+        return (rows * np.repeat(S_k, 6)[:, None]).T @ rows
+
     def spent(self, found: Likelihood, covariance: Array) -> Array:
         """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on the fit.
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from hefting.spatial import Array
 
-LIKELY_WHITE, LIKELY_ONE = 0.6, 0.3
+LIKELY_WHITE, LIKELY_ONE = 0.85, 0.1
 """Prior probability of white noise, and of one process beside it; the rest is for two. Sensors are mostly sold as
 white, and a record that is must not pay for what it rules out."""
 SIZES = 4.0 ** np.arange(-4, 7)
 """Variances of a process over that of the white noise, all equally likely."""
-LONGEST = 0.5
+LONGEST = 4.0
 """Of the record: the longest time for which a process is thought to last; beyond it, it is a bias or a drift."""
 MOST_DEGREES = 200.0
 """Degrees of freedom of an energy that count: no spectrum is like the family's to better than a tenth."""
@@ -30,7 +30,7 @@ PRIOR_DEGREES = 10.0
 """Degrees of freedom that the family's mean is worth at a level beside the energy seen there."""
 
 
-def spectrum(energies: Array, degrees: Array, samples: float) -> Array:
+def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> Array:
     """Variances (J + 1,) of residuals' details at J levels, and of still longer sums.
 
     Parameters
@@ -38,9 +38,10 @@ def spectrum(energies: Array, degrees: Array, samples: float) -> Array:
     energies : (J,) sums of squared details of residuals, whitened by their covariance at one instant.
     degrees : (J,) degrees of freedom of each: what is left of six a detail after the fit.
     samples : length of the record.
+    free_bias : whether a constant bias is free; if not, the longest sums hold whatever seems constant.
     """
     J = len(energies)
-    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST * samples, 1.0))), 0))
+    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST * samples, 1.0))), 0), free_bias)
     d = np.minimum(degrees, MOST_DEGREES)
     seen = d > 0.0
     E = np.where(seen, energies * d / np.where(seen, degrees, 1.0), 0.0)
@@ -61,13 +62,16 @@ SCALE_DEGREES = 4.0
 
 
 @lru_cache(maxsize=64)
-def _family(levels: int, longest: int) -> tuple[Array, Array, Array]:
+def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, Array]:
     """Log variances and variances (n, levels + 1) of the family's spectra, and their log prior probabilities (n,).
 
-    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond all others.
+    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond all others or, without a free
+    bias, of sums over 2^levels samples.
     """
     times = 2.0 ** np.arange(longest + 1)
     each = np.array([first_order(np.exp(-1.0 / t), levels + 1) for t in times])
+    if not free_bias:
+        each[:, -1] = [_sums(np.exp(-1.0 / t), np.array((2.0**levels,)))[0] / 2.0**levels for t in times]
     one = (1.0 + SIZES[:, None, None] * each).reshape(-1, levels + 1)
     pairs = [(i, k) for i in range(len(times)) for k in range(i + 2, len(times))]
     coarse = SIZES[::2]
@@ -85,5 +89,10 @@ def _family(levels: int, longest: int) -> tuple[Array, Array, Array]:
 def first_order(rho: float, levels: int) -> Array:
     """(levels,) variance of Haar details of a first-order process of variance 1."""
     m = 2.0 ** np.arange(levels + 1)
-    S = m * (1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho**m) / (1.0 - rho) ** 2
+    S = _sums(rho, m)
     return (4.0 * S[:-1] - S[1:]) / (2.0 * m[:-1])
+
+
+def _sums(rho: float, m: Array) -> Array:
+    """Variance of sums over m samples of a first-order process of variance 1."""
+    return m * (1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho**m) / (1.0 - rho) ** 2
