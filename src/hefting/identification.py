@@ -179,7 +179,7 @@ def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[
 
 def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     """The estimate, and the recording as far as it was used: with `Bayes.until` no farther than that takes."""
-    z = found.measurements
+    z = found.weighted_by_count if estimator.depends_on_count else found.measurements
     if not (isinstance(estimator, Bayes) and isinstance(estimator.until, Accuracy)):
         return estimator.fit(z), found
     estimate, used = first_sufficient(estimator, z, found.static)

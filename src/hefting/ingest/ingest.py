@@ -86,6 +86,12 @@ class Ingested:
     notes: tuple[Message, ...]
     """What reader, smoother and conditioning found and did."""
 
+    @property
+    def weighted_by_count(self) -> Measurements:
+        """The measurements with weights of one on average for each sample of the log, not for each row."""
+        z = self.measurements
+        return z if z.weights is None else replace(z, weights=z.weights * float(self.counts.mean()))
+
     @cached_property
     def state(self) -> Blend:
         """The full model's moments of the measurements."""
@@ -285,10 +291,8 @@ def _less_bias(recording: Recording, bias: str | ArrayLike) -> tuple[Recording, 
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:
-    """Weights (K,) of the samples, one on average for each sample of the log, by the spread of the smoothed motion.
-
-    Where the motion is exact and each sample of the log by itself, there are none.
-    """
+    """Weights (K,), one on average, by the samples of the log that each row stands for and by the spread of the smoothed
+    motion; None where the motion is exact and each row one sample."""
     smoothed = measured.motion is not None and measured.source != "orientation" and len(counts) > 1
     if not smoothed and (counts == 1.0).all():
         return None
@@ -299,7 +303,7 @@ def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | N
         each = np.array(noise) / max(float(counts.mean()), 1.0) ** 0.5
         assert measured.motion is not None
         weights = counts * sample_weights(phi, measured.motion, *each)
-    return weights * (counts.sum() / weights.sum())
+    return weights / weights.mean()
 
 
 def _motion_noise(measured: Measured) -> MotionNoise | None:
