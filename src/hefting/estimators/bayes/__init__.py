@@ -165,7 +165,7 @@ class Bayes(Estimator):
             R = samples.limited_to_noise(samples.residual_covariance(phi))
         autocorrelation = 1.0
         S = self._covariance(samples, phi, known, R, motion, autocorrelation)
-        at = phi if start is not None else samples.least_squares
+        at, left = (phi, R) if start is not None else (samples.least_squares, samples.least_residual)
         excess, contradicted, count, P = 1.0, False, 0, None
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
@@ -176,7 +176,9 @@ class Bayes(Estimator):
             if time is not None:
                 P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-                colour = time.colour(scores, equations.G, P, at, equations.effect_of(motion.lasting), motion.memory)
+                level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
+                lasting = equations.effect_of(motion.lasting)
+                colour = time.colour(scores, equations.G, P, level, at, lasting, motion.memory)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             if self.systematic is not None:
@@ -185,7 +187,9 @@ class Bayes(Estimator):
             phi = mixture.mean
             P = equations.spent(found, mixture.covariance)
             left = samples.residual_covariance(phi, mixture.determined(found) if colour is None else colour.fitted)
-            at = phi if samples.excess_over_noise(left) <= 1.0 else samples.least_squares
+            at = phi
+            if samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
+                at = samples.least_squares
             before = excess * S
             if known is None:
                 S = self._covariance(samples, phi, known, samples.limited_to_noise(left), motion, autocorrelation)

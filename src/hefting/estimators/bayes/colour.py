@@ -26,9 +26,11 @@ DISAGREE = 3.0
 """Variance between stretches over what they claim that is more than chance."""
 CHANCE = 12.0
 """Squared error of one scale's gain over its variance that is chance: beyond it once in 2,000 times."""
-FADE = 0.5**0.5
+LIMIT = 2.0
+"""Standard deviations within which a scale's own gain limits the error that faster scales suggest."""
+FADE = 0.5 ** (1.0 / 3.0)
 """Part of a relative error at one time scale that twice as slow changes may have. Errors of viscous friction or of a
-late clock fade faster; creep and hysteresis of elastic sensors follow powers of the time with exponents below a half."""
+late clock fade faster; creep of elastic sensors follows small powers of the time: a third stands for them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,24 +81,25 @@ class TimeSamples:
         )
 
     def colour(
-        self, found: Scores, G: Array, P: Array, phi: Array, effect: Array | None, memory: float
+        self, found: Scores, G: Array, P: Array, level: float, phi: Array, effect: Array | None, memory: float
     ) -> Colour:
         """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
 
-        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom.
+        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
+        residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
         Errors of the motion last `memory` samples and have an `effect` (10, 10) on the information of each.
         """
         details = self.scales.counts
         spent = np.einsum("gij,ji->g", found.information, P)
         degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
-        variances = spectrum(found.energies, degrees, self.samples, self.free_bias)
+        variances = spectrum(found.energies / level, degrees, self.samples, self.free_bias)
         information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
         noise = np.tensordot(variances, information, 1)
         signal = np.einsum("i,gij,j->g", phi, information, phi)
         response = float(response_errors(found, variances[:-1], details, phi, effect, memory) @ signal) / (float(signal.sum()) or 1.0)
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, response, max(average, 1.0), variances, float(variances[:-1] @ spent))
+        return Colour(noise, response, max(average, 1.0), variances, level * float(variances[:-1] @ spent))
 
     def disagreement(self, W: Array, phi: Array, attenuation: Array | None, variances: Array) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
@@ -122,6 +125,7 @@ def response_errors(
 
     A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
     what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
+    A scale may itself show that its gain is off by less, `LIMIT` standard deviations above what it is off.
     What errors of the motion explain, of `effect` (10, 10) on the information of a sample and lasting `memory` samples,
     is not the sensor's.
     """
@@ -133,9 +137,11 @@ def response_errors(
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances
     shown = gain * np.sqrt(np.maximum(1.0 - CHANCE / np.maximum(significance, CHANCE), 0.0))
+    possible = gain + LIMIT * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
+    possible[signal <= 0.0] = np.inf
     errors, error = np.zeros(len(shown) + 1), 0.0
-    for level, own in enumerate((*shown, 0.0)):
-        error = max(float(own), FADE * error)
+    for level, (own, most) in enumerate(zip((*shown, 0.0), (*possible, np.inf), strict=True)):
+        error = max(float(own), min(FADE * error, float(most)))
         errors[level] = error
     return errors
 
