@@ -9,7 +9,7 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.colour import DISAGREE, FEWEST, Colour, TimeSamples
+from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
 from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
@@ -37,8 +37,6 @@ LIGHTEST, HEAVIEST = 0.2, 2.0
 """Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
 NEAR = 1.0
 """Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
-CONTRADICTED = 5.0
-"""Standard deviations by which residuals may exceed the noise that is claimed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +165,7 @@ class Bayes(Estimator):
             R = samples.limited_to_noise(samples.residual_covariance(phi))
         autocorrelation = 1.0
         S = self._covariance(samples, phi, known, R, motion, autocorrelation)
-        at = phi if start is not None else samples.least_squares
+        at, left = (phi, R) if start is not None else (samples.least_squares, samples.least_residual)
         excess, contradicted, count, P = 1.0, False, 0, None
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
@@ -178,16 +176,21 @@ class Bayes(Estimator):
             if time is not None:
                 P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-                colour = time.colour(scores, equations.G, P, at, equations.effect_of(motion.lasting), motion.memory)
+                level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
+                lasting = equations.effect_of(motion.lasting), motion.memory
+                colour = time.colour(scores, equations.G, P, level, at, lasting, known is not None)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
+            own = mixture = Mixture.of(placed.prior, scale, found)
+            P = equations.spent(found, mixture.covariance)
+            determined = mixture.determined(found) if colour is None else colour.fitted
             if self.systematic is not None:
                 found = found.blurred(self.systematic)
-            mixture = Mixture.of(placed.prior, scale, found)
-            phi = mixture.mean
-            P = equations.spent(found, mixture.covariance)
-            left = samples.residual_covariance(phi, mixture.determined(found) if colour is None else colour.fitted)
-            at = phi if samples.excess_over_noise(left) <= 1.0 else samples.least_squares
+                mixture = Mixture.of(placed.prior, scale, found)
+            phi, at = mixture.mean, own.mean
+            left = samples.residual_covariance(at, determined)
+            if samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
+                at = samples.least_squares
             before = excess * S
             if known is None:
                 S = self._covariance(samples, phi, known, samples.limited_to_noise(left), motion, autocorrelation)
@@ -205,7 +208,7 @@ class Bayes(Estimator):
                 placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
         wide, disagreement = mixture, 0.0
         if colour is not None:
-            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, colour.variances)
+            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, colour)
             if disagreement > DISAGREE:
                 wider = equations.likelihood(disagreement * (colour.noise + equations.products))
                 if self.systematic is not None:

@@ -26,9 +26,15 @@ DISAGREE = 3.0
 """Variance between stretches over what they claim that is more than chance."""
 CHANCE = 12.0
 """Squared error of one scale's gain over its variance that is chance: beyond it once in 2,000 times."""
-FADE = 0.5**0.5
+FEWEST_DEGREES = 12.0
+"""Degrees of freedom of an energy that may contradict a claim."""
+CONTRADICTED = 5.0
+"""Standard deviations by which residuals may exceed noise that is claimed."""
+LIMIT = 2.0
+"""Standard deviations within which a scale's own gain limits the error that faster scales suggest."""
+FADE = 0.5 ** (1.0 / 3.0)
 """Part of a relative error at one time scale that twice as slow changes may have. Errors of viscous friction or of a
-late clock fade faster; creep and hysteresis of elastic sensors follow powers of the time with exponents below a half."""
+late clock fade faster; creep of elastic sensors follows small powers of the time: a third stands for them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +51,10 @@ class Colour:
     """(J + 1,) of the noise at each time scale and beyond, over that of one sample"""
     fitted: float
     """sum of squared whitened residuals that the fit takes away"""
+    energies: Array
+    """(J,) sums of squared residuals at each scale, whitened to a mean square of 1"""
+    degrees: Array
+    """(J,) their degrees of freedom"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,40 +89,61 @@ class TimeSamples:
         )
 
     def colour(
-        self, found: Scores, G: Array, P: Array, phi: Array, effect: Array | None, memory: float
+        self,
+        found: Scores,
+        G: Array,
+        P: Array,
+        level: float,
+        phi: Array,
+        motion: tuple[Array | None, float],
+        white_claimed: bool,
     ) -> Colour:
         """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
 
-        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom.
-        Errors of the motion last `memory` samples and have an `effect` (10, 10) on the information of each.
+        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
+        residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
+        `motion`: what errors of the motion put into the information (10, 10) of a sample, None where nothing, and how
+        many samples they last. Noise that is claimed to be white counts as white until a scale exceeds that.
         """
         details = self.scales.counts
         spent = np.einsum("gij,ji->g", found.information, P)
         degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
-        variances = spectrum(found.energies, degrees, self.samples, self.free_bias)
+        energies = found.energies / level
+        variances = spectrum(energies, degrees, self.samples, self.free_bias)
+        if white_claimed and not exceeds(energies, degrees):
+            variances = np.ones(len(variances))
         information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
         noise = np.tensordot(variances, information, 1)
         signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = float(response_errors(found, variances[:-1], details, phi, effect, memory) @ signal) / (float(signal.sum()) or 1.0)
+        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
+        rest = max(float((information[-1] * P.T).sum()), 0.0)
+        fitted = float(variances[:-1] @ spent) + variances[-2] * rest
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, response, max(average, 1.0), variances, float(variances[:-1] @ spent))
+        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees)
 
-    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, variances: Array) -> float:
+    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, colour: Colour) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
 
-        About 1 where all is as modelled; 0 where there are too few stretches. A stretch with a bias of its own has no
-        details longer than half of it, so its noise is that of this scale, given the `variances` (J + 1,) of all.
+        About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
+        them: their noise is what scales of at most a quarter of a stretch lead one to expect.
         """
         n = len(self.stretches.counts)
         if n < STRETCHES:
             return 0.0
-        own = np.full(n, len(variances) - 1)
-        if self.free_bias:
-            levels = np.log2(np.maximum(self.stretches.counts + 1.0, 2.0)).astype(int) - 1
-            own = np.minimum(levels, own)
         found = self.stretches.scores(W, phi, attenuation)
-        return float(found.birge(np.maximum(variances, 1.0)[own]).sum()) / (n - 1)
+        length = float(np.median(self.stretches.counts)) + 1.0
+        within = 4.0 * 2.0 ** np.arange(len(colour.energies)) <= length
+        degrees = np.where(within, colour.degrees, 0.0)
+        expected = spectrum(colour.energies, degrees, length, self.free_bias)
+        variance = float(expected[min(int(np.log2(length)), len(expected) - 1)])
+        return float(found.birge(np.full(n, max(variance, 1.0))).sum()) / (n - 1)
+
+
+def exceeds(energies: Array, degrees: Array) -> bool:
+    """Whether the energy of a scale (J,) is more than that of white noise by more than chance."""
+    enough = degrees >= FEWEST_DEGREES
+    return bool((energies > degrees + CONTRADICTED * np.sqrt(2.0 * degrees))[enough].any())
 
 
 def response_errors(
@@ -122,20 +153,26 @@ def response_errors(
 
     A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
     what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
-    What errors of the motion explain, of `effect` (10, 10) on the information of a sample and lasting `memory` samples,
-    is not the sensor's.
+    A scale may itself show that its gain is off by less, `LIMIT` standard deviations above what it is off.
+    What errors of the motion explain is not the sensor's: known ones, of `effect` (10, 10) on the information of a
+    sample and lasting `memory` samples; and unknown white ones, which weaken the score of each detail alike.
     """
     signal = np.einsum("i,gij,j->g", phi, found.information, phi)
-    score = np.abs(found.scores @ phi)
+    score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
+    unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
+    explained = max(unknown, 0.0) * details
     if effect is not None:
         rho = (memory - 1.0) / (memory + 1.0)
-        score = np.maximum(score - float(phi @ effect @ phi) * details * first_order(rho, len(details)), 0.0)
+        explained = np.maximum(explained, float(phi @ effect @ phi) * details * first_order(rho, len(details)))
+    score = np.maximum(np.abs(score) - explained, 0.0)
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances
     shown = gain * np.sqrt(np.maximum(1.0 - CHANCE / np.maximum(significance, CHANCE), 0.0))
+    possible = gain + LIMIT * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
+    possible[signal <= 0.0] = np.inf
     errors, error = np.zeros(len(shown) + 1), 0.0
-    for level, own in enumerate((*shown, 0.0)):
-        error = max(float(own), FADE * error)
+    for level, (own, most) in enumerate(zip((*shown, 0.0), (*possible, np.inf), strict=True)):
+        error = max(float(own), min(FADE * error, float(most)))
         errors[level] = error
     return errors
 

@@ -46,8 +46,6 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
     seen = d > 0.0
     E = np.where(seen, energies * d / np.where(seen, degrees, 1.0), 0.0)
     total = float(d.sum())
-    if total <= 0.0:
-        return np.full(J + 1, np.inf)
     scale = ((1.0 / table[:, :J]) @ E + SCALE_DEGREES) / (total + SCALE_DEGREES)
     log = log_prior - 0.5 * (log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale))
     weights = np.exp(log - log.max())
