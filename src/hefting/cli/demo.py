@@ -2,6 +2,7 @@
 
 import argparse
 
+from hefting.cli import render
 from hefting.cli.options import progress
 
 
@@ -19,5 +20,5 @@ def run(arguments: argparse.Namespace) -> None:
 
     with progress("simulating a robot arm that wields a hammer, and identifying it ..."):
         shown = run(arguments.output)
-    print_report(estimate_report(shown.estimate, shown.truth, shown.errors))
+    print_report(estimate_report(shown.estimate, shown.truth, shown.errors), render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

@@ -20,6 +20,11 @@ MAX_BYTES = 200_000_000
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
 
+STL_HEADER = 84
+"""Bytes of a binary STL file before its triangles: a comment of 80, and their number."""
+STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""A triangle of a binary STL file."""
+
 PLY_TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
@@ -34,12 +39,14 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     `InputError` for a file that is missing, too big, of another kind, or damaged.
     """
     suffix, data = _contents(path, MESH_SUFFIXES, "a mesh")
+    if suffix == ".stl" and _is_binary_stl(data):
+        return _binary_stl(data, path)
     import trimesh
 
     try:
         if suffix == ".glb":
             _check_glb(data)
-        elif suffix in (".obj", ".off") or (data.startswith(b"solid") and not _is_binary_stl(data)):
+        elif suffix in (".obj", ".off") or data.startswith(b"solid"):
             data = _as_utf8(data)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -47,8 +54,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
             faces = 0
             for node in scene.graph.nodes_geometry:
                 faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
-                if faces > MAX_FACES:
-                    raise InputError(f"the mesh has more than {MAX_FACES} triangles", path, "simplify it")
+                _check_faces(faces, path)
             mesh = scene.to_mesh()
         return np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     except InputError:
@@ -56,6 +62,19 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     except Exception as error:  # a damaged file makes a parser fail in any way
         what = f"not a readable {suffix} mesh"
         raise InputError(what, path, "export it again, for example as binary .stl") from error
+
+
+def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of a binary STL file, three vertices a face."""
+    triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
+    _check_faces(len(triangles), path)
+    vertices = triangles["corners"].astype(float).reshape(-1, 3)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _check_faces(count: int, path: str | Path) -> None:
+    if count > MAX_FACES:
+        raise InputError(f"the mesh has more than {MAX_FACES} triangles", path, "simplify it")
 
 
 def _check_glb(data: bytes) -> None:
@@ -67,7 +86,9 @@ def _check_glb(data: bytes) -> None:
 
 
 def _is_binary_stl(data: bytes) -> bool:
-    return len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]
+    if len(data) < STL_HEADER:
+        return False
+    return len(data) == STL_HEADER + STL_TRIANGLE.itemsize * struct.unpack_from("<I", data, STL_HEADER - 4)[0]
 
 
 def _as_utf8(data: bytes) -> bytes:
