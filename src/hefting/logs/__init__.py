@@ -111,11 +111,15 @@ def _read_table(path: str | Path, suffix: str, column_map: str | Path | None, wr
 
         chosen = load_map(column_map, wrench_needed)
         return read_mapped(_open(path, suffix, chosen.layout), chosen, wrench_needed)
-    from hefting.logs.canonical import read_canonical
-    from hefting.logs.ur_csv import is_ur, read_ur
-
     table = _open(path, suffix)
-    return (read_ur if is_ur(table.names) else read_canonical)(table, wrench_needed)
+    if any(name.startswith(("actual_", "ft_raw_")) for name in table.names):
+        from hefting.logs.ur_csv import is_ur, read_ur
+
+        if is_ur(table.names):
+            return read_ur(table, wrench_needed)
+    from hefting.logs.canonical import read_canonical
+
+    return read_canonical(table, wrench_needed)
 
 
 def _open(path: str | Path, suffix: str, layout=None):

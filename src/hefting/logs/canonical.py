@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.errors import InputError, nearest
-from hefting.logs.clock import checked_static, in_seconds
-from hefting.logs.table import Table, collect, listed, require_streams
+from hefting.logs.table import Table, checked_static, collect, in_seconds, listed, require_streams
 from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
 
 if TYPE_CHECKING:

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.logs.clock import checked_static, in_seconds
 from hefting.logs.column_map import ColumnMap, Quantity, resembling
 from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
-from hefting.logs.table import Table, collect, label, listed, require_streams
+from hefting.logs.table import Table, checked_static, collect, in_seconds, label, listed, require_streams
 from hefting.logs.units import Unit
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array

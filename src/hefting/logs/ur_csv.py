@@ -20,14 +20,13 @@ actual_q, _qd      joint angles and velocities [rad, rad/s]
 The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its world the robot's base.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.logs.clock import in_seconds
 from hefting.logs.orientations import rotated_back
-from hefting.logs.table import Table, collect
+from hefting.logs.table import Table, collect, in_seconds
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array
 
@@ -42,15 +41,16 @@ FIELDS = {
     "actual_qd": 6,
 }
 """Fields that are read, and how many columns each has."""
-MARKS = {f"{field}_0" for field in ("actual_TCP_pose", "ft_raw_wrench", "actual_TCP_force", "actual_q")}
+MARKS = frozenset(("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0"))
+"""Columns of which one tells such a record."""
 
 RAW = "ft_raw_wrench"
 FORCE = "actual_TCP_force"
 
 
-def is_ur(names: Sequence[str]) -> bool:
+def is_ur(names: Iterable[str]) -> bool:
     """Whether a header is that of a real-time record."""
-    return bool(MARKS & set(names))
+    return not MARKS.isdisjoint(names)
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
