@@ -76,7 +76,7 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
         return np.clip((y - low[1]) * (ny / size[1]), 0, ny - 1).astype(np.int64)
 
     flat = row(rays[:, 1]) * nx + column(rays[:, 0])
-    order = np.argsort(flat, kind="stable")
+    order = np.argsort(flat.astype(np.uint16) if nx * ny <= 2**16 else flat, kind="stable")
     begin = np.concatenate(([0], np.cumsum(np.bincount(flat, minlength=nx * ny))))
     over = (box_low[:, 0] <= high[0]) & (box_high[:, 0] >= low[0])
     index = np.flatnonzero(over & (box_low[:, 1] <= high[1]) & (box_high[:, 1] >= low[1]))
@@ -93,24 +93,32 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of the given pairs: rays that do cross their triangle, the height z there, the sign (+1 upward)."""
-    corner, point = triangles[triangle], rays[ray]
-    x, y = point.T
-    left = np.full((2, len(ray)), -np.inf)  # x and z where the line y = const meets the triangle left of the ray
-    right = np.full((2, len(ray)), np.inf)
-    sign = np.zeros(len(ray), dtype=np.int32)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        upward = corner[:, a, 1] < corner[:, b, 1]
-        meets = np.flatnonzero((corner[:, a, 1] <= y) == (y < corner[:, b, 1]))
-        upward = upward[meets]
-        low, high = corner[meets, np.where(upward, a, b)].T, corner[meets, np.where(upward, b, a)].T
-        share = (y[meets] - low[1]) / (high[1] - low[1])
-        edge = low[::2] + share * (high - low)[::2]
-        ahead = x[meets] < edge[0]
-        sign[meets[ahead]] += np.where(upward[ahead], 1, -1)
-        right[:, meets[ahead]] = edge[:, ahead]
-        left[:, meets[~ahead]] = edge[:, ~ahead]
-    hit = np.flatnonzero(sign)
-    (left_x, left_z), (right_x, right_z) = left[:, hit], right[:, hit]
+    """Of the given pairs: rays that do cross their triangle, the height z there, the sign (+1 upward).
+
+    The line y = const of a ray meets the triangle where one corner is on the other side of it than the two others:
+    at the two edges of that corner.
+    """
+    y = rays[ray, 1]
+    under = [triangles[:, k, 1][triangle] <= y for k in range(3)]
+    meets = np.flatnonzero((under[0] != under[1]) | (under[1] != under[2]))
+    ray, triangle, y = ray[meets], triangle[meets], y[meets]
+    first, second, third = (each[meets] for each in under)
+    alone = np.where(second == third, 0, np.where(first == third, 1, 2))
+    low_alone = np.where(alone == 0, first, np.where(alone == 1, second, third))
+    corner = triangles[triangle, alone]
+    ends = []  # of the part of that line inside the triangle: x and z where it meets the edges to the next two corners
+    for step in (1, 2):
+        other = triangles[triangle, (alone + step) % 3]
+        low = np.where(low_alone[:, None], corner, other)
+        rise = np.where(low_alone[:, None], other, corner) - low
+        share = (y - low[:, 1]) / rise[:, 1]
+        ends.append((low[:, 0] + share * rise[:, 0], low[:, 2] + share * rise[:, 2]))
+    x = rays[ray, 0]
+    (next_x, next_z), (last_x, last_z) = ends
+    ahead = x < next_x
+    hit = np.flatnonzero(ahead != (x < last_x))
+    ahead = ahead[hit]
+    left_x, right_x = np.where(ahead, last_x[hit], next_x[hit]), np.where(ahead, next_x[hit], last_x[hit])
+    left_z, right_z = np.where(ahead, last_z[hit], next_z[hit]), np.where(ahead, next_z[hit], last_z[hit])
     height = left_z + (x[hit] - left_x) / (right_x - left_x) * (right_z - left_z)
-    return ray[hit], height, sign[hit]
+    return ray[hit], height, np.where(ahead == low_alone[hit], 1, -1).astype(np.int32)

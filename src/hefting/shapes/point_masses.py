@@ -22,6 +22,11 @@ DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
 ROUGH = 0.2
 """`PointMasses.shape_std` of a box or a hull that is only known to hold the object."""
+BOX_FACES = (
+    *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
+    *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
+)
+"""Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
 
@@ -262,7 +267,7 @@ class PointMasses:
         if max(-low.min(), high.max()) > 1e3:
             raise InputError("a box is at most a kilometre from the sensor", "box", "give its sides in metres")
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-        solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
+        solid = solid_from_mesh(corners, BOX_FACES, "box")
         shape = cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
         return replace(shape, shape_std=ROUGH)
 

@@ -215,5 +215,7 @@ def _moments(triangles: Array) -> tuple[float, Array, Array]:
         return 0.0, origin, np.zeros((3, 3))
     s = t.sum(axis=1)
     centroid = share @ s / (4 * volume)
-    second = np.einsum("f,fki,fkj->ij", share, t, t) + np.einsum("f,fi,fj->ij", share, s, s)
+    weighted = (share[:, None, None] * t).reshape(-1, 3)
+    second = weighted.T @ t.reshape(-1, 3) + (share[:, None] * s).T @ s
+    second = 0.5 * (second + second.T)
     return volume, origin + centroid, second / (20 * volume) - np.outer(centroid, centroid)
