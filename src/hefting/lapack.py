@@ -1,7 +1,7 @@
 """LAPACK routines called directly: on matrices of 22 columns NumPy's wrappers cost more than the work.
 
-They are SciPy's own, taken from its extension module without importing `scipy.linalg`, which takes twice as long as
-NumPy and is needed for nothing else where the routines are.
+They are SciPy's own, taken from its extension module by its file: importing `scipy.linalg` takes twice as long as
+importing NumPy, and is needed for nothing else where the routines are. Where that fails it is imported.
 """
 
 import sys
@@ -10,28 +10,23 @@ from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
+lapack: Any = None
+"""Its routines exist at run time only, so type checkers do not know them."""
 
-def _routines() -> Any:
-    """SciPy's module of LAPACK routines, by its file; by `scipy.linalg` where that is imported or this fails."""
-    name = "scipy.linalg._flapack"
-    if "scipy.linalg" not in sys.modules and sys.platform != "win32":  # Windows finds its libraries through SciPy
-        found = find_spec("scipy")
-        folder = Path(found.origin).parent / "linalg" if found is not None and found.origin else None
-        for suffix in EXTENSION_SUFFIXES if folder else ():
-            file = folder / f"_flapack{suffix}"
-            spec = spec_from_file_location(name, file) if file.is_file() else None
-            if spec is None or spec.loader is None:
-                continue
-            try:
-                module = module_from_spec(spec)
-                spec.loader.exec_module(module)
-            except ImportError:
-                break
-            return module
+_scipy = find_spec("scipy")
+if "scipy.linalg" not in sys.modules and _scipy and _scipy.origin and sys.platform != "win32":  # there SciPy finds DLLs
+    for _suffix in EXTENSION_SUFFIXES:
+        _file = Path(_scipy.origin).parent / "linalg" / f"_flapack{_suffix}"
+        _spec = spec_from_file_location("scipy.linalg._flapack", _file) if _file.is_file() else None
+        if _spec is None or _spec.loader is None:
+            continue
+        try:
+            lapack = module_from_spec(_spec)
+            _spec.loader.exec_module(lapack)
+        except ImportError:
+            lapack = None
+        break
+if lapack is None:
     import scipy.linalg.lapack
 
-    return scipy.linalg.lapack
-
-
-lapack: Any = _routines()
-"""Its routines exist at run time only, so type checkers do not know them."""
+    lapack = scipy.linalg.lapack

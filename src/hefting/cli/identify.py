@@ -135,12 +135,15 @@ def run(arguments: argparse.Namespace) -> None:
             }
         print(render(json.dumps(out)))
         return
-    from hefting.report import comparison_report, estimate_report, print_report
-
     if comparison:
+        from hefting.report.methods import comparison_report
+        from hefting.report.printing import print_report
+
         print_report(comparison_report(comparison, errors), render)
     else:
-        print_report(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)), render)
+        from hefting.report.estimate import estimate_report, print_lines
+
+        print_lines(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)), render)
     for path, exported in texts:
         print(f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)")
         for line in exported.warnings:

@@ -58,7 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
 
         print(render(json.dumps(found.to_dict())))
         return
-    from hefting.report import prediction_report, print_report
+    from hefting.report.prediction import prediction_report
+    from hefting.report.printing import print_report
 
     print_report(prediction_report(found), render)
     for path in a.output:

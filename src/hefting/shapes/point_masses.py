@@ -10,12 +10,21 @@ from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
 from hefting.inertia import InertialParameters
-from hefting.shapes.checks import point_array, point_count, positive, suspicions, unit_scale
 from hefting.shapes.clouds import convex_hull, voxel_representatives
-from hefting.shapes.hull import Hull
-from hefting.shapes.reading import CLOUD_SUFFIXES, arrays_of, read_cloud, read_mesh, read_ply_vertices
+from hefting.shapes.reading import (
+    CLOUD_SUFFIXES,
+    arrays_of,
+    point_array,
+    point_count,
+    positive,
+    read_cloud,
+    read_mesh,
+    read_ply_vertices,
+    suspicions,
+    unit_scale,
+)
 from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
-from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.shapes.solid import Hull, Solid, solid_from_mesh
 from hefting.spatial import Array, check_pose, frozen, tensor_to_vector
 
 DEFAULT_POINTS = 56

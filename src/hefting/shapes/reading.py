@@ -1,4 +1,7 @@
-"""Reading shapes from files: meshes, point clouds, labelled parts. Files are not trusted."""
+"""Reading shapes from files (meshes, point clouds, labelled parts), and checks of what is said of them.
+
+Files are not trusted.
+"""
 
 import io
 import json
@@ -10,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.spatial import Array
+from hefting.errors import InputError, nearest
+from hefting.shapes.sampling import MAX_POINTS
+from hefting.spatial import Array, inverse_pose
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
@@ -19,6 +23,9 @@ MAX_BYTES = 200_000_000
 """Largest file read."""
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+"""Length units [m] of a shape's file."""
 
 STL_HEADER = 84
 """Bytes of a binary STL file before its triangles: a comment of 80, and their number."""
@@ -214,3 +221,53 @@ def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
     if vertices is None or faces is None:
         return None
     return np.asarray(vertices, dtype=float), np.asarray(faces, dtype=np.int64)
+
+
+def unit_scale(unit: str | None) -> float:
+    """Metres per `unit`."""
+    if unit is None:
+        return 1.0
+    if unit not in UNITS:
+        raise InputError(f"unknown unit '{unit}'{nearest(str(unit), UNITS)}", fix=f"use one of {', '.join(UNITS)}")
+    return UNITS[unit]
+
+
+def positive(value: float, name: str) -> float:
+    """`value` if it is a positive number, else `InputError`."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be positive, not {value}")
+    return float(value)
+
+
+def point_count(points: int) -> int:
+    """`points` if it is a sensible number of points, else `InputError`."""
+    if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
+        raise InputError(f"the number of points must be 1 to {MAX_POINTS}, not {points!r}")
+    return int(points)
+
+
+def point_array(points: Any, where: Any = None) -> Array:
+    """`points` as a finite array (n, 3), else `InputError`."""
+    try:
+        p = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError("a point cloud is an array (n, 3) of numbers", where) from error
+    if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
+        raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
+    if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
+        raise InputError("the point cloud has values that are not finite", where, "remove those points")
+    return p
+
+
+def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tuple[str, ...]:
+    """Warnings about a bounding box (lower corner and sides in object axes) unlikely for a held object."""
+    longest, found = float(extents.max()), []
+    if longest > 3:
+        found.append(f"the shape is {longest:.3g} m long: is its file in millimetres? pass unit='mm'")
+    if longest < 1e-3:
+        found.append(f"the shape is only {longest * 1e3:.3g} mm long: is unit='{unit or 'm'}' too small?")
+    origin = inverse_pose(pose)[:3, 3]
+    distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
+    if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
+        found.append(f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object")
+    return tuple(found)
