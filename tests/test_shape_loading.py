@@ -1,6 +1,8 @@
 """What the command line says of a shape: mesh files, boxes and poses, and those that are not any."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
 from hefting.shapes import PointMasses, load_shape, parse_pose
+from hefting.shapes.reading import read_mesh
 from solids import POSE, SOLIDS
 
 
@@ -22,6 +25,32 @@ def test_mesh_files(tmp_path, suffix):
     expected = PointMasses.from_mesh(SOLIDS["ell"], pose=POSE, points=40)
     # .ply, .stl and .glb hold single precision: 6e-8 of 40 mm
     np.testing.assert_allclose(shape.positions, expected.positions, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_binary_stl_is_read_as_trimesh_reads_it(tmp_path, name):
+    SOLIDS[name].export(tmp_path / "mesh.stl")
+    vertices, faces = read_mesh(tmp_path / "mesh.stl")
+    other = trimesh.load(tmp_path / "mesh.stl", process=False)
+    assert np.array_equal(vertices, other.vertices)
+    assert np.array_equal(faces, other.faces)
+
+
+def test_a_binary_stl_may_begin_like_text(tmp_path):
+    data = SOLIDS["box"].export(file_type="stl")
+    for comment in (b"solid box", b"", b"\xff" * 80):
+        (tmp_path / "mesh.stl").write_bytes(comment.ljust(80, b"\0") + data[80:])
+        assert np.array_equal(read_mesh(tmp_path / "mesh.stl")[0], SOLIDS["box"].triangles.reshape(-1, 3).astype("f4"))
+
+
+def test_a_box_or_a_binary_stl_needs_numpy_alone(tmp_path):
+    SOLIDS["box"].export(tmp_path / "mesh.stl")
+    code = (
+        "import sys; from hefting.shapes import load_shape; load_shape(sys.argv[1]); load_shape('box:0,1,0,1,0,1')\n"
+        "print(*{m.split('.')[0] for m in sys.modules} & {'trimesh', 'scipy', 'pyarrow', 'rich'})"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "mesh.stl")]
+    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip() == ""
 
 
 def test_text_mesh_in_another_encoding(tmp_path):

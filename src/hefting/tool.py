@@ -12,6 +12,7 @@ from hefting.calibration import FreeFit
 from hefting.errors import InputError
 from hefting.estimate import Estimate
 from hefting.measurements import Measurements
+from hefting.messages import Message, warning
 from hefting.regressor import predict_wrench
 
 
@@ -33,14 +34,15 @@ def with_tool_spread(fit: FreeFit, tool: Estimate) -> FreeFit:
     return replace(fit, covariance=covariance)
 
 
-def tool_warnings(tool: Estimate) -> list[str]:
+def tool_warnings(tool: Estimate) -> list[Message]:
     """A sentence when the tool's uncertainty is not known."""
     if tool.covariance is not None:
         return []
-    return [
+    what = (
         f"the tool's estimate ({tool.method}) has no standard deviations, so the object's leave it out: make it with "
         "hefting calibrate"
-    ]
+    )
+    return [warning("tool-uncertainty-unknown", what, "tool")]
 
 
 def load_tool(path: str | Path) -> Estimate:

@@ -119,12 +119,16 @@ def run(arguments: argparse.Namespace) -> None:
     if a.json:
         import json
 
-        from hefting.estimate import json_ready
+        from hefting.estimate import coded, json_ready
 
         results = {k: e.to_dict() for k, e in estimates.items()}
         for name, found in errors.items():
             results[name]["errors"] = json_ready(found.to_dict())
-        results[best]["warnings"] += [f"{path}: {line}" for path, exported in texts for line in exported.warnings]
+        for path, exported in texts:
+            for line in exported.warnings:
+                text = f"{path}: {line}"
+                results[best]["warnings"].append(text)
+                results[best]["messages"].append(coded(line).to_dict() | {"text": text})
         out = results[best]
         if comparison:
             out = {

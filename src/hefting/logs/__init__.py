@@ -55,7 +55,7 @@ def read_log(
         if suffix not in TABLE_SUFFIXES:
             return _read_bag(path, column_map, given, wrench_needed)
         for name in given:
-            raise InputError(f"--{name.replace('_', '-')} is for bags", path, "leave it out")
+            raise InputError(f"`{name}` is for bags", path, "leave it out")
         _check_size(path)
         return _read_table(path, suffix, column_map, wrench_needed)
     except OSError as error:
@@ -145,7 +145,7 @@ def _read_bag(
         known = ", ".join((*TABLE_SUFFIXES, *BAG_SUFFIXES))
         raise InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}, or a bag's folder")
     if column_map is not None:
-        raise InputError("a column map (--map) is for CSV and Parquet", path, "leave it out")
+        raise InputError("a column map (`column_map`) is for CSV and Parquet", path, "leave it out")
     return read_bag(path, **options, wrench_needed=wrench_needed)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hefting.errors import InputError, nearest
 from hefting.logs.table import Table, checked_static, collect, in_seconds, listed, require_streams
+from hefting.messages import Message, warning
 from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ MAX_COLUMNS = 1000
 FIXED = {name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS}
 EXPECTED = ("time", *(column for columns in FIXED.values() for column in columns), "q1", "dq1")
 REQUIRED = (
-    ("wrench", (), "name its columns fx fy fz tx ty tz, or say which they are in a column map (--map FILE)"),
-    ("orientation", ("q1",), "give columns qx qy qz qw, or joint angles q1..qn, or a column map (--map FILE)"),
+    ("wrench", (), "name its columns fx fy fz tx ty tz, or say which they are in a column map (`column_map`=FILE)"),
+    ("orientation", ("q1",), "give columns qx qy qz qw, or joint angles q1..qn, or a column map (`column_map`=FILE)"),
 )
 TIME_NAMES = {"t", "ts", "s", "sec", "secs", "seconds", "ms", "us", "ns", "clock"}
 
@@ -41,7 +42,7 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
 
 def known_columns(
     names: Sequence[str], source: str | Path, wrench_needed: bool = True
-) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
+) -> tuple[dict[str, tuple[str, ...]], tuple[Message, ...]]:
     """Columns of each stream that a header `names` holds, and warnings about what it holds besides.
 
     Raises `InputError` for repeated or misspelled names, a stream of which only a part is there, and a header
@@ -71,7 +72,7 @@ def known_columns(
         if match := _meant(name, absent):
             unit = ", in seconds" if match == "time" else ""
             what = f"unknown column {shown(name)} (did you mean '{match}'?)"
-            raise InputError(what, source, f"rename it '{match}'{unit}, or give a column map (--map FILE)")
+            raise InputError(what, source, f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)")
 
     for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
         if not present & {FIXED[stream][0], *others}:
@@ -80,7 +81,9 @@ def known_columns(
     found = {stream: columns for stream, columns in groups.items() if columns[0] in present}
     ignored = [shown(name) + nearest(name, absent) for name in unknown]
     ignored += [f"number {i} without a name" for i, name in enumerate(names, 1) if not name]
-    return found, (f"ignored unknown columns: {listed(ignored)}",) if ignored else ()
+    if not ignored:
+        return found, ()
+    return found, (warning("columns-ignored", f"ignored unknown columns: {listed(ignored)}", "column_map"),)
 
 
 def table_from_recording(recording: Recording) -> "pa.Table":

@@ -172,7 +172,7 @@ class CsvTable:
                 cell = cells[j] if self.decimal == "." else cells[j].replace(".", "?").replace(self.decimal, ".")
                 if not NUMBER.fullmatch(cell):
                     comma = self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
-                    point = 'write decimals with a point, or give decimal = "," in a column map (--map FILE)'
+                    point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
                     fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)

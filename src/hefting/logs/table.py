@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.errors import InputError
+from hefting.messages import Message, warning
 from hefting.recording import Recording, Stream, all_finite
 from hefting.spatial import Array, Mask, own
 
@@ -58,7 +59,7 @@ def label(table: Table, column: int) -> str:
 
 def collect(
     table: Table, time: int | None, groups: Mapping[str, Sequence[int]], nan_is_blank: bool = False
-) -> tuple[dict[str, Stream], tuple[str, ...]]:
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """Samples of each group of columns, in the file's units, and warnings.
 
     A group is measured in a row where none of its cells is blank; groups that are blank throughout are left out,
@@ -89,14 +90,15 @@ def collect(
             streams[name] = taken.stream(*every)
         else:
             first, last = label(table, columns[0]), label(table, columns[-1])
-            warnings += (f"columns {first}..{last} are all blank" if len(columns) > 1 else f"column {first} is blank",)
+            what = f"columns {first}..{last} are all blank" if len(columns) > 1 else f"column {first} is blank"
+            warnings += (warning("columns-blank", what),)
     if time is None:
         return streams, warnings
     streams, repeats = without_repeats(streams)
     return streams, warnings + repeats
 
 
-def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[str, ...]]:
+def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """The streams without the samples that repeat the one before, time and values alike, and a warning of how many.
 
     Two different samples at one time are kept: `hefting.recording.Recording` refuses them.
@@ -110,12 +112,13 @@ def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], t
     if not len(dropped):
         return kept, ()
     plural = "s" if len(dropped) > 1 else ""
-    return kept, (f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {dropped[0]})",)
+    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {dropped[0]})"
+    return kept, (warning("rows-repeated", what),)
 
 
 def in_seconds(
     streams: Mapping[str, Stream], source: str, unit: "Unit | None" = None
-) -> tuple[dict[str, Stream], tuple[str, ...]]:
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """The streams with their times in seconds, those since 1970 shifted to start at 0, and warnings.
 
     They are in `unit`; None: seconds. Streams that share their times still do. `InputError` for times that cannot be
@@ -130,13 +133,14 @@ def in_seconds(
         if unit is not None and not seconds:
             raise InputError(f"{start:.6g} cannot be {unit.name}", where, "give the unit of time")
         meant, factor = next((meant, factor) for meant, factor, least in EPOCHS if began > least)
-        fix = f"divide by {factor}, or give the unit of time in a column map (--map FILE)"
+        fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
         raise InputError(f"{start:.6g} cannot be seconds; it looks like {meant} since 1970", where, fix)
     warnings = []
     if began > 1e8:
         streams = with_times(streams, lambda time: time - start)
         shift, resolution = (float(scale(np.array(value))) for value in (start, np.spacing(abs(start))))
-        warnings.append(f"time was shifted by {shift:.6f} s to start at 0; it resolves {resolution:.1g} s")
+        what = f"time was shifted by {shift:.6f} s to start at 0; it resolves {resolution:.1g} s"
+        warnings.append(warning("time-shifted", what))
     if not seconds:
         streams = with_times(streams, scale)
     typical: dict[int, float] = {}
@@ -150,9 +154,11 @@ def in_seconds(
             raise InputError(f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds")
         whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
         if step > 5 or whole:
-            warnings.append(f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?")
+            what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
+            warnings.append(warning("time-step-long", what))
         elif 0 < step < 2e-5:
-            warnings.append(f"the median step of {name} is {step:.4g} s: is time in seconds?")
+            what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
+            warnings.append(warning("time-step-short", what))
     return dict(streams), tuple(warnings)
 
 
@@ -172,8 +178,8 @@ def checked_static(recording: Recording) -> Recording:
     if not moving and count <= 1000:
         return recording
     also = f", although there is {', '.join(moving)}" if moving else ""
-    warning = f"there is no column time: each of {count} rows is taken as a static pose{also}"
-    return replace(recording, warnings=(*recording.warnings, warning))
+    what = f"there is no column time: each of {count} rows is taken as a static pose{also}"
+    return replace(recording, warnings=(*recording.warnings, warning("no-time-column", what)))
 
 
 def require_streams(streams: Mapping[str, Stream], source: str, wrench_needed: bool = True) -> None:

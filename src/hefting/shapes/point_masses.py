@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
 from hefting.inertia import InertialParameters
+from hefting.messages import warning
 from hefting.shapes.clouds import convex_hull, voxel_representatives
 from hefting.shapes.reading import (
     CLOUD_SUFFIXES,
@@ -308,7 +309,8 @@ class PointMasses:
         samples = grid_points(solid, count) if sampling == "grid" else random_points(solid, count, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
         if solid.cap_fraction > 0.02:
-            warnings.append(f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface")
+            what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
+            warnings.append(warning("mesh-holes", what))
         rotation, second = matrix[:3, :3], samples.cell_second_moment
         cell = rotation @ (np.trace(second) * np.eye(3) - second) @ rotation.T
         inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment

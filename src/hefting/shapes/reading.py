@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from hefting.errors import InputError, nearest
+from hefting.messages import Message, warning
 from hefting.shapes.sampling import MAX_POINTS
 from hefting.spatial import Array, inverse_pose
 
@@ -75,7 +76,8 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
     """Vertices and faces of a binary STL file, three vertices a face."""
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
-    vertices = triangles["corners"].astype(float).reshape(-1, 3)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+        vertices = triangles["corners"].astype(float).reshape(-1, 3)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
@@ -259,15 +261,18 @@ def point_array(points: Any, where: Any = None) -> Array:
     return p
 
 
-def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tuple[str, ...]:
+def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tuple[Message, ...]:
     """Warnings about a bounding box (lower corner and sides in object axes) unlikely for a held object."""
     longest, found = float(extents.max()), []
     if longest > 3:
-        found.append(f"the shape is {longest:.3g} m long: is its file in millimetres? pass unit='mm'")
+        what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
+        found.append(warning("shape-long", what, "unit"))
     if longest < 1e-3:
-        found.append(f"the shape is only {longest * 1e3:.3g} mm long: is unit='{unit or 'm'}' too small?")
+        what = f"the shape is only {longest * 1e3:.3g} mm long: is `unit`='{unit or 'm'}' too small?"
+        found.append(warning("shape-small", what, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
     if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
-        found.append(f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object")
+        what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
+        found.append(warning("shape-far", what, "pose"))
     return tuple(found)
