@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.errors import InputError, nearest
-from hefting.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, own
+from hefting.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "position": ("px", "py", "pz"),
@@ -204,7 +204,7 @@ class Recording:
     def rates(self) -> dict[str, float]:
         """Samples per second of each stream, one over the median step [Hz]; 0 if one sample or static."""
         return {
-            name: 0.0 if self.static or len(stream) < 2 else float(1 / np.median(np.diff(stream.time)))
+            name: 0.0 if self.static or len(stream) < 2 else 1 / median(np.diff(stream.time))
             for name, stream in self.streams.items()
         }
 

@@ -66,6 +66,15 @@ def is_immutable(array: NDArray) -> bool:
     return shared and not array.flags.writeable and array.flags.c_contiguous
 
 
+def median(values: NDArray) -> float:
+    """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports `numpy.ma` at its first call."""
+    half = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1]
+    return float((low + high) / 2)
+
+
 def skew(vector: ArrayLike) -> Array:
     """Cross-product matrices: vectors (..., 3) to matrices (..., 3, 3) with ``skew(u) @ v == cross(u, v)``."""
     v = np.asarray(vector, dtype=float)

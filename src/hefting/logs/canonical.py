@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -122,6 +121,8 @@ def _groups(present: set[str]) -> dict[str, tuple[str, ...]]:
 def _meant(name: str, absent: Sequence[str]) -> str | None:
     """The absent column that `name` surely stands for: the same letters, or another word for time."""
     letters = re.sub(r"[\W_]", "", name).lower()
+    from difflib import get_close_matches
+
     for column in absent:
         if letters == column.replace("_", ""):
             return column

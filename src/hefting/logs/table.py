@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hefting.errors import InputError
 from hefting.messages import Message, warning
 from hefting.recording import Recording, Stream, all_finite
-from hefting.spatial import Array, Mask, own
+from hefting.spatial import Array, Mask, median, own
 
 if TYPE_CHECKING:
     from hefting.logs.units import Unit
@@ -103,16 +103,16 @@ def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], t
 
     Two different samples at one time are kept: `hefting.recording.Recording` refuses them.
     """
-    kept, dropped = {}, np.empty(0, dtype=np.int64)
+    kept, dropped = {}, set()
     for name, stream in streams.items():
         again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
         again = 1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
-        dropped = np.union1d(dropped, stream.rows[again])
+        dropped.update(stream.rows[again].tolist())
         kept[name] = stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
-    if not len(dropped):
+    if not dropped:
         return kept, ()
     plural = "s" if len(dropped) > 1 else ""
-    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {dropped[0]})"
+    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
     return kept, (warning("rows-repeated", what),)
 
 
@@ -148,7 +148,7 @@ def in_seconds(
         step = typical.get(id(stream.time))
         if step is None:
             with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with the recording
-                step = float(np.median(np.diff(stream.time))) if len(stream) > 1 else 0.0
+                step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
             typical[id(stream.time)] = step
         if step > 1000:
             raise InputError(f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds")

@@ -11,7 +11,7 @@ import numpy as np
 
 from hefting.errors import InputError
 from hefting.shapes.solid import Solid
-from hefting.spatial import Array
+from hefting.spatial import Array, median
 
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""
@@ -67,7 +67,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
     for _ in range(2):  # the count goes with 1 / cell, but not exactly: the grid may miss or favour the shape
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
         counts = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
-        cell = float(np.clip(np.median(counts), 0.1 * solid.volume, 3 * solid.volume)) / target
+        cell = float(np.clip(median(np.array(counts)), 0.1 * solid.volume, 3 * solid.volume)) / target
     ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
     ranked.sort(key=lambda found: found[1])
     best = budget // len(PHASES) ** 3 if ranked[0][1] > GOOD else 0

@@ -87,8 +87,8 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     """The used vertices with near-duplicates merged, and the faces that keep three distinct corners."""
-    used, f = np.unique(f, return_inverse=True)
-    v, f = v[used], f.reshape(-1, 3)
+    used, _, index = _unique(f.ravel())
+    v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
         raise InputError("the mesh has coordinates that are not finite", where, "export the mesh again")
     origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
@@ -96,10 +96,23 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
         raise InputError("all vertices of the mesh coincide", where, "export the mesh again")
     cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)  # below 2**20 each
     keys = (cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]
-    _, first, index = np.unique(keys, return_index=True, return_inverse=True)
-    v, f = v[first], index.reshape(-1)[f]
+    _, first, index = _unique(keys)
+    v, f = v[first], index[f]
     distinct = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
     return v, f[distinct]
+
+
+def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The different keys (N,) in order, where each is first, and which of them each key is.
+
+    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a small mesh.
+    """
+    order = np.argsort(keys, kind="stable")
+    new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
+    first = order[new]
+    index = np.empty(len(keys), dtype=np.int64)
+    index[order] = np.cumsum(new) - 1
+    return keys[first], first, index
 
 
 def _without_copies(f: np.ndarray) -> np.ndarray:
@@ -154,8 +167,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     """Vertices and one apex more per hole; triangles that close it, from its edges to the apex."""
     keys, direction = _edges(f, len(v))
-    unique, index = np.unique(keys, return_inverse=True)
-    net = np.bincount(index.ravel(), weights=direction).astype(int)
+    unique, _, index = _unique(keys)
+    net = np.bincount(index, weights=direction).astype(int)
     count = np.abs(net)
     if not count.any():
         return v, np.empty((0, 3), dtype=np.int64)
