@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 BLOCK = 8 * 2**20
 """Text that is held at a time at most, and more than the longest row [bytes]."""
 
-READ = 2 * 2**20
+READ = 2**20
 """Text that is read at a time [bytes]: it stays in the processor's cache."""
 
 MAX_HEADER = 1_000_000
@@ -227,7 +227,7 @@ def texts(path: str | Path) -> Iterator[bytes]:
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
     rest = b""
-    with open(path, "rb") as stream:
+    with open(path, "rb", buffering=0) as stream:
         begun = False
         while data := stream.read(min(READ, BLOCK)):
             if not begun:
