@@ -38,6 +38,9 @@ PLY_TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
+PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+PlyKind = str | tuple[str, str]
+"""Type of a property of a PLY file; of a list those of its length and its items."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -49,6 +52,8 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     suffix, data = _contents(path, MESH_SUFFIXES, "a mesh")
     if suffix == ".stl" and _is_binary_stl(data):
         return _binary_stl(data, path)
+    if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
+        return mesh
     import trimesh
 
     try:
@@ -79,6 +84,33 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
         vertices = triangles["corners"].astype(float).reshape(-1, 3)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
+    """Vertices and faces of a whole binary PLY file of vertices and triangles; None for any other."""
+    try:
+        form, ((vertex, count, properties), (face, number, entries)), start = _ply_header(data)
+        order = PLY_ORDERS[form]
+        points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
+        lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
+        ((corners, (length, index)),) = lists
+        fields = [(name, order + kind) for name, kind in entries if isinstance(kind, str)]
+        place = [name for name, _ in entries].index(corners)
+        fields[place:place] = [("number of corners", order + length), (corners, order + index, 3)]
+        triangle = np.dtype(fields)
+    except (ValueError, KeyError, TypeError):
+        return None
+    if (vertex, face) != ("vertex", "face") or corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
+        return None
+    if min(count, number) < 1 or len(data) != start + count * points.itemsize + number * triangle.itemsize:
+        return None
+    faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
+    if not {"x", "y", "z"} <= set(points.names or ()) or (faces["number of corners"] != 3).any():
+        return None
+    _check_faces(number, path)
+    table = np.frombuffer(data, points, count, start)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+        return np.column_stack([table[axis] for axis in "xyz"]).astype(float), faces[corners].astype(np.int64)
 
 
 def _check_faces(count: int, path: str | Path) -> None:
@@ -159,26 +191,16 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
     """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a damaged one."""
     _, data = _contents(path, (".ply",), "a PLY file")
     fix = "export it again as ASCII or binary PLY"
-    end = data.find(b"end_header", 0, 100_000)
-    start = data.find(b"\n", end) + 1
-    if not data.startswith(b"ply") or end < 0 or start == 0:
+    if not data.startswith(b"ply") or _ply_body(data) == 0:
         raise InputError("not a PLY file", path, fix)
-    form, elements = "", []
     try:
-        for words in (line.split() for line in data[:end].decode("ascii", "replace").splitlines()):
-            match words:
-                case ["format", form, _]:
-                    pass
-                case ["element", name, count]:
-                    elements.append((name, int(count), []))
-                case ["property", "list", *_]:
-                    elements[-1][2].append(("", ""))
-                case ["property", kind, name]:
-                    elements[-1][2].append((name, PLY_TYPES[kind]))
+        form, elements, start = _ply_header(data)
         name, count, properties = elements[0]
         names = [n for n, _ in properties]
-        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names) or "" in names:
+        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names):
             raise ValueError("no vertices")
+        if not all(isinstance(kind, str) for _, kind in properties):
+            raise ValueError("lists among the vertices")
         if form == "ascii":
             if count * (2 * len(names) - 1) > len(data) - start:
                 raise ValueError("truncated")
@@ -188,13 +210,37 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
                 raise ValueError("truncated")
             columns = dict(zip(names, table.T, strict=True))
         else:
-            order = {"binary_little_endian": "<", "binary_big_endian": ">"}[form]
-            record = np.dtype([(n, order + kind) for n, kind in properties])
+            record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]
             table = np.frombuffer(data, record, count=count, offset=start)
             columns = {n: table[n].astype(float) for n in names}
     except (ValueError, KeyError, IndexError) as error:
         raise InputError("damaged PLY file, or one without x, y, z of vertices first", path, fix) from error
     return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
+
+
+def _ply_body(data: bytes) -> int:
+    """Where the header of a PLY file has ended; 0 if it does not."""
+    end = data.find(b"end_header", 0, 100_000)
+    return 0 if end < 0 else data.find(b"\n", end) + 1
+
+
+def _ply_header(data: bytes) -> tuple[str, list[tuple[str, int, list[tuple[str, PlyKind]]]], int]:
+    """Form, elements (name, number, properties with their types) and length of the header of a PLY file.
+
+    Raises ValueError, KeyError or IndexError for one that is none.
+    """
+    form, elements, start = "", [], _ply_body(data)
+    for words in (line.split() for line in data[:start].decode("ascii", "replace").splitlines()):
+        match words:
+            case ["format", form, _]:
+                pass
+            case ["element", name, count]:
+                elements.append((name, int(count), []))
+            case ["property", "list", length, kind, name]:
+                elements[-1][2].append((name, (PLY_TYPES[length], PLY_TYPES[kind])))
+            case ["property", kind, name]:
+                elements[-1][2].append((name, PLY_TYPES[kind]))
+    return form, elements, start
 
 
 def _contents(path: str | Path, suffixes: tuple[str, ...], kind: str) -> tuple[str, bytes]:
