@@ -10,8 +10,8 @@ from pyarrow import csv as pacsv
 from pyarrow import parquet
 
 from hefting.logs import read_log, write_log
-from hefting.logs.canonical import table_from_recording
 from hefting.logs.units import UNITS, find_unit
+from hefting.logs.writing import table_from_recording
 from hefting.recording import Recording
 from hefting.spatial import rotation_matrices
 from log_files import HEADER, ROWS, log, mapped, mapping_fails, random_recording, same

@@ -13,11 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.files import write_atomically
-from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.table import Block, label
-from hefting.recording import Recording
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -207,18 +204,6 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     if all(NUMBER.fullmatch(name) for name in names):
         raise InputError("is numbers, not column names", where, "give a header row: time,qx,qy,...")
     return CsvTable(str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal)
-
-
-def write_csv(recording: Recording, path: str | Path) -> None:
-    """Write canonical CSV, each number with the fewest digits that give back the same bits."""
-    from pyarrow import csv as pacsv
-
-    table = table_from_recording(recording)
-    stream = io.BytesIO()
-    stream.write((",".join(table.column_names) + "\n").encode())
-    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    del table
-    write_atomically(path, stream.getvalue())
 
 
 def texts(path: str | Path) -> Iterator[bytes]:
