@@ -216,7 +216,7 @@ class Estimate:
         hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
         if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
             raise ValueError("the margin of the hull is not a finite number")
-        known = {message: message for message in map(_message, data.get("messages") or ())}
+        known: dict[str, Message] = {message: message for message in map(_message, data.get("messages") or ())}
         provenance = dict(data.get("provenance", {}))
         if isinstance(provenance.get("notes"), list):
             provenance["notes"] = [known.get(text, text) for text in provenance["notes"]]

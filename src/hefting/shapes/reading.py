@@ -94,7 +94,7 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
         lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
         ((corners, (length, index)),) = lists
-        fields = [(name, order + kind) for name, kind in entries if isinstance(kind, str)]
+        fields: list[tuple] = [(name, order + kind) for name, kind in entries if isinstance(kind, str)]
         place = [name for name, _ in entries].index(corners)
         fields[place:place] = [("number of corners", order + length), (corners, order + index, 3)]
         triangle = np.dtype(fields)

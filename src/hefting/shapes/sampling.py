@@ -163,7 +163,7 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
         lines = []
         for axis, line in enumerate(zip(*grid, strict=True)):
             if (axis, line) not in known:
-                known[axis, line] = _centres(*line, box.low[axis], box.sides[axis])
+                known[axis, line] = _centres(line[0], line[1], box.low[axis], box.sides[axis])
             lines.append(known[axis, line])
         cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
@@ -179,19 +179,19 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
 
 def _evaluate_batch(box: _Box, batch: list, target: int) -> list[tuple]:
     """The same of grids with their lines."""
-    rays, count, inside = _inside(box, batch)
+    rays, start, step, count, inside = _inside(box, batch)
     found = np.flatnonzero(inside)
-    ray = np.repeat(np.arange(len(rays)), count)[found]
-    begin = np.concatenate(([0], np.cumsum([math.prod(map(len, lines)) for _, lines in batch])))
-    number = np.diff(np.searchsorted(found, begin))
-    height = np.concatenate([np.tile(z, len(x) * len(y)) for _, (x, y, z) in batch])[found]
+    end = np.cumsum(count)
+    ray = np.searchsorted(end, found, "right")
+    height = start[ray] + step[ray] * (found - end[ray] + count[ray])
+    number = np.diff(np.searchsorted(found, np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])))
     w = (np.column_stack((rays[ray], height)) - box.centroid) @ box.whitening.T
     scores = _scores(w, number, target)
     return [(n, score, grid) for n, score, (grid, _) in zip(number.tolist(), scores, batch, strict=True)]
 
 
-def _inside(box: _Box, batch: list) -> tuple[Array, np.ndarray, np.ndarray]:
-    """Rays (R, 2) of all grids with their lines, cells on each, and which cells are inside the solid."""
+def _inside(box: _Box, batch: list) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
+    """Rays (R, 2) of all grids with their lines, start, step and number of their cells; which cells are inside."""
     rays = np.empty((sum(len(x) * len(y) for _, (x, y, _) in batch), 2))
     position = 0
     for _, (x, y, _) in batch:
@@ -201,13 +201,13 @@ def _inside(box: _Box, batch: list) -> tuple[Array, np.ndarray, np.ndarray]:
     lines = np.array([(z[0], box.sides[2] / cells[2], len(z)) for (cells, _), (_, _, z) in batch])
     start, step, count = np.repeat(lines, [len(x) * len(y) for _, (x, y, _) in batch], axis=0).T
     count = count.astype(np.int64)
-    return rays, count, winding_numbers(box.triangles, rays, start, step, count) != 0
+    return rays, start, step, count, winding_numbers(box.triangles, rays, start, step, count) != 0
 
 
 def _points(box: _Box, grid: tuple) -> Array:
     """The points of a grid inside the solid, in the working frame."""
     lines = [_centres(*line) for line in zip(*grid, box.low, box.sides, strict=True)]
-    inside = _inside(box, [(grid, lines)])[2].reshape([len(line) for line in lines])
+    inside = _inside(box, [(grid, lines)])[-1].reshape([len(line) for line in lines])
     return np.column_stack([line[i] for line, i in zip(lines, np.nonzero(inside), strict=True)])
 
 
@@ -333,26 +333,28 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
     at the two edges of that corner.
     """
     y = rays[ray, 1]
-    under = [triangles[:, k, 1][triangle] <= y for k in range(3)]
+    x_of, y_of, z_of = triangles.reshape(-1, 3).T.copy()
+    under = [y_of[3 * triangle + k] <= y for k in range(3)]
     meets = np.flatnonzero((under[0] != under[1]) | (under[1] != under[2]))
-    ray, triangle, y = ray[meets], triangle[meets], y[meets]
-    first, second, third = (each[meets] for each in under)
-    alone = np.where(second == third, 0, np.where(first == third, 1, 2))
-    low_alone = np.where(alone == 0, first, np.where(alone == 1, second, third))
-    corner = triangles[triangle, alone]
-    ends = []  # of the part of that line inside the triangle: x and z where it meets the edges to the next two corners
-    for step in (1, 2):
-        other = triangles[triangle, (alone + step) % 3]
-        low = np.where(low_alone[:, None], corner, other)
-        rise = np.where(low_alone[:, None], other, corner) - low
-        share = (y - low[:, 1]) / rise[:, 1]
-        ends.append((low[:, 0] + share * rise[:, 0], low[:, 2] + share * rise[:, 2]))
+    ray, first, y = ray[meets], 3 * triangle[meets], y[meets]
+    u, v, w = (each[meets] for each in under)
+    alone = np.where(v == w, 0, np.where(u == w, 1, 2))
+    is_low = np.where(alone == 0, u, np.where(alone == 1, v, w))
     x = rays[ray, 0]
-    (next_x, next_z), (last_x, last_z) = ends
-    ahead = x < next_x
-    hit = np.flatnonzero(ahead != (x < last_x))
+    edges = []  # to the next corner and to the last: its lower and its higher end, and how far up the line meets it
+    for step in (1, 2):
+        one, other = first + alone, first + (alone + step) % 3
+        low, high = np.where(is_low, one, other), np.where(is_low, other, one)
+        share = (y - y_of[low]) / (y_of[high] - y_of[low])
+        edges.append((low, high, share, x_of[low] + share * (x_of[high] - x_of[low])))
+    ahead, last_ahead = (x < edge_x for *_, edge_x in edges)
+    hit = np.flatnonzero(ahead != last_ahead)
     ahead = ahead[hit]
-    left_x, right_x = np.where(ahead, last_x[hit], next_x[hit]), np.where(ahead, next_x[hit], last_x[hit])
-    left_z, right_z = np.where(ahead, last_z[hit], next_z[hit]), np.where(ahead, next_z[hit], last_z[hit])
+    (next_x, next_z), (last_x, last_z) = (
+        (edge_x[hit], z_of[low[hit]] + share[hit] * (z_of[high[hit]] - z_of[low[hit]]))
+        for low, high, share, edge_x in edges
+    )
+    left_x, right_x = np.where(ahead, last_x, next_x), np.where(ahead, next_x, last_x)
+    left_z, right_z = np.where(ahead, last_z, next_z), np.where(ahead, next_z, last_z)
     height = left_z + (x[hit] - left_x) / (right_x - left_x) * (right_z - left_z)
-    return ray[hit], height, np.where(ahead == low_alone[hit], 1, -1).astype(np.int32)
+    return ray[hit], height, np.where(ahead == is_low[hit], 1, -1).astype(np.int32)
