@@ -8,7 +8,7 @@ from pyarrow import parquet
 
 from hefting.errors import InputError
 from hefting.logs import read_log, write_log
-from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, timed
+from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, reader_of_text, timed  # noqa: F401
 
 # Rows
 
