@@ -26,7 +26,7 @@ lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 
-bench: .venv/dev.stamp  ## speed, against what one would use instead
+bench: .venv/dev.stamp  ## speed, against what one would use instead and against the ratios kept in benchmarks/
 	$(BIN)/python -m benchmarks
 
 lock: .venv/dev.stamp  ## renew the locked requirements from pyproject.toml

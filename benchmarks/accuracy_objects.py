@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.cramer_rao import Scale, bound
-from hefting.calibration import fit_freely
+from hefting.ingest.free_fit import fit_freely
 from hefting.estimate import Estimate
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.colour import coloured

@@ -8,11 +8,11 @@ import numpy as np
 from benchmarks.bodies import Body
 from benchmarks.wrong_shapes import WRONG
 from hefting.estimators import PMD, Bayes
-from hefting.estimators.bayes.colour import coloured
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.white_noise import white_noise
+from hefting.estimators.blend import Blend
 from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
 from hefting.metrics import errors_between
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
 from hefting.simulation.arm import SensorMotion
@@ -21,6 +21,8 @@ from hefting.spatial import Array
 RATE = 100.0
 SAMPLES = (150, 500, 1000)
 LEVELS = ("low", "moderate", "high")
+LOOKS = (50, 100, 250, 600)
+"""Samples of a stream after which it is looked at, besides the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +66,42 @@ def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
     if case.startswith("AR"):
         z = with_colour(exact.with_noise(replace(level, force=0.0, torque=0.0), seed), level, float(case[3:]), rng)
         found = white_noise(z)
-        motion = found.linear_acceleration, found.angular_acceleration
-        estimator = coloured(replace(estimator, motion_noise=motion), z)
+        z = replace(z, motion_noise=MotionNoise(found.linear_acceleration, found.angular_acceleration))
     else:
         z = exact.with_noise(level, seed)
         estimator = replace(estimator, noise=white_noise(z) if case == "estimated" else level)
     state = estimator.update(estimator.start(), z)
+    return judged(body, estimator, state, z)
+
+
+def streamed(body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...] = LOOKS) -> dict[int, Run]:
+    """Samples in small pieces, and what an estimate says after so many: at all `looks` that are reached.
+
+    `case` is ``"white"`` or as ``"AR 0.9"``; the wrench's noise is found by the state, that of the motion is given.
+    """
+    rng = np.random.default_rng(seed)
+    motion = motions()[rng.integers(len(motions()))]
+    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
+    count = int(rng.choice(SAMPLES))
+    exact = wield(motion, body.parameters)
+    first = int(rng.integers(len(exact) - count + 1))
+    noisy = exact[first : first + count].with_noise(replace(level, force=0.0, torque=0.0), seed)
+    z = with_colour(noisy, level, 0.0 if case == "white" else float(case[3:]), rng)
+    known = MotionNoise(level.linear_acceleration, level.angular_acceleration)
+    z = replace(z, noise=None, motion_noise=known)
+    estimator, found = Bayes(body.shape), {}
+    state, seen, estimate = estimator.start(), 0, None
+    for look in sorted({*(look for look in looks if look < count), count}):
+        while seen < look:
+            piece = min(int(rng.integers(1, 20)), look - seen)
+            state, seen = estimator.update(state, z[seen : seen + piece]), seen + piece
+        estimate = estimator.estimate(state, start=estimate)
+        found[count if look == count else look] = judged(body, estimator, state, z[:look])
+    return found
+
+
+def judged(body: Body, estimator: Bayes, state: Blend, z: Measurements) -> Run:
+    """Whether the intervals from a state hold the body, and its errors beside PMD's on the samples z."""
     mixture = estimator.posterior(state).mixture
     estimate = estimator.estimate(state)
     truth, sides = body.numbers[:10], body.shape.extents

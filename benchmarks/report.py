@@ -1,6 +1,8 @@
 """The report: sections of rows, as a table for reading and as JSON for comparing."""
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -19,11 +21,14 @@ class Row:
     figure: float | None = None
     """What was found, apart from the times."""
     unit: str = ""
-    """Of the figure; ``x``: how many times faster than the party it is compared with, by the medians."""
+    """Of the figure; ``x``: how many times faster than the party it is compared with, by the medians; ``of ...``: what
+    share of that party's time, or memory, it takes."""
     at_least: float | None = None
     """Target of the figure, from below."""
     at_most: float | None = None
     """Target of the figure, from above."""
+    name: str = ""
+    """Under which a share is kept, see `benchmarks.ratios`."""
 
     @property
     def met(self) -> bool | None:
@@ -67,6 +72,15 @@ class Section:
 def faster(what: str, ours: Timing, theirs: Timing, at_least: float | None = None) -> Row:
     """Row of `ours`, with how many times faster than `theirs` it is: the ratio of the medians."""
     return Row(what, ours, theirs.median / ours.median, "x", at_least=at_least)
+
+
+def saved(sections: list[Section], quick: bool, path: Path) -> None:
+    """Write the figures as JSON."""
+    report = {
+        "quick": quick,
+        "sections": [{"title": s.title, "rows": [r.to_dict() for r in s.rows]} for s in sections],
+    }
+    path.write_text(json.dumps(report, indent=1) + "\n")
 
 
 def show(sections: list[Section]) -> None:

@@ -26,7 +26,7 @@ def main() -> None:
     import numpy as np
 
     from disturbances import GRAVITY, KINDS, disturbed, errors, identified, identified_after, rms
-    from hefting.conditioning import condition
+    from hefting.ingest import condition
 
     for mass in arguments.masses:
         seeds = range(arguments.seeds)

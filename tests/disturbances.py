@@ -10,8 +10,8 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from hefting.calibration import fit_freely
-from hefting.conditioning import Conditioned
+from hefting.ingest.free_fit import fit_freely
+from hefting.ingest import Conditioned
 from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.inertia import InertialParameters

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.calibration import fit_freely
+from hefting.ingest.free_fit import fit_freely
 from hefting.identifiability import identifiability
 from hefting.measurements import Measurements
 from hefting.spatial import PARAMETERS

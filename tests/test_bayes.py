@@ -9,11 +9,11 @@ from hammers import NOISE, exact, noisy, shape
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators import PMD, Bayes
-from hefting.estimators.bayes.colour import coloured, disagreement, residual_colour
 from hefting.estimators.bayes.mixture import QUANTITIES
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.inertia import InertialParameters
-from hefting.measurements import Noise
+from hefting.measurements import MotionNoise, Noise
+from hefting.messages import codes
 from hefting.metrics import errors_between
 from hefting.shapes import PointMasses
 from hefting.simulation import hammer
@@ -136,32 +136,22 @@ def test_a_bias_is_found_beside_the_body():
     assert (np.abs(one.bias) < (0.2, 0.2, 0.2, 0.02, 0.02, 0.02)).all()
 
 
-def test_colour_of_residuals():
-    """White, and first-order with known time (1 + rho) / (1 - rho), on average over 40 series."""
-    rng = np.random.default_rng(9)
-    white = [residual_colour(rng.normal(size=(1000, 6))) for _ in range(40)]
-    assert np.mean(white) < 1.1
-    for rho in (0.5, 0.9):
-        series = rng.normal(size=(1000, 240)) * np.sqrt(1.0 - rho**2)
-        for k in range(1, 1000):
-            series[k] += rho * series[k - 1]
-        times = [residual_colour(series[:, 6 * i : 6 * i + 6]) for i in range(40)]
-        assert np.mean(times) == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.15), rho
-    assert residual_colour(np.zeros((100, 6))) == 1.0
+def with_first_order_noise(seed: int, rho: float):
+    """Wrench noise whose samples correlate by `rho` with their neighbours."""
+    rng, z = np.random.default_rng(seed), exact()
+    noise = rng.normal(size=(1000, 6)) * np.sqrt(1.0 - rho**2)
+    noise[0] /= np.sqrt(1.0 - rho**2)
+    for k in range(1, 1000):
+        noise[k] += rho * noise[k - 1]
+    return replace(z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:])
 
 
 def test_coloured_noise_widens_the_intervals():
-    rng, z = np.random.default_rng(10), exact()
-    noise = rng.normal(size=(1000, 6)) * np.sqrt(1.0 - 0.95**2)
-    for k in range(1, 1000):
-        noise[k] += 0.95 * noise[k - 1]
-    z = replace(z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:])
-    plain = Bayes(shape())
-    seen = coloured(plain, z)
-    assert 15.0 < seen.autocorrelation < 80.0  # truth: 39
-    assert seen.disagreement == 1.0
-    one, other = plain.fit(z).covariance, seen.fit(z).covariance
-    assert other[0, 0] > 10.0 * one[0, 0]
+    white, coloured = noisy(10, 1000, Noise(0.1, 0.005)), with_first_order_noise(10, 0.95)
+    one, other = Bayes(shape()).fit(replace(white, noise=None)), Bayes(shape()).fit(coloured)
+    assert 15.0 < other.provenance["autocorrelation"] < 80.0  # truth: 39
+    assert "stretches-disagree" not in codes(other.warnings)
+    assert other.covariance[0, 0] > 10.0 * one.covariance[0, 0]
 
 
 def test_a_recording_that_contradicts_its_model_says_so():
@@ -170,11 +160,11 @@ def test_a_recording_that_contradicts_its_model_says_so():
     late = (np.arange(1000) >= 500)[:, None]
     broken = replace(z, force=np.where(late, 0.9 * z.force, z.force), torque=np.where(late, 0.9 * z.torque, z.torque))
     estimator = Bayes(shape(), bias="estimate")
-    assert disagreement(estimator, z) < 3.0
-    seen = coloured(estimator, broken)
-    assert seen.disagreement > 4.0
-    assert "contradicts its own model" in seen.fit(broken).warnings[0]
-    assert disagreement(estimator, z[:100]) == 0.0  # too little
+    assert estimator.fit(z).provenance["disagreement"] < 3.0
+    seen = estimator.fit(broken)
+    assert seen.provenance["disagreement"] > 4.0
+    assert "stretches-disagree" in codes(seen.warnings)
+    assert estimator.fit(z[:100]).provenance["disagreement"] == 0.0  # too little
 
 
 # errors
@@ -183,10 +173,8 @@ def test_a_recording_that_contradicts_its_model_says_so():
 def test_what_cannot_be_is_refused():
     with pytest.raises(InputError, match="PointMasses"):
         Bayes(np.zeros((3, 3)))  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="autocorrelation must be finite and at least 1"):
-        Bayes(shape(), autocorrelation=0.5)
-    with pytest.raises(InputError, match="motion noise is two levels"):
-        Bayes(shape(), motion_noise=(1.0, -1.0))
+    with pytest.raises(InputError, match="not finite and at least 0"):
+        MotionNoise(1.0, -1.0)
     with pytest.raises(InputError, match="bias model"):
         Bayes(shape(), bias="maybe")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="positive in force"):

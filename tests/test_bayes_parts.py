@@ -11,7 +11,7 @@ from hefting.errors import InputError
 from hefting.estimate import com_jacobian
 from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes.distortion import affine
-from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
+from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import Prior, covariances
 from hefting.estimators.bayes.projection import projected
@@ -75,7 +75,7 @@ def test_the_likelihood_is_weighted_least_squares_where_the_motion_is_exact():
     z = noisy(1, 200, Noise(0.1, 0.005))
     samples = Samples.of(Bayes(shape()).update(Bayes(shape()).start(), z), free_bias=False)
     S = np.diag(np.repeat((0.01, 2.5e-5), 3))
-    found = likelihood(samples, hammer().parameters.vector, S, None, 1.0)
+    found = Equations.of(samples, hammer().parameters.vector, S, None).white()
     A, W = full_regressor(z), np.linalg.inv(S)
     np.testing.assert_allclose(found.precision, np.einsum("kia,ij,kjb->ab", A, W, A), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found.shift, np.einsum("kia,ij,kj->a", A, W, z.wrench), rtol=1e-9, atol=1e-7)
@@ -87,7 +87,7 @@ def test_a_free_bias_is_that_of_weighted_least_squares():
     z = replace(z, force=z.force + offset, torque=z.torque - 0.1 * offset)
     state = OLS().update(OLS().start(), z)
     samples, S = Samples.of(state, free_bias=True), np.diag(np.repeat((0.01, 2.5e-5), 3))
-    found = likelihood(samples, hammer().parameters.vector, S, None, 1.0)
+    found = Equations.of(samples, hammer().parameters.vector, S, None).white()
     theirs = OLS("estimate", noise=S).estimate(state)
     phi = np.linalg.solve(found.precision, found.shift)
     deviation = np.sqrt(theirs.covariance.diagonal())
@@ -104,14 +104,14 @@ def test_noise_of_the_motion_neither_biases_nor_goes_unnoticed():
     squares, errors = [], []
     for seed in range(400):
         samples = Samples.of(OLS().update(OLS().start(), noisy(seed, 60)), free_bias=False)
-        found = likelihood(samples, phi, S, S_k, 1.0)
+        found = Equations.of(samples, phi, S, S_k).white()
         error = found.shift - found.precision @ phi
         squares.append(error @ np.linalg.pinv(found.precision, rcond=1e-13, hermitian=True) @ error)
     # chi² of ten degrees at the truth: 10, to 0.22 on average over 400; four deviations
     assert np.mean(squares) == pytest.approx(10.0, abs=0.9)
     for seed in range(60):
         samples = Samples.of(OLS().update(OLS().start(), noisy(seed)), free_bias=False)
-        both = (likelihood(samples, phi, S, given, 1.0) for given in (S_k, None))
+        both = (Equations.of(samples, phi, S, given).white() for given in (S_k, None))
         errors.append([np.linalg.solve(each.precision, each.shift) - phi for each in both])
     # without the correction the inertia is attenuated: by many standard errors, which with it are few
     t = np.mean(errors, axis=0) / (np.std(errors, axis=0) / 60**0.5)

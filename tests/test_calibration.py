@@ -6,18 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hefting.calibration import (
-    autocorrelation_time,
-    bias_is_significant,
-    fit_freely,
-    lever,
-    load_bias,
-    residuals,
-    tare,
-    wrench_sign,
-)
 from hefting.errors import InputError
+from hefting.estimators.blend import Blend
 from hefting.identification import identify
+from hefting.ingest.bias import load_bias, tare
+from hefting.ingest.condition import autocorrelation_time
+from hefting.ingest.free_fit import fit_freely, lever, residuals
+from hefting.ingest.free_fit import wrench_sign as sign_of_fits
 from hefting.measurements import Noise
 from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, hammer, random_smooth, simulate
@@ -28,6 +23,10 @@ BIAS = np.array((6.0, -12.0, 20.0, 0.5, -0.4, 0.3))
 
 def flipped(z):
     return replace(z, force=-z.force, torque=-z.torque)
+
+
+def wrench_sign(z, free_bias):
+    return sign_of_fits(fit_freely(z, True) if free_bias else None, fit_freely(z, False))
 
 
 def noisy(seed, K=60, bias=0.0, speed=0.5, mass=1.0):
@@ -67,7 +66,7 @@ def test_one_orientation_leaves_the_sign_uncertain_beside_a_bias():
         assert sign.t == 0.0
         assert sign.on_object is on_object  # the likelier way
         assert wrench_sign(measurements, False).certain
-    assert not bias_is_significant(fit_freely(z, True))
+    assert not fit_freely(z, True).bias_is_significant
 
 
 def test_nothing_in_hand_leaves_the_sign_uncertain():
@@ -84,16 +83,16 @@ def test_a_bias_is_kept_when_it_is_one():
 
     More than 12 would be five standard deviations off. A bias of ten deviations is always kept.
     """
-    kept = sum(bias_is_significant(fit_freely(noisy(seed), True)) for seed in range(200))
+    kept = sum(fit_freely(noisy(seed), True).bias_is_significant for seed in range(200))
     assert kept <= 12
     for seed in range(50):
         std = np.sqrt(fit_freely(noisy(seed), True).covariance.diagonal()[10:])
         bias = np.zeros(6)
         bias[seed % 6] = 10.0 * std[seed % 6]
         fit = fit_freely(noisy(seed, bias=bias), True)
-        assert bias_is_significant(fit)
+        assert fit.bias_is_significant
         assert np.argmax(np.abs(fit.bias_t)) == seed % 6
-    assert not bias_is_significant(fit_freely(noisy(1), False))
+    assert not fit_freely(noisy(1), False).bias_is_significant
 
 
 def test_fit_finds_noise_and_parameters():
@@ -117,7 +116,7 @@ def test_lever_is_the_distance_of_the_com():
     for bias in (0.0, BIAS):
         body = random_body(rng, offset=0.3)
         z = with_wrench(random_motion(rng, 100, speed=0.0), body, bias)
-        assert lever(z, np.any(bias)) == pytest.approx(np.linalg.norm(body.center_of_mass), rel=1e-9)
+        assert lever(Blend.of(z), np.any(bias)) == pytest.approx(np.linalg.norm(body.center_of_mass), rel=1e-9)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.98])

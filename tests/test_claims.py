@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hefting.calibration import fit_freely
+from hefting.ingest.free_fit import fit_freely
 from hefting.estimators import GEO, OLS, PMD, RTLS
 from hefting.estimators.blend import Blend
 from hefting.estimators.geo import weight_by_rule

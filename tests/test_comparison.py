@@ -113,7 +113,7 @@ def test_hyperparameters_go_to_those_that_have_them(recording, shape):
 
 def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters(everything):
     """chi² of ten: mean 10, standard deviation 4.5; the noise is estimated and the motion noisy, so up to 40."""
-    prepared = everything.prepared
+    prepared = everything.ingested
     assert misfit(everything.results["OLS"], prepared) == pytest.approx(0.0, abs=1e-6)
     truth = replace(everything.results["OLS"], parameters=hammer().parameters)
     assert 0.5 < misfit(truth, prepared) < 40.0
@@ -123,7 +123,7 @@ def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters
 
 def test_which_is_recommended_and_when(everything, shape):
     """Every branch; uncertainties lie a factor of 1.4 or more from their limits, misfits one of ten or more."""
-    prepared, one, true = everything.prepared, everything.results["OLS"], hammer().parameters.vector
+    prepared, one, true = everything.ingested, everything.results["OLS"], hammer().parameters.vector
     body, twice, minus, worse = (replace(one, parameters=InertialParameters(k * true)) for k in (1, 2, -1, -2))
 
     def best(s, given=shape, **results):
@@ -142,7 +142,7 @@ def test_which_is_recommended_and_when(everything, shape):
 
 
 def test_misfit_allows_for_correlated_residuals(everything):
-    p, true = everything.prepared, replace(everything.results["OLS"], parameters=hammer().parameters)
+    p, true = everything.ingested, replace(everything.results["OLS"], parameters=hammer().parameters)
     tripled = replace(p, fit=replace(p.fit, autocorrelation=3 * p.fit.autocorrelation))
     assert misfit(true, tripled) == pytest.approx(misfit(true, p) / 3, rel=1e-12)  # one division: rounding
 

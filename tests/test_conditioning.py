@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from disturbances import GRAVITY, NOISE, body, disturbed, with_wrench
-from hefting.conditioning import condition
-from hefting.conditioning.drift import Drift, Hats, candidates
-from hefting.conditioning.fit import Problem, Start, gauss_newton, motion_weights
-from hefting.conditioning.signals import signal_of
-from hefting.conditioning.system import model_at, solve, tangents_of
-from hefting.conditioning.uncertainty import uncertainty
 from hefting.errors import InputError
+from hefting.ingest import condition
+from hefting.ingest.blocks import Blocks
+from hefting.ingest.drift import Drift, HatFunctions, candidates
+from hefting.ingest.fit import Model, Problem, Start, gauss_newton, motion_weights, solve, tangents_of
+from hefting.ingest.path import path_of
+from hefting.ingest.uncertainty import uncertainty
 from hefting.logs import read_log
 from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.recording import Recording, Stream
@@ -27,7 +27,7 @@ def test_hats_are_what_interpolation_says(n):
     rng = np.random.default_rng(n)
     time = np.sort(rng.uniform(0.0, 30.0, 200))
     time = time[(time < 10.0) | (time > 16.0)]  # an interval may be empty
-    hats = Hats.over(time, n)
+    hats = HatFunctions.over(time, n)
     values = rng.normal(size=(n, 2))
     dense = np.column_stack([np.interp(time, hats.knots, unit) for unit in np.eye(n)])
     rows, weights = rng.normal(size=(len(time), 3)), rng.random(len(time))
@@ -59,17 +59,19 @@ def problem(seed=0, **changes):
     d = disturbed("clean", 1.5, seed)
     wrench = d.recording["wrench"]
     settings = {"free_offset": True, "free_gravity": True, "knots": (1,)} | changes
-    return d, Problem(signal_of(d.recording), wrench.time, wrench.values, **settings)
+    return d, Problem(path_of(d.recording), Blocks.of(wrench.time, wrench.values), **settings)
 
 
 def test_columns_are_the_derivatives_of_the_prediction():
     d, p = problem()
     phi, h = d.body.vector, 1e-4
 
-    def predicted(offset, gravity):
-        return model_at(p.signal, p.time, gravity, offset, False, False).regressor @ phi
+    fixed = replace(p, free_offset=False, free_gravity=False)
 
-    model = model_at(p.signal, p.time, GRAVITY, 0.02, True, True)
+    def predicted(offset, gravity):
+        return Model.at(fixed, offset, gravity).predict(phi)
+
+    model = Model.at(p, 0.02, GRAVITY)
     inside = slice(20, -20)  # whole stencils
     columns = model.columns(phi)[inside]
     by_offset = (predicted(0.02 + h, GRAVITY) - predicted(0.02 - h, GRAVITY)) / (2 * h)
@@ -81,18 +83,20 @@ def test_columns_are_the_derivatives_of_the_prediction():
 
 
 def test_normal_equations_against_dense_least_squares():
-    _, p = problem()
-    columns = model_at(p.signal, p.time, GRAVITY, 0.0, False, False).regressor
-    rng = np.random.default_rng(0)
-    weights, scale, hats = rng.random(len(p.time)), np.array((0.1, 0.2, 0.3, 0.01, 0.02, 0.03)), Hats.over(p.time, 3)
-    found = solve(columns, p.wrench, weights, scale, hats)
+    d, p = problem()
+    phi, rng = d.body.vector, np.random.default_rng(0)
+    model = Model.at(p, 0.0, GRAVITY)
+    columns = model.columns(phi)
+    assert columns.shape[2] == 13  # parameters, offset, two of gravity's direction
+    weights, levels, hats = rng.random(len(p.time)), np.array((0.1, 0.01)), HatFunctions.over(p.time, 3)
+    found, scale = solve(model, phi, weights, levels, hats), np.repeat(levels, 3)
     bias = np.einsum("kn,cd->kcnd", hats.combine(np.eye(3)), np.eye(6)).reshape(len(p.time), 6, 18)
     root = np.sqrt(weights)[:, None] / scale
-    A = (np.concatenate((columns, bias), axis=2) * root[:, :, None]).reshape(-1, 28)
+    A = (np.concatenate((columns, bias), axis=2) * root[:, :, None]).reshape(-1, 31)
     expected, *_ = np.linalg.lstsq(A, (p.wrench * root).ravel(), rcond=None)
-    np.testing.assert_allclose(np.concatenate((found.solution, found.bias.ravel())), expected, rtol=1e-7, atol=1e-9)
-    np.testing.assert_allclose(found.inverse @ (A.T @ A), np.eye(28), atol=1e-6)
-    assert not found.open.any()
+    np.testing.assert_allclose(np.concatenate((found.core, found.bias.ravel())), expected, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(found.inverse @ (A.T @ A), np.eye(31), atol=1e-6)
+    assert not found.undetermined.any()
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
@@ -102,16 +106,16 @@ def test_covariance_is_that_of_the_noises_colour(correlation):
     from scipy.signal import lfilter
 
     d, p = problem(free_gravity=False)
-    exact = signal_of(simulate(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body, exact=True))
+    exact = path_of(simulate(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body, exact=True))
     assert exact is not None
-    p = replace(p, signal=replace(exact, bandwidth=np.inf))  # no errors of the motion
-    kept, found = np.ones(len(p.time), dtype=bool), []
+    p, found = replace(p, path=replace(exact, bandwidth=np.inf)), []  # no errors of the motion
     clean = wield(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body).wrench
     start = Start(d.body.vector, 0.0, GRAVITY, np.array((0.1, 0.005)), p.time[:1], np.zeros((1, 6)))
     for seed in range(6):
         white = np.random.default_rng(seed).normal(size=clean.shape)
         noise = lfilter([np.sqrt(1.0 - correlation**2)], [1.0, -correlation], white, axis=0)
-        fit = gauss_newton(replace(p, wrench=clean + np.repeat((0.1, 0.005), 3) * noise), start, 1, kept, steps=3)
+        blocks = replace(p.blocks, wrench=clean + np.repeat((0.1, 0.005), 3) * noise)
+        fit = gauss_newton(replace(p, blocks=blocks), start, 1, steps=3)
         found.append(uncertainty(fit).covariance.diagonal()[:11])
     G = toeplitz(correlation ** np.arange(len(p.time)))
     bias = np.broadcast_to(np.eye(6), (len(p.time), 6, 6))
@@ -125,9 +129,9 @@ def test_covariance_is_that_of_the_noises_colour(correlation):
 def test_weights_are_those_of_the_estimators():
     """On average one; the largest residuals are expected where the motion is least certain."""
     d, p = problem()
-    seen = p.signal.at(p.time)
+    seen = p.path.at(p.time)
     motion = smooth_poses(d.recording).poses.at(p.time)
-    weights, spread = motion_weights(d.body.vector, seen, p.signal.bandwidth, p.time, np.array((0.1, 0.005)))
+    weights, spread = motion_weights(d.body.vector, seen, p.path.bandwidth, p.time, np.array((0.1, 0.005)))
     expected = sample_weights(d.body.vector, motion, 0.1, 0.005)
     np.testing.assert_allclose(weights, expected / expected.mean(), rtol=1e-9)
     assert np.ptp(weights) > 0.1
@@ -349,7 +353,8 @@ def test_a_sensor_at_its_limit():
 
 
 def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
-    monkeypatch.setattr("hefting.conditioning.procedure.WORKING", 400)
+    monkeypatch.setattr("hefting.ingest.condition.MOST_SAMPLES", 800)
+    monkeypatch.setattr("hefting.ingest.condition.MOST_BLOCKS", 400)
     d = disturbed("contact", 1.5, 0)
     found = condition(d.recording)
     assert len(found.rejected) == len(d.bad)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.calibration import fit_freely
+from hefting.ingest.free_fit import fit_freely
 from hefting.identifiability import identifiability
 from hefting.measurements import Noise
 from hefting.regressor import full_regressor

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
-from hefting.calibration import FreeFit, fit_freely
+from hefting.ingest.ingest import ingest
 from hefting.cli import main
 from hefting.errors import InputError
 from hefting.inspection import Inspection, inspect
@@ -182,9 +182,8 @@ def test_gravity_dominance_and_quick_mass():
 
 
 def wrench_facts_of(log: Recording, scale: float):
-    measured = measure(with_wrench(log, scale * log["wrench"].values))
-    fit: FreeFit = fit_freely(measured.measurements, True)
-    return wrench_facts(measured.measurements, fit, measured.motion, True)
+    found = ingest(with_wrench(log, scale * log["wrench"].values), bias="estimate")
+    return wrench_facts(found, found.fit, True)
 
 
 def test_ratios_do_not_depend_on_unit_or_sign():

@@ -114,7 +114,7 @@ BOUNDARY = 1e-4
 ORIGIN_AND_UNITS = frozenset({"sensor origin", "units"})
 
 KINDS = {
-    "Bayes": Kind(lambda p: Bayes(p.shape), frozenset({"sensor origin"}), SAME_STEPS),
+    "Bayes": Kind(lambda p: Bayes(p.shape), frozenset({"sensor origin", "sample order", "merging"}), SAME_STEPS),
     "Bayes, noise": Kind(
         lambda p: Bayes(p.shape, noise=p.covariance), frozenset({"sensor origin", "wrench scale"}), SAME_STEPS
     ),

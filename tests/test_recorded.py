@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hefting.calibration import residuals
+from hefting.ingest.free_fit import residuals
 from hefting.cli import main
 from hefting.estimators import LMI, OLS, PMD
 from hefting.estimators.blend import Blend
@@ -19,7 +19,7 @@ from hefting.logs import read_log
 from hefting.measurements import NOISE_LEVELS, Measurements
 from hefting.metrics import errors_between
 from hefting.motion import measure
-from hefting.preparation import prepare
+from hefting.ingest.ingest import ingest
 from hefting.shapes import PointMasses, load_shape
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
@@ -75,7 +75,7 @@ def test_pmd_on_the_tools_with_moderate_noise():
 @cache
 def panda(run: str) -> Measurements:
     """Conditioned as `identify` does it: clock offset, drift and outliers out; the constant bias stays."""
-    return prepare(DATA / "panda-optoforce" / f"{run}.csv", gravity=(0.0, 0.0, -9.81)).measurements
+    return ingest(DATA / "panda-optoforce" / f"{run}.csv", gravity=(0.0, 0.0, -9.81)).measurements
 
 
 BOX = (-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from disturbances import GRAVITY, NOISE, SCALE, body, disturbed, errors, identified, identified_after, rms, with_wrench
-from hefting.conditioning import condition
+from hefting.ingest import condition
 from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, random_smooth, simulate
 

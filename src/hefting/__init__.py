@@ -13,7 +13,7 @@ _HOME = {
     "write_log": "logs",
     "Robot": "kinematics",
     "with_poses": "kinematics",
-    "condition": "conditioning",
+    "condition": "ingest",
     "Measurements": "measurements",
     "Noise": "measurements",
     "NOISE_LEVELS": "measurements",

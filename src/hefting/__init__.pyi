@@ -1,6 +1,5 @@
 """Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
 
-from hefting.conditioning import condition as condition
 from hefting.errors import HeftingError as HeftingError
 from hefting.errors import InputError as InputError
 from hefting.estimate import Certificate as Certificate
@@ -17,6 +16,7 @@ from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify
 from hefting.inertia import Consistency as Consistency
 from hefting.inertia import InertialParameters as InertialParameters
+from hefting.ingest import condition as condition
 from hefting.kinematics import Robot as Robot
 from hefting.kinematics import with_poses as with_poses
 from hefting.logs import read_log as read_log

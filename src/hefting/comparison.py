@@ -9,8 +9,9 @@ from typing import Any
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
-from hefting.identification import NeedError, estimator_for, finished, fitted, hyperparameters_of
-from hefting.preparation import Prepared, prepare
+from hefting.identification import NeedError, estimator_for, hyperparameters_of, run, with_diagnostics
+from hefting.ingest.ingest import Ingested, ingest
+from hefting.plausibility import require_object
 from hefting.recommendation import recommend
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
@@ -30,7 +31,7 @@ class Comparison:
     """Name of the one to trust."""
     reason: str
     """Why that one."""
-    prepared: Prepared
+    ingested: Ingested
     """The recording as all of them took it."""
 
 
@@ -72,17 +73,18 @@ def compare(
     for key in wanted:
         if not any(key in known for known in taken.values()):
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
-    prepared = prepare(recording, shape, **reading)
+    found = ingest(recording, **reading)
+    require_object(found, shape)
     results, seconds, skipped = {}, {}, {}
     seen = None
     for name, (kind, settings) in kinds.items():
         own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
-            estimator = estimator_for(kind, prepared, shape, own | settings)
+            estimator = estimator_for(kind, found, shape, own | settings)
             start = time.perf_counter()
-            estimate, used = fitted(estimator, prepared)
+            estimate, used = run(estimator, found)
             elapsed = time.perf_counter() - start
-            results[name] = finished(estimate, estimator, used, shape)
+            results[name] = with_diagnostics(estimate, estimator, used, shape)
             if name == "Bayes":
                 seen = used
             seconds[name] = elapsed
@@ -92,7 +94,7 @@ def compare(
             if name in METHODS:
                 skipped[name] = str(error)
     if not results:
-        raise InputError("no method could be used", prepared.log, next(iter(skipped.values())))
+        raise InputError("no method could be used", found.log, next(iter(skipped.values())))
     proper = {name: estimate for name, estimate in results.items() if name not in VARIANTS}
-    recommended, reason = recommend(proper or results, prepared, shape, seen)
-    return Comparison(results, seconds, skipped, recommended, reason, prepared)
+    recommended, reason = recommend(proper or results, found, shape, seen)
+    return Comparison(results, seconds, skipped, recommended, reason, found)

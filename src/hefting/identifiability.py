@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hefting.calibration import FreeFit
 from hefting.errors import InputError
 from hefting.estimate import json_ready
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
+from hefting.ingest.free_fit import FreeFit
 from hefting.measurements import Measurements
 from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array

@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.accuracy import Accuracy
-from hefting.calibration import TYPICAL_SIZE, FreeFit, WrenchSign, residuals
 from hefting.errors import InputError, NotIdentifiableError, nearest
 from hefting.estimate import Estimate
 from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
-from hefting.estimators.bayes.colour import coloured
-from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
+from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.ingest import Ingested, ingest
 from hefting.measurements import Measurements, Noise
+from hefting.messages import Message, warning
 from hefting.motion.measure import Source
-from hefting.plausibility import com_warnings, misfit_warnings
-from hefting.preparation import Prepared, prepare
+from hefting.plausibility import com_warnings, misfit_warnings, require_object
 from hefting.recording import Recording
 from hefting.shapes import PointMasses
 from hefting.spatial import STANDARD_GRAVITY, Array
@@ -95,14 +95,25 @@ def identify(
     if method is None:
         method = "Bayes" if shape is not None else "LMI"
         if shape is None:
-            warnings = ("no shape given, so LMI: the inertia tensor rests on the motion alone; give --shape for more",)
+            what = "no shape given, so LMI: the inertia tensor rests on the motion alone; give `shape` for more"
+            warnings = (warning("no-shape", what, "shape"),)
     kind, settings = method_named(method)
-    prepared = prepare(recording, shape, gravity, wrench, bias, motion, start, duration, tool)
-    estimator = estimator_for(kind, prepared, shape, hyperparameters | settings)
-    estimate, prepared = fitted(estimator, prepared)
-    estimate = finished(estimate, estimator, prepared, shape)
+    found = ingest(
+        recording,
+        gravity=gravity,
+        wrench=wrench,
+        bias=bias,
+        motion=motion,
+        start=start,
+        duration=duration,
+        tool=tool,
+    )
+    require_object(found, shape)
+    estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    estimate, found = run(estimator, found)
+    estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
-    return Identification(estimate, prepared.measurements, prepared.sign, prepared.source)
+    return Identification(estimate, found.measurements, found.sign if found.sign_found else None, found.source)
 
 
 def calibrate(
@@ -124,7 +135,7 @@ def calibrate(
 
 
 def estimator_for(
-    kind: type[Estimator], prepared: Prepared, shape: PointMasses | None, hyperparameters: dict[str, Any]
+    kind: type[Estimator], found: Ingested, shape: PointMasses | None, hyperparameters: dict[str, Any]
 ) -> Estimator:
     """Estimator whose other hyperparameters follow from the recording and the shape.
 
@@ -140,30 +151,24 @@ def estimator_for(
     needs = "a bounding box" if ellipsoid else kind.needs
     if shape is None and needs != "nothing" and "prior" not in hyperparameters:
         name = "LMI-ellipsoid" if ellipsoid else kind.__name__
-        raise NeedError(f"{name} needs {needs}", fix=f"give --shape {SHAPES[needs]}, or use LMI")
+        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}, or use LMI")
     if kind is HPS and shape is not None and shape.labels is None:
-        raise NeedError("HPS needs labelled parts", fix=f"give --shape {SHAPES['labelled parts']}")
+        raise NeedError("HPS needs labelled parts", fix=f"give `shape` {SHAPES['labelled parts']}")
     if ellipsoid:
         hyperparameters = hyperparameters | {"ellipsoid": shape}
-    settings: dict[str, Any] = {"bias": prepared.bias}
+    settings: dict[str, Any] = {"bias": found.bias}
     if "shape" in known and "prior" not in hyperparameters:
         settings["shape"] = shape
     if "noise" in known:
-        settings["noise"] = _noise_of_all(prepared) if kind is RTLS else prepared.fit.noise
-    if "c1" in known and prepared.source in ("smooth", "inertial"):
+        settings["noise"] = _noise_of_all(found) if kind is RTLS else found.fit.noise
+    if "c1" in known and found.source in ("smooth", "inertial"):
         settings["c1"] = SMOOTHED_C1
     if kind is not Bayes:
         return kind(**(settings | hyperparameters))
     settings["shape_std"] = 0.0 if shape is None else shape.shape_std
-    settings["systematic"] = prepared.systematic
-    settings["motion_noise"], settings["motion_memory"] = prepared.motion_noise, prepared.motion_memory
-    if prepared.source == "columns":
-        settings["motion_noise"] = white_motion_noise(prepared.measurements)
-    settings["noise"] = None  # as the weighted residuals say, and their colour too
-    estimator = Bayes(**(settings | hyperparameters))
-    if "autocorrelation" in hyperparameters or com_warnings(prepared.fit, shape):
-        return estimator  # what a grossly wrong shape leaves is no noise
-    return coloured(estimator, prepared.measurements)
+    settings["systematic"] = found.systematic
+    settings["noise"] = None  # as the weighted residuals say
+    return Bayes(**(settings | hyperparameters))
 
 
 def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:
@@ -172,53 +177,54 @@ def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[
     return [field.name for field in fields(kind) if field.name != "c1" or blended]
 
 
-def fitted(estimator: Estimator, prepared: Prepared) -> tuple[Estimate, Prepared]:
+def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     """The estimate, and the recording as far as it was used: with `Bayes.until` no farther than that takes."""
-    z = prepared.measurements
+    z = found.weighted_by_count if estimator.depends_on_count else found.measurements
     if not (isinstance(estimator, Bayes) and isinstance(estimator.until, Accuracy)):
-        return estimator.fit(z), prepared
-    estimate, used = first_sufficient(estimator, z, prepared.static)
-    if prepared.static:
+        return estimator.fit(z), found
+    estimate, used = first_sufficient(estimator, z, found.static)
+    if found.static:
         estimate = told(estimate, estimator.until, used, len(z), "poses")
     else:
         estimate = told(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
-    return estimate, replace(prepared, measurements=z[:used])
+    return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
-def finished(estimate: Estimate, estimator: Estimator, prepared: Prepared, shape: PointMasses | None) -> Estimate:
+def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: PointMasses | None) -> Estimate:
     """The estimate with its residual, with what was assumed and what gives doubt.
 
     Raises `NotIdentifiableError` when its mass is not positive.
     """
-    z, fit = prepared.measurements, prepared.fit
+    fit = found.fit
     negative = estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
     if negative or not estimate.parameters.mass > 0.0:
         if shape is None or estimator.needs == "nothing":
-            what, fix = "no positive mass explains the wrench", "check --wrench (sign) and --gravity"
+            what, fix = "no positive mass explains the wrench", "check `wrench` (sign) and `gravity`"
         else:
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
             what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
-        raise NotIdentifiableError(what, where=prepared.log, fix=fix)
-    r = residuals(z, estimate.parameters.vector, estimate.bias)
-    rms = np.sqrt(np.mean(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+        raise NotIdentifiableError(what, where=found.log, fix=fix)
+    rms = found.residual(estimate.parameters.vector, estimate.bias)
     names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
     known = {name: getattr(estimator, name) for name in names}
     kept = {k: v for k, v in known.items() if isinstance(v, int | float | str | tuple) and k != "bias"}
-    provenance = prepared.provenance | kept | estimate.provenance
+    provenance = found.provenance | kept | estimate.provenance
     if isinstance(estimator, GEO) and estimator.gamma is None and estimator.distance != "euclidean":
         provenance["gamma"] = GAMMA
     if known.get("shape") is not None:
         provenance["points"] = known["shape"].n
     estimate = replace(
         estimate,
-        duration=None if prepared.static else estimate.duration,
-        covariance=_covariance(estimate, prepared),
+        samples=round(float(found.counts.sum())),
+        duration=None if found.static else estimate.duration,
+        covariance=_covariance(estimate, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
     )
-    warnings = [*prepared.warnings, *(shape.warnings if shape is not None else ()), *estimate.warnings]
-    warnings += [*misfit_warnings(estimate, rms, z, fit), *_doubts(estimate, estimator, shape, z, fit)]
+    warnings = [*found.warnings, *com_warnings(fit, shape)]
+    warnings += [*(shape.warnings if shape is not None else ()), *estimate.warnings]
+    warnings += [*misfit_warnings(estimate, rms, found), *_doubts(estimate, estimator, shape, found)]
     return replace(estimate, warnings=tuple(warnings))
 
 
@@ -229,7 +235,7 @@ def _margin(estimate: Estimate, shape: PointMasses | None) -> float | None:
     return shape.margin(estimate.parameters.center_of_mass)
 
 
-def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
+def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
     """The method's own covariance, widened for coloured residuals and by the tool's.
 
     With gravity found as well it is that of the fit which found it: gravity's error is the larger part. A method that
@@ -237,35 +243,37 @@ def _covariance(estimate: Estimate, prepared: Prepared) -> Array | None:
     """
     if estimate.covariance is None or estimate.intervals is not None:
         return estimate.covariance
-    covariance = estimate.covariance * prepared.fit.autocorrelation
-    if prepared.conditioned.tilt_std is not None:
-        covariance = prepared.conditioned.covariance
-    tool = prepared.tool
+    covariance = estimate.covariance * found.fit.autocorrelation
+    if found.conditioned.tilt_std is not None:
+        covariance = found.conditioned.covariance
+    tool = found.tool
     return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
 
 
-def _noise_of_all(prepared: Prepared) -> Noise | None:
+def _noise_of_all(found: Ingested) -> Noise | None:
     """Noise of wrench and accelerations, where the latter were found from noisy poses; else None."""
-    noise = prepared.conditioned.noise
-    return noise if noise.linear_acceleration > 0.0 else None
+    noise, motion = found.fit.noise, found.measurements.motion_noise
+    if motion is None or found.source == "columns":
+        return None
+    return Noise(noise.force, noise.torque, motion.linear, motion.angular)
 
 
-def _doubts(
-    estimate: Estimate, estimator: Estimator, shape: PointMasses | None, z: Measurements, fit: FreeFit
-) -> list[str]:
+def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, found: Ingested) -> list[Message]:
     """What the estimate owes to assumptions, and what is wrong with it."""
-    doubts = []
+    doubts: list[Message] = []
     if estimator.needs != "nothing" and shape is not None:
-        free = fit.open_parameters(float(np.linalg.norm(shape.extents)))
+        free = found.fit.open_parameters(float(np.linalg.norm(shape.extents)))
         names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
         assumed = "the shape and equal masses" if isinstance(estimator, PMD) else "the shape"
         if free:
-            doubts.append(f"the motion leaves {names} open: what is shown follows from {assumed}")
+            what = f"the motion leaves {names} open: what is shown follows from {assumed}"
+            doubts.append(warning("open-without-shape", what))
     else:
-        doubts.extend(identifiability(z, fit, TYPICAL_SIZE).summary)
+        summary = identifiability(found.measurements, found.fit, TYPICAL_SIZE).summary
+        doubts.extend(warning("not-identifiable", line) for line in summary)
     certificate = estimate.certificate
     if certificate is not None and not certificate.converged:
-        doubts.append(f"the solver stopped {certificate.gap:.2g} above its lower bound")
+        doubts.append(warning("not-converged", f"the solver stopped {certificate.gap:.2g} above its lower bound"))
     if not estimate.physically_consistent:
-        doubts.append(f"no body has these parameters: {estimate.consistency}")
+        doubts.append(warning("not-physical", f"no body has these parameters: {estimate.consistency}"))
     return doubts

@@ -24,6 +24,24 @@ class Noise:
     """Angular acceleration [rad/s²]."""
 
 
+@dataclass(frozen=True)
+class MotionNoise:
+    """Errors of accelerations that were found from poses or measured: their size and how long they last."""
+
+    linear: float
+    """Standard deviation of the errors of the linear acceleration, per axis [m/s²]."""
+    angular: float
+    """The same of the angular acceleration [rad/s²]."""
+    memory: float = 0.0
+    """Time over which those errors last [s]; 0 for white noise. pi over the bandwidth [rad/s] of a filter or smoother."""
+
+    def __post_init__(self):
+        for name in ("linear", "angular", "memory"):
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and 0.0 <= value < np.inf):
+                raise InputError(f"is {value}, not finite and at least 0", where=f"MotionNoise.{name}")
+
+
 NOISE_LEVELS = {
     "none": Noise(),
     "low": Noise(0.05, 0.0025, 0.025, 0.25),
@@ -60,6 +78,8 @@ class Measurements:
     """noise levels, where known"""
     weights: Array | None = None
     """(K,) weight of each sample's squared residuals, or None for ones"""
+    motion_noise: MotionNoise | None = None
+    """errors of the accelerations, where known; None: none, or those of `noise`"""
 
     def __post_init__(self):
         for name, dimensions in DIMENSIONS.items():
@@ -85,7 +105,7 @@ class Measurements:
         chosen = {
             f.name: getattr(self, f.name)[index]
             for f in fields(self)
-            if f.name != "noise" and getattr(self, f.name) is not None
+            if f.name in DIMENSIONS and getattr(self, f.name) is not None
         }
         return replace(self, **chosen)
 

@@ -8,7 +8,6 @@ the covariances add.
 from dataclasses import replace
 from pathlib import Path
 
-from hefting.calibration import FreeFit
 from hefting.errors import InputError
 from hefting.estimate import Estimate
 from hefting.measurements import Measurements
@@ -25,24 +24,15 @@ def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
     return replace(measurements, force=measurements.force - wrench[:, :3], torque=measurements.torque - wrench[:, 3:])
 
 
-def with_tool_spread(fit: FreeFit, tool: Estimate) -> FreeFit:
-    """The free fit of the object with the tool's uncertainty in its covariance."""
-    if tool.covariance is None:
-        return fit
-    covariance = fit.covariance.copy()
-    covariance[:10, :10] += tool.covariance
-    return replace(fit, covariance=covariance)
-
-
 def tool_warnings(tool: Estimate) -> list[Message]:
-    """A sentence when the tool's uncertainty is not known."""
+    """A message when the tool's uncertainty is not known."""
     if tool.covariance is not None:
         return []
     what = (
         f"the tool's estimate ({tool.method}) has no standard deviations, so the object's leave it out: make it with "
         "hefting calibrate"
     )
-    return [warning("tool-uncertainty-unknown", what, "tool")]
+    return [warning("tool-without-spread", what, "tool")]
 
 
 def load_tool(path: str | Path) -> Estimate:

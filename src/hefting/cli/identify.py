@@ -249,7 +249,7 @@ def _bias(text: str, recording):
     """A bias model's name, or six numbers from a tare window or a file."""
     if text in ("auto", "none", "estimate"):
         return text
-    from hefting.calibration import load_bias, tare
+    from hefting.ingest.bias import load_bias, tare
 
     if text.startswith("tare:"):
         return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))

@@ -44,6 +44,10 @@ class Estimator:
     invariances: ClassVar[frozenset[str]] = frozenset()
     """Which of `INVARIANCES` hold where the motion determines all ten parameters and, for some, the noise is known: the
     class's docstring says when."""
+    keeps_time_record: ClassVar[bool] = False
+    """Whether its state keeps how the samples followed one another (`TimeRecord`), to judge their noise."""
+    depends_on_count: ClassVar[bool] = False
+    """Whether twice as many samples of the same would change the estimate: averages then weigh as many as they are of."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
@@ -57,7 +61,7 @@ class Estimator:
 
     def start(self) -> Blend:
         """The state before any sample."""
-        return Blend.empty()
+        return Blend.empty(self.keeps_time_record)
 
     def weight(self, measurements: Measurements) -> Array | float:
         """Share w of the full model in each sample (K,), or one number for all."""

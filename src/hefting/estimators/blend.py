@@ -7,6 +7,7 @@ from typing import Literal, Self
 import numpy as np
 
 from hefting.errors import InputError
+from hefting.estimators.time_record import TimeRecord
 from hefting.measurements import Measurements
 from hefting.moments import Moments
 from hefting.regressor import features, full_model_weight
@@ -31,11 +32,13 @@ class Blend:
     full: Moments
     samples: int = 0
     """Samples seen."""
+    record: TimeRecord | None = None
+    """How they followed one another, for estimators that find their own noise; None for the others, at no cost."""
 
     @classmethod
-    def empty(cls) -> Self:
+    def empty(cls, with_record: bool = False) -> Self:
         """No samples yet."""
-        return cls(Moments.empty(), Moments.empty())
+        return cls(Moments.empty(), Moments.empty(), record=TimeRecord() if with_record else None)
 
     @classmethod
     def of(cls, measurements: Measurements, weight: Array | float = 1.0) -> Self:
@@ -47,17 +50,19 @@ class Blend:
         if len(measurements) > CHUNK:
             return self._fold_in_chunks(measurements, weight)
         x, time = features(measurements), measurements.time
-        samples = self.samples + len(time)
+        samples, record = self.samples + len(time), self.record
+        if record is not None and len(time):
+            record = record.fold(x, measurements.weights, measurements.motion_noise)
         if isinstance(weight, float) and weight == 1.0:
-            return type(self)(self.reduced, self.full.fold_features(x, time), samples)
+            return type(self)(self.reduced, self.full.fold_features(x, time), samples, record)
         if isinstance(weight, float) and weight == 0.0:
-            return type(self)(self.reduced.fold_features(x, time), self.full, samples)
+            return type(self)(self.reduced.fold_features(x, time), self.full, samples, record)
         w = np.asarray(weight, dtype=float)
         if w.shape not in ((), time.shape) or not ((w >= 0.0) & (w <= 1.0)).all():
             raise InputError(f"weights are one number or one for each of {len(time)} samples, from 0 to 1")
         w = np.broadcast_to(w, time.shape)
         reduced, full = self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w)
-        return type(self)(reduced, full, samples)
+        return type(self)(reduced, full, samples, record)
 
     def _fold_in_chunks(self, measurements: Measurements, weight: Array | float) -> Self:
         state = self
@@ -68,8 +73,16 @@ class Blend:
 
     def merge(self, other: "Blend") -> Self:
         """Of the samples of both."""
-        samples = self.samples + other.samples
-        return type(self)(self.reduced.merge(other.reduced), self.full.merge(other.full), samples)
+        samples, record = self.samples + other.samples, None
+        if self.record is not None and other.record is not None:
+            first, later = (self, other) if self.end <= other.end else (other, self)
+            record = first.record.merge(later.record)  # type: ignore[union-attr]
+        return type(self)(self.reduced.merge(other.reduced), self.full.merge(other.full), samples, record)
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return max(self.reduced.end, self.full.end)
 
     @property
     def duration(self) -> float:

@@ -33,6 +33,7 @@ class PMD(Estimator):
 
     needs = "a shape"
     consistent = True
+    depends_on_count = True
     source = "Nadeau, Giamou & Kelly, ICRA 2022"
     best_for = "a few seconds of slow, noisy motion of a known shape"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})

@@ -10,12 +10,12 @@ from typing import Self
 
 import numpy as np
 
-from hefting.calibration import fit_freely
 from hefting.estimators import GEO, Estimator
 from hefting.estimators.blend import Blend
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
 from hefting.evaluation.setting import RATE, Thing
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import Measurements
 from hefting.motion import sample_weights
 from hefting.motion.kalman import PoseFilter

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hefting.calibration import fit_freely
 from hefting.estimate import Estimate
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.evaluation.experiment import Experiment, Job, Result
@@ -23,6 +22,7 @@ from hefting.evaluation.filtered import (
 from hefting.evaluation.observations_report import KINDS, report
 from hefting.evaluation.setting import C1, DURATION, OBJECTS, Thing, thing, wielded
 from hefting.inertia import InertialParameters
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE

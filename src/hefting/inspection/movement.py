@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.ingest.ingest import Ingested
 from hefting.inspection.streams import GAP
-from hefting.motion import Measured
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.recording import Recording
 from hefting.regressor import dynamism
@@ -38,9 +38,9 @@ class Movement:
         return None if self.above_limit is None else self.above_limit == 0.0
 
 
-def movement(recording: Recording, measured: Measured) -> Movement:
+def movement(recording: Recording, found: Ingested) -> Movement:
     """How a recording moves, at the instants of its wrench."""
-    z, motion = measured.measurements, measured.motion
+    z, motion = found.measurements, found.motion
     angular = np.linalg.norm(z.angular_velocity if motion is None else motion.angular_velocity, axis=1)
     time = linear = None
     if recording.has("linear_velocity"):
@@ -49,12 +49,12 @@ def movement(recording: Recording, measured: Measured) -> Movement:
     elif motion is not None and motion.linear_velocity is not None:
         time, linear = motion.time, np.linalg.norm(motion.linear_velocity, axis=1)
     return Movement(
-        source=DESCRIPTIONS[measured.source],
+        source=DESCRIPTIONS[found.source],
         linear_speed=None if linear is None else _mean_and_largest(linear),
         above_limit=None if linear is None or time is None else time_above(time, linear, SPEED_LIMIT),
         angular_speed=_mean_and_largest(angular),
         turn=_widest(z.gravity),
-        dynamism=None if measured.source == "orientation" else float(np.median(dynamism(z))),
+        dynamism=None if found.source == "orientation" else float(np.median(dynamism(z))),
     )
 
 

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hefting.calibration import WrenchSign
-from hefting.conditioning import Conditioned
 from hefting.estimate import json_ready
 from hefting.identifiability import Identifiability
+from hefting.ingest import Conditioned, WrenchSign
 from hefting.inspection.movement import SPEED_LIMIT, Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts

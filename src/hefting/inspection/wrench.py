@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hefting.calibration import FreeFit, residuals
+from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.ingest import Ingested, residual_size
 from hefting.measurements import Measurements
 from hefting.motion.state import Motion
 from hefting.regressor import predict_wrench
@@ -58,28 +59,31 @@ class WrenchFacts:
     only gravity is modelled although the sensor moves"""
 
 
-def wrench_facts(z: Measurements, fit: FreeFit, motion: Motion | None, comparable: bool) -> WrenchFacts:
-    """Facts from measurements with the wrench as recorded, and their unconstrained fit.
+def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts:
+    """Facts of a recording and an unconstrained fit to it.
 
-    `motion`: the smoothed one the measurements were made of, if any; `comparable`: a mass was found, and motion is
-    modelled beside gravity.
+    `comparable`: a mass was found, and motion is modelled beside gravity.
     """
-    left = residuals(z, fit.vector, fit.bias)
+    z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
+    left = z.wrench - explained if fit.bias is None else z.wrench - explained - fit.bias
     channels = {}
-    for name, unit, part in (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6))):
-        channels[name] = Channels(unit, _rms(explained[:, part]), _rms(left[:, part]))
-    if motion is not None:
-        channels |= _motion_channels(motion)
+    parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
+    for (name, unit, part), within in zip(parts, found.within, strict=True):
+        square = found.counts @ left[:, part] ** 2 / found.counts.sum() + within
+        channels[name] = Channels(unit, _rms(explained[:, part]), np.sqrt(square))
+    if found.motion is not None:
+        channels |= _motion_channels(found.motion)
+    noise = residual_size(left, found.counts, found.within)
     g = float(np.linalg.norm(z.gravity, axis=1).mean())
     bare = None if fit.bias is None else float(np.linalg.norm(z.force - fit.bias[:3], axis=1).mean()) / max(g, 1e-300)
     return WrenchFacts(
         mass=abs(float(fit.vector[0])),
         mass_std=float(np.sqrt(fit.covariance[0, 0])),
         quick_mass_less_bias=bare,
-        bias=fit.bias,
-        bias_t=None if fit.bias is None else fit.bias_t,
-        noise=(fit.noise.force, fit.noise.torque),
+        bias=None if fit.bias is None else turn * fit.bias,
+        bias_t=None if fit.bias is None else turn * fit.bias_t,
+        noise=(float(noise[0]), float(noise[1])),
         channels=channels,
         gravity_dominance=_dominance(z, fit.vector, explained) if comparable else None,
     )

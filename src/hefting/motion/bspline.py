@@ -19,8 +19,8 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from hefting.lapack import lapack
 from hefting.spatial import Array
 
 Integers = NDArray[np.int_]
@@ -34,6 +34,8 @@ MARGIN = 0.25
 """The first knot is this many spacings early, to keep samples half a spacing apart off block borders."""
 CHUNK = 8192
 """Samples evaluated at a time."""
+STRETCH = 64
+"""Coefficients of a stretch in `inverse_bands`: short ones take fewer steps, long ones repeat less of the overlap."""
 
 
 def _piece_coefficients() -> Array:
@@ -156,13 +158,20 @@ class Normal:
         weight, index, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
         self.count, self.index = np.concatenate(weight), np.concatenate(index)
         self.rows, self.values = np.concatenate(rows), np.concatenate(values)
+        if len(data) > 1:  # in order of their coefficients
+            order = np.argsort(self.index, kind="stable")
+            self.count, self.index = self.count[order], self.index[order]
+            self.rows, self.values = self.rows[order], self.values[order]
+        self._starts = np.flatnonzero(np.diff(self.index, prepend=-1))
+        self._first = self.index[self._starts]
         self._rates = [(o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]]
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
-        for a in range(SUPPORT):
-            for b in range(a, SUPPORT):
-                weight = self.count * self.rows[:, a] * self.rows[:, b]
-                self.bands[b - a] += np.bincount(self.index + a, weight, minlength=n)
+        pairs = [(a, b) for a in range(SUPPORT) for b in range(a, SUPPORT)]
+        first, second = (list(side) for side in zip(*pairs, strict=True))
+        products = (self.count[:, None] * self.rows)[:, first] * self.rows[:, second]
+        for (a, b), sums in zip(pairs, np.add.reduceat(products, self._starts, axis=0).T, strict=True):
+            self.bands[b - a, self._first + a] += sums
         self.pilot = np.zeros((n, self.values.shape[1]))
         self._set_pilot(self.pilot)
 
@@ -177,12 +186,11 @@ class Normal:
         residual = self.values - fitted
         self.pilot = coefficients
         self.pilot_rss = float(np.sum(self.count[:, None] * residual**2))
-        n = self.knots.size
         self.gradient = np.zeros_like(coefficients)
+        weighted = self.count[:, None] * residual
         for a in range(SUPPORT):
-            weight = (self.count * self.rows[:, a])[:, None] * residual
-            for d in range(residual.shape[1]):
-                self.gradient[:, d] += np.bincount(self.index + a, weight[:, d], minlength=n)
+            sums = np.add.reduceat(self.rows[:, a, None] * weighted, self._starts, axis=0)
+            self.gradient[self._first + a] += sums
 
     def refine_pilot(self, m: int, penalty: float) -> None:
         """Take the fit with this penalty as the pilot, so that sums of squares near it do not cancel."""
@@ -193,9 +201,11 @@ class Normal:
         if m not in self._penalties:
             self._penalties[m] = self.knots.penalty(m)
         roughness = self._penalties[m]
-        factor = cholesky_banded(self.bands + penalty * roughness, lower=True, check_finite=False)
+        factor, failed = lapack.dpbtrf(self.bands + penalty * roughness, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the normal equations of the spline are not positive definite")
         step = self.gradient - penalty * multiply(roughness, self.pilot)
-        return self.pilot + cho_solve_banded((factor, True), step, check_finite=False), factor
+        return self.pilot + lapack.dpbtrs(factor, step, lower=1)[0], factor
 
     def residual_square(self, coefficients: Array) -> float:
         """Weighted sum of squared residuals of a fit."""
@@ -204,17 +214,30 @@ class Normal:
 
 
 def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Integers, Array, Array]:
-    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks."""
+    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks.
+
+    The basis is averaged too, to second order: its value at the mean time, and half its second derivative times the
+    variance of the times. Within a quarter of a knot interval what is left out is below 1e-4 of that.
+    """
     index, u, covered = knots.locate(data.time)
-    index, u, values = index[covered], u[covered], data.values[covered]
+    values = data.values
+    if not covered.all():
+        index, u, values = index[covered], u[covered], values[covered]
     cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     if not len(starts):
         return np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, SUPPORT)), values
     count = np.diff(np.append(starts, len(cell))).astype(float)
-    rows = np.concatenate([basis(u[k : k + CHUNK], data.derivative) for k in range(0, len(u), CHUNK)])
-    rows = np.add.reduceat(rows, starts, axis=0) / count[:, None] / knots.h**data.derivative
-    values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+    if len(starts) == len(u):
+        rows = basis(u, data.derivative)
+    else:
+        mean = np.add.reduceat(u, starts) / count
+        variance = np.maximum(np.add.reduceat(u * u, starts) / count - mean**2, 0.0)
+        rows = basis(mean, data.derivative)
+        if DEGREE - data.derivative >= 2:
+            rows += 0.5 * variance[:, None] * basis(mean, data.derivative + 2)
+        values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+    rows /= knots.h**data.derivative
     return data.weight * count, index[starts], rows, values
 
 
@@ -226,10 +249,11 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     fades with exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
-    stretch = 256
+    stretch = STRETCH
     count = -(-n // stretch)
     length = min(stretch + overlap, n)
-    stop = np.minimum((np.arange(count) + 1) * stretch + overlap, n)
+    begins = np.arange(count) * stretch
+    stop = np.minimum(begins + stretch + overlap, n)
     bands = np.zeros((SUPPORT, n))
     window = np.zeros((count, SUPPORT, SUPPORT))
     for k in range(length):
@@ -243,6 +267,6 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
         grown[:, 0, 1:] = grown[:, 1:, 0] = row
         grown[:, 0, 0] = 1.0 / column[0] ** 2 - np.einsum("sa,sa->s", row, slope)
         window = grown
-        own = (j >= 0) & (j < (np.arange(count) + 1) * stretch) & (j >= np.arange(count) * stretch)
+        own = (j >= begins) & (j < begins + stretch)
         bands[:, j[own]] = window[own, 0].T
     return bands

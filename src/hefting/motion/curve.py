@@ -1,6 +1,7 @@
 """A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and order are the most likely."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -51,29 +52,50 @@ class Curve:
     knots: Knots
     coefficients: Array
     """(n, d)"""
-    covariance: Array
-    """(6, n): lower bands of the coefficients' covariance, the same for every component"""
     smoothness: Smoothness
     observations: tuple[Observation, ...]
     """What it was fitted to: the signal, then rates of it"""
+    factor: Array = field(repr=False)
+    """(6, n): lower Cholesky bands of the normal equations"""
 
     @classmethod
-    def fit(cls, time: Array, values: Array, name: str, rates: tuple[Observation, ...] = ()) -> "Curve":
-        """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`)."""
+    def fit(
+        cls,
+        time: Array,
+        values: Array,
+        name: str,
+        rates: tuple[Observation, ...] = (),
+        near: Smoothness | None = None,
+    ) -> "Curve":
+        """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
+
+        `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
+        searched then.
+        """
         end = time[-1]
         kept = fresh_rows(time, values)
-        data = (Observation(time[kept], values[kept]), *rates)
-        smoothness, h, dt = tune(data, ORDERS, name)
-        normal = _normal(data, h, end)
+        if not kept.all():
+            time, values = time[kept], values[kept]
+        data = (Observation(time, values), *rates)
+        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        if normal is None or end > data[0].time[-1]:
+            normal = _normal(data, h, end)
         penalty = smoothness.penalty(normal, dt)
         normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
-        overlap = int(np.ceil(12.0 / min(h * smoothness.bandwidth, 1.0)))
-        covariance = smoothness.variance * inverse_bands(factor, overlap)
-        return cls(normal.knots, coefficients, covariance, smoothness, data)
+        return cls(normal.knots, coefficients, smoothness, data, factor)
 
-    def evaluate(self, at: Array) -> tuple[Array, ...]:
-        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives."""
+    @cached_property
+    def covariance(self) -> Array:
+        """(6, n): lower bands of the coefficients' covariance, the same for every component."""
+        overlap = int(np.ceil(12.0 / min(self.knots.h * self.smoothness.bandwidth, 1.0)))
+        return self.smoothness.variance * inverse_bands(self.factor, overlap)
+
+    def evaluate(self, at: Array, spread: bool = True) -> tuple[Array, ...]:
+        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives.
+
+        Without `spread` these are infinite wherever the curve is not known, else zero: they cost as much again.
+        """
         out = [np.empty((len(at), self.coefficients.shape[1])) for _ in range(3)]
         std = [np.empty(len(at)) for _ in range(2)]
         for begin in range(0, len(at), CHUNK):
@@ -85,6 +107,10 @@ class Curve:
                 out[k][part] = np.einsum("lj,ljd->ld", rows[k], neighbours)
                 out[k][part][~covered] = np.nan
             variance = np.zeros((2, len(u)))
+            if not spread:
+                for k in range(2):
+                    std[k][part] = np.where(covered, 0.0, np.inf)
+                continue
             for a in range(SUPPORT):
                 for b in range(a, SUPPORT):
                     covariance = (1.0 if a == b else 2.0) * self.covariance[b - a, index + a]
@@ -95,11 +121,21 @@ class Curve:
         return (*out, *std)
 
 
-def tune(data: tuple[Observation, ...], orders: tuple[int, ...], name: str) -> tuple[Smoothness, float, float]:
+def tune(
+    data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None = None
+) -> tuple[Smoothness, float, float]:
     """The most likely smoothness of a signal, the knot spacing to suit, and the sampling interval.
 
-    `data`: samples of the signal, then of derivatives of it, if any.
+    `data`: samples of the signal, then of derivatives of it, if any. `near`: a smoothness that is about right; its
+    order is kept, and the bandwidth looked for near its own.
     """
+    return _tuned(data, orders, name, near)[:3]
+
+
+def _tuned(
+    data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None
+) -> tuple[Smoothness, float, float, Normal | None]:
+    """As `tune`, with the normal equations of all data, where they were made on the way."""
     time = data[0].time
     if len(time) < FEWEST:
         raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
@@ -112,25 +148,34 @@ def tune(data: tuple[Observation, ...], orders: tuple[int, ...], name: str) -> t
     if excess > 1:
         stretch = duration / excess / 10
         data = tuple(o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0] for o in data)
+    whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
-    middle = orders[len(orders) // 2]
+    if near is not None:
+        orders, h = (near.order,), float(np.clip(0.6 / near.bandwidth, finest, coarsest))
+    middle, found = orders[len(orders) // 2], near
     for _ in range(4):
-        found = _most_likely(data, middle, h, floor)
+        normal = _normal(data, h)
+        found = _most_likely(normal, middle, _interval(data[0].time, h), floor, found)
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
-    candidates = [found if m == middle else _most_likely(data, m, h, floor) for m in orders]
-    best = max(candidates, key=lambda c: c.log_likelihood)
-    return best, h, _interval(data[0].time, h)
+    dt = _interval(data[0].time, normal.knots.h)
+    best = found
+    for m in orders:
+        if m != middle:
+            best = max(best, _most_likely(normal, m, dt, floor, found), key=lambda c: c.log_likelihood)
+    same = whole and np.isclose(normal.knots.h, h)
+    return best, h, _interval(data[0].time, h), normal if same else None
 
 
-def _most_likely(data: tuple[Observation, ...], m: int, h: float, floor: float) -> Smoothness:
-    normal = _normal(data, h)
-    dt = _interval(data[0].time, h)
-    for h_bandwidth in (HIGHEST, 0.6):
+def _most_likely(normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None) -> Smoothness:
+    """The most likely smoothness of one order; `near` may be of another."""
+    h = normal.knots.h
+    guesses = (HIGHEST, 0.6) if near is None else (float(np.clip(h * near.bandwidth, LOWEST, HIGHEST)),)
+    for h_bandwidth in guesses:
         normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt))
-    return Likelihood(normal, m, dt, 3, floor).maximum(LOWEST, HIGHEST)
+    return Likelihood(normal, m, dt, 3, floor).maximum(LOWEST, HIGHEST, None if near is None else guesses[0])
 
 
 def _segments(time: Array, h: float) -> Mask:

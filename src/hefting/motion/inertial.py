@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hefting.messages import Message, note, warning
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
 from hefting.motion.spline import SmoothedPoses
@@ -24,6 +25,8 @@ STEP = 0.005
 """s, of numerical differences."""
 LARGEST_BIAS = 1.5
 """m/s²: an accelerometer as far off measures something else, or gravity is not where it is said to be."""
+BLOCK, FEWEST_AVERAGED = 0.01, 3
+"""s, over which readings are averaged where there are so many in it"""
 FEWEST_READINGS = 50
 FAR, FOREIGN = 0.2, 0.7
 """Readings that deviate by this part of the motion, and that a linear map of it explains this much better than it
@@ -36,7 +39,7 @@ def fuse(
     gyroscope: Stream | None = None,
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
-) -> tuple[SmoothedPoses, tuple[str, ...], tuple[str, ...]]:
+) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
     """Smoothed poses that heed inertial sensors, what was found of those, and warnings.
 
     gravity:       (3,) in world axes [m/s²]
@@ -48,17 +51,19 @@ def fuse(
     """
     notes, warnings = [], []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
-        poses, note, warning = _with_gyroscope(poses, gyroscope)
-        notes += note
-        warnings += warning
+        poses, said, doubts = _with_gyroscope(poses, gyroscope)
+        notes += said
+        warnings += doubts
     if accelerometer is not None and len(accelerometer) >= FEWEST_READINGS and poses.position is not None:
-        poses, note, warning = _with_accelerometer(poses, accelerometer, np.zeros(3) if gravity_removed else gravity)
-        notes += note
-        warnings += warning
+        removed = np.zeros(3) if gravity_removed else gravity
+        poses, said, doubts = _with_accelerometer(poses, accelerometer, removed)
+        notes += said
+        warnings += doubts
     return poses, tuple(notes), tuple(warnings)
 
 
-def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[str], list[str]]:
+def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+    raw, gyroscope = len(gyroscope), _averaged(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(ROUNDS):
         readings, motion = _readings(fitted, gyroscope, found.clock)
@@ -70,28 +75,30 @@ def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPo
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
         readings, motion = _readings(fitted, gyroscope, found.clock)
         if round_ == 0 and _is_foreign(readings.values - found.bias, motion.angular_velocity):
-            return poses, [], ["the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"]
-        q, rate, *_ = fitted.orientation.evaluate(readings.time)
+            what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
+            return poses, [], [warning("gyroscope-contradicts-poses", what)]
+        q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _times_vector(q, readings.values - found.bias)
         variance = _variance(readings.time, z - rate, fitted.orientation.smoothness.bandwidth)
         curve = _refitted(fitted.orientation, readings.time, z, 1, variance, "orientation")
         fitted = replace(fitted, orientation=curve)
-    spread = 2.0 * np.sqrt(variance)
+    spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
     noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
-    return fitted, [noted], []
+    return fitted, [note("gyroscope-used", noted)], []
 
 
 def _with_accelerometer(
     poses: SmoothedPoses, accelerometer: Stream, gravity: Array
-) -> tuple[SmoothedPoses, list[str], list[str]]:
+) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     assert poses.position is not None
+    raw, accelerometer = len(accelerometer), _averaged(accelerometer)
     fitted, found = poses, _Calibration()
     for round_ in range(ROUNDS):
         readings, motion = _readings(fitted, accelerometer, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         force = _specific_force(motion, gravity)
-        later = fitted.at(np.minimum(readings.time + STEP, fitted.last))
+        later = fitted.at(np.minimum(readings.time + STEP, fitted.last), spread=False)
         slope = (_specific_force(later, gravity) - force) / STEP
         columns = np.concatenate((_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2)
         misfit = readings.values - force - found.bias - _lever_columns(motion) @ found.lever
@@ -102,17 +109,18 @@ def _with_accelerometer(
         foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
         if foreign or np.linalg.norm(found.bias) > LARGEST_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
-            return poses, [], [f"{contradicts}, and gravity as given?"]
+            what = f"{contradicts}, and gravity as given?"
+            return poses, [], [warning("accelerometer-contradicts-poses", what, "gravity")]
         z = np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own) + gravity
         assert fitted.position is not None
-        _, _, acceleration, *_ = fitted.position.evaluate(readings.time)
+        _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
         variance = _variance(readings.time, z - acceleration, fitted.position.smoothness.bandwidth)
         fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position"))
     noted = (
-        f"accelerometer used: noise {np.sqrt(variance):.2g} m/s², bias {_listed(found.bias)} m/s², "
+        f"accelerometer used: noise {np.sqrt(variance * raw / len(accelerometer)):.2g} m/s², bias {_listed(found.bias)} m/s², "
         f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
     )
-    return fitted, [noted], []
+    return fitted, [note("accelerometer-used", noted)], []
 
 
 @dataclass(frozen=True)
@@ -127,12 +135,23 @@ class _Calibration:
     """(3,) m, where it sits in the sensor frame"""
 
 
+def _averaged(stream: Stream) -> Stream:
+    """The stream without repeats, faster ones averaged over `BLOCK`: no arm moves in less."""
+    kept = fresh_rows(stream.time, stream.values)
+    stream = stream if kept.all() else stream[kept]
+    if len(stream) < FEWEST_AVERAGED * float(stream.time[-1] - stream.time[0]) / BLOCK:
+        return stream
+    starts = np.flatnonzero(np.diff(np.floor((stream.time - stream.time[0]) / BLOCK), prepend=-1.0))
+    count = np.diff(np.append(starts, len(stream)))
+    time = np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]
+    return Stream(time, np.add.reduceat(stream.values, starts, axis=0) / count[:, None], stream.rows[starts])
+
+
 def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream, Motion]:
     """The readings with the time of what they measured, where the motion then is known, and that motion."""
-    stream = stream[fresh_rows(stream.time, stream.values)]
     time = stream.time - late
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
-    motion = poses.at(stream.time)
+    motion = poses.at(stream.time, spread=False)
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if motion.linear_acceleration is not None:
         known &= np.isfinite(motion.linear_acceleration).all(axis=1)
@@ -142,8 +161,8 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
 def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str) -> Curve:
     """The curve through its own samples and measured derivatives z of known variance."""
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
-    samples = curve.observations[0]
-    return Curve.fit(samples.time, samples.values, name, (rates,))
+    samples, again = curve.observations[0], len(curve.observations) > 1
+    return Curve.fit(samples.time, samples.values, name, (rates,), curve.smoothness if again else None)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:

@@ -3,9 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from hefting.motion.bspline import Normal, multiply
+
+COARSE_STEPS = 8
+"""Steps of the coarse scan: a factor of 1.4 each in h wc between 0.15 and 2.5."""
+CLOSE = 0.01
+"""Change of ln(h wc) that is not worth another evaluation: the likelihood is flat at its maximum."""
+MOST_STEPS = 12
+"""Evaluations after the first ones."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +69,39 @@ class Likelihood:
         score = -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det) + self.free_score
         return Smoothness(self.order, trial.bandwidth, variance, score)
 
-    def maximum(self, lowest: float, highest: float) -> Smoothness:
-        """The most likely bandwidth with h wc between two bounds: a coarse scan, then Brent's method."""
-        grid = np.linspace(np.log(lowest), np.log(highest), 9)
-        scores = [self.at(x).log_likelihood for x in grid]
-        best = int(np.argmax(scores))
-        bracket = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        found = minimize_scalar(
-            lambda x: -self.at(x).log_likelihood, bounds=bracket, method="bounded", options={"xatol": 0.02}
-        )
-        return self.at(float(found.x))
+    def maximum(self, lowest: float, highest: float, near: float | None = None) -> Smoothness:
+        """The most likely bandwidth, with h wc between two bounds.
+
+        A coarse scan, or with `near`, an h wc that is about right, only uphill from there; then parabolas through
+        the three best, until the step is below `CLOSE`.
+        """
+        low, high = float(np.log(lowest)), float(np.log(highest))
+        step = (high - low) / COARSE_STEPS
+        tried: dict[float, Smoothness] = {}
+        if near is None:
+            for x in np.linspace(low, high, COARSE_STEPS + 1).tolist():
+                tried[x] = self.at(x)
+        else:
+            middle = float(np.clip(np.log(near), low, high))
+            for x in (middle - 0.5 * step, middle, middle + 0.5 * step):
+                tried[float(np.clip(x, low, high))] = self.at(float(np.clip(x, low, high)))
+        for _ in range(MOST_STEPS):
+            x = self._next(sorted(tried), tried, low, high, step)
+            if min(abs(x - other) for other in tried) < CLOSE:
+                break
+            tried[x] = self.at(x)
+        return max(tried.values(), key=lambda found: found.log_likelihood)
+
+    @staticmethod
+    def _next(at: list[float], tried: dict[float, Smoothness], low: float, high: float, step: float) -> float:
+        """Where the maximum should be, going by the best and its neighbours."""
+        scores = [tried[x].log_likelihood for x in at]
+        k = int(np.argmax(scores))
+        if k == 0:
+            return max(at[0] - step, low)
+        if k == len(at) - 1:
+            return min(at[-1] + step, high)
+        (a, b, c), (fa, fb, fc) = at[k - 1 : k + 2], scores[k - 1 : k + 2]
+        left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+        vertex = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else b
+        return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hefting.errors import InputError
 from hefting.measurements import Measurements
+from hefting.messages import Message, note, warning
 from hefting.motion.bspline import FEWEST
 from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
@@ -48,10 +49,12 @@ class Measured:
     """A key of `DESCRIPTIONS`."""
     motion: Motion | None
     """Smoothed motion at the same instants, with standard deviations; None where the log gave it."""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     """What is not modelled, and many samples left out."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
     """What was found on the way, and a few samples left out."""
+    rows: NDArray[np.int64] | None = None
+    """(K,) rows of the wrench's stream that the measurements are of; None where they are of other instants."""
 
 
 def measure(
@@ -59,6 +62,8 @@ def measure(
     gravity: ArrayLike = STANDARD_GRAVITY,
     source: Source = "auto",
     curves: "Curves | None" = None,
+    of: str = "wrench sample",
+    counts: Array | None = None,
 ) -> Measured:
     """Motion and wrench of a recording at the instants of its wrench; nothing is extrapolated.
 
@@ -68,6 +73,8 @@ def measure(
     source : ``"auto"`` takes twist and acceleration columns where the log has them, else smooths the poses;
         ``"columns"``, ``"smooth"`` and ``"filter"`` (a fixed-lag Kalman filter, as live) ask for one of them.
     curves : the poses' smooth curves (`smooth_poses`), where they are known already.
+    of : what messages call a row of the wrench.
+    counts : (N,) how many of those each row of the wrench stands for; one each by default.
 
     A recording of static poses, of one held pose, or of orientation alone, gives zero motion: the reduced model.
     With orientation and an accelerometer (specific force a - g), the latter gives the acceleration.
@@ -84,29 +91,36 @@ def measure(
     if recording.static:
         if not np.array_equal(wrench.rows, orientation.rows):
             raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
-        return Measured(_still(wrench, orientation.values, g_world), "static", None)
+        return Measured(_still(wrench, orientation.values, g_world), "static", None, rows=wrench.rows)
 
-    inside, left_out = _inside(recording, wrench)
-    many = len(wrench) - len(inside) > FEW * len(wrench)
-    warnings, notes = (left_out, ()) if many else ((), left_out)
+    counts = np.ones(len(wrench)) if counts is None else counts
+    kept = _inside(recording, wrench)
+    inside, warnings, notes = wrench, (), ()
+    if not kept.all():
+        left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
+        if counts[~kept].sum() > FEW * counts.sum():
+            warnings = (warning("outside-poses", left_out),)
+        else:
+            notes = (note("outside-poses", left_out),)
+        inside, counts = wrench[kept], counts[kept]
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
-        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings, notes)
+        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings, notes, inside.rows)
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
     turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
     if not turns_or_moves and not may_move_unseen:
         held = np.repeat(orientation.values[:1], len(inside), axis=0)
-        return Measured(_still(inside, held, g_world), "static", None, warnings, notes)
+        return Measured(_still(inside, held, g_world), "static", None, warnings, notes, inside.rows)
     at = inside.time
     if source == "filter":
         motion, inside = _filtered(recording, inside)
-        kind = "filter"
+        kind, counts = "filter", np.ones(len(inside))
     else:
         curves = curves or smooth_poses(recording, g_world)
         motion = curves.poses.at(at)
         kind, warnings, notes = curves.source, warnings + curves.warnings, notes + curves.notes
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
-        warnings += (f"{_samples(~known)} in gaps of the poses left out",)
+        warnings += (warning("gaps-in-poses", f"{_counted(counts[~known], of)} in gaps of the poses left out"),)
         inside, motion = inside[known], motion[known]
     g = in_sensor_axes(motion.orientation, g_world)
     if motion.linear_acceleration is not None:
@@ -117,9 +131,11 @@ def measure(
     else:
         a = w = alpha = np.zeros_like(g)
         kind = "orientation"
-        warnings += ("no position and no accelerometer: only gravity is modelled, so mass and COM at most",)
+        what = "no position and no accelerometer: only gravity is modelled, so mass and COM at most"
+        warnings += (warning("gravity-only", what),)
     force, torque = inside.values[:, :3], inside.values[:, 3:]
-    return Measured(Measurements(inside.time, g, a, w, alpha, force, torque), kind, motion, warnings, notes)
+    z = Measurements(inside.time, g, a, w, alpha, force, torque)
+    return Measured(z, kind, motion, warnings, notes, None if kind == "filter" else inside.rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +147,9 @@ class Curves:
     """Of the poses without those sensors, whose clocks and axes are their own."""
     source: str
     """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
-    notes: tuple[str, ...]
+    notes: tuple[Message, ...]
     """What was found of those sensors."""
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def smooth_poses(
@@ -172,22 +188,20 @@ def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
     return Measurements(wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:])
 
 
-def _inside(recording: Recording, wrench: Stream) -> tuple[Stream, tuple[str, ...]]:
-    """The wrench samples between the first and the last pose, and a sentence if that leaves out others."""
+def _inside(recording: Recording, wrench: Stream) -> Mask:
+    """(N,) the wrench samples between the first and the last pose; `InputError` where there is none."""
     poses = [recording[name].time for name in POSE if recording.has(name)]
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():
         raise InputError("no wrench was measured while the pose was", where=recording.source)
-    if kept.all():
-        return wrench, ()
-    return wrench[kept], (f"{_samples(~kept)} before the first or after the last pose left out",)
+    return kept
 
 
-def _samples(mask: Mask) -> str:
-    """How many a mask (K,) holds."""
-    n = int(mask.sum())
-    return f"{n} wrench sample{'' if n == 1 else 's'}"
+def _counted(counts: Array, of: str) -> str:
+    """How many rows of these counts stand for, as in "3 wrench samples"."""
+    n = round(float(counts.sum()))
+    return f"{n} {of}{'' if n == 1 else 's'}"
 
 
 def _interpolated(stream: Stream, at: Array) -> Array:
@@ -203,7 +217,7 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
         stream = recording[name]
         if stream.time[0] > wrench.time[0] or stream.time[-1] < wrench.time[-1]:
             raise InputError(
-                f"the {name} does not cover all wrench samples", where=recording.source, fix="use --start, --duration"
+                f"the {name} does not cover all wrench samples", where=recording.source, fix="use `start`, `duration`"
             )
     quaternions = recording["orientation"]
     if np.array_equal(quaternions.time, wrench.time):
@@ -227,7 +241,7 @@ def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
             raise InputError(
                 "the live filter takes position and orientation together, but they come at different times",
                 where=recording.source,
-                fix="use --motion smooth",
+                fix="use `motion`='smooth'",
             )
     live = PoseFilter.tuned(time, position, values)
     _, motion = live.update(live.start(), time, position, values)

@@ -28,10 +28,10 @@ class SmoothedPoses:
     last: float
     """s, where the first of them ends"""
 
-    def at(self, time: ArrayLike) -> Motion:
+    def at(self, time: ArrayLike, spread: bool = True) -> Motion:
         """Motion at times (L,) [s]; NaN, of infinite deviation, inside a gap too long to bridge.
 
-        Raises `InputError` for times outside the recording.
+        Without `spread` the deviations are zero wherever the motion is known: they cost as much as the rest. Raises `InputError` for times outside the recording.
         """
         at = np.atleast_1d(np.asarray(time, dtype=float))
         if len(at) and (at.min() < self.first or at.max() > self.last):
@@ -41,17 +41,17 @@ class SmoothedPoses:
                 fix="ask only for times inside the recording",
             )
         if len(at) <= CHUNK:
-            return self._at(at)
-        pieces = (self._at(at[first : first + CHUNK]) for first in range(0, len(at), CHUNK))
+            return self._at(at, spread)
+        pieces = (self._at(at[first : first + CHUNK], spread) for first in range(0, len(at), CHUNK))
         return motion_from_pieces(at, pieces)
 
-    def _at(self, at: Array) -> Motion:
-        q = self.orientation.evaluate(at)
+    def _at(self, at: Array, spread: bool) -> Motion:
+        q = self.orientation.evaluate(at, spread)
         quaternion = (*q[:3], q[3], q[4])
         bandwidth = self.orientation.smoothness.bandwidth
         if self.position is None:
             return motion_from_channels(at, None, quaternion, bandwidth)
-        p0, p1, p2, _, p2_std = self.position.evaluate(at)
+        p0, p1, p2, _, p2_std = self.position.evaluate(at, spread)
         bandwidth = np.sqrt(self.position.smoothness.bandwidth * bandwidth)
         return motion_from_channels(at, (p0, p1, p2, p2_std), quaternion, bandwidth)
 

@@ -5,9 +5,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from hefting.spatial import Array, frozen, rotation_matrices
+from hefting.errors import InputError
+from hefting.measurements import Measurements, MotionNoise
+from hefting.spatial import Array, frozen, in_sensor_axes, rotation_matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,55 @@ class Motion:
         """The samples chosen by a slice, a mask (K,) or an index array."""
         names = [f.name for f in fields(self) if f.name != "bandwidth" and getattr(self, f.name) is not None]
         return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+    def measurements(self, wrench_time: ArrayLike, wrench: ArrayLike, gravity: ArrayLike) -> Measurements:
+        """This motion with the wrench measured beside it: samples for an estimator.
+
+        The wrench is taken at the instants of the motion, linearly between its samples; instants before its first or
+        after its last sample, or where the motion is not known, are left out. Without a position the motion counts as
+        turning about the sensor origin.
+
+        Parameters
+        ----------
+        wrench_time : (N,) [s], increasing, on the clock of the motion.
+        wrench : (N, 6) force [N] and torque [N m] exerted by the sensor on the object, in sensor axes about its origin;
+            a sensor that reports what the object exerts on it is the same with the sign flipped.
+        gravity : (3,) in world axes [m/s²], such as (0, 0, -9.81).
+
+        Raises `InputError` for arrays of other shapes.
+        """
+        time, values, g_world = frozen(wrench_time, 1), frozen(wrench, 2), frozen(gravity)
+        if values.shape != (len(time), 6):
+            raise InputError(f"has shape {values.shape}, expected {(len(time), 6)}", where="wrench")
+        if g_world.shape != (3,):
+            raise InputError(f"has shape {g_world.shape}, expected (3,)", where="gravity")
+        known = np.isfinite(self.angular_acceleration).all(axis=1)
+        if len(time):
+            known &= (self.time >= time[0]) & (self.time <= time[-1])
+        motion = self[known & bool(len(time))]
+        at = motion.time
+        aligned = np.column_stack([np.interp(at, time, column) for column in values.T]) if len(at) else np.empty((0, 6))
+        still = np.zeros((len(at), 3))
+        return Measurements(
+            time=at,
+            gravity=in_sensor_axes(motion.orientation, g_world),
+            linear_acceleration=still if motion.linear_acceleration is None else motion.linear_acceleration,
+            angular_velocity=motion.angular_velocity,
+            angular_acceleration=motion.angular_acceleration,
+            force=aligned[:, :3],
+            torque=aligned[:, 3:],
+            motion_noise=motion.noise if len(at) else None,
+        )
+
+    @property
+    def noise(self) -> MotionNoise:
+        """Root-mean-square errors of the accelerations, and the time over which they last."""
+        linear, angular = self.linear_acceleration_std, self.angular_acceleration_std
+        return MotionNoise(
+            0.0 if linear is None else float(np.sqrt(np.mean(np.square(linear)))),
+            float(np.sqrt(np.mean(np.square(angular)))),
+            float(np.pi / self.bandwidth),
+        )
 
 
 def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:

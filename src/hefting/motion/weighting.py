@@ -1,9 +1,11 @@
-"""How much each sample is worth when the motion, too, is uncertain.
+"""What errors of the motion do to the wrench, and how much each sample is worth for that.
 
-Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E' of the predicted
-wrench, E = d(f, tau)/d(a, alpha) = [[m I, -[mc]x], [[mc]x, J]]. They are correlated in time: of the fs T
-samples of T seconds about wc T are independent. So a sample counts as if its covariance were
-S_w + (fs/wc) E S_k E', S_w being that of the wrench itself.
+Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E' of the predicted wrench,
+
+    E = d(f, tau)/d(a, alpha) = [[m I, -[mc]x], [[mc]x, J]].
+
+They are correlated in time: of the fs T samples of T seconds about wc T are independent. So a sample counts as if its
+covariance were S_w + (fs/wc) E S_k E', S_w being that of the wrench itself.
 """
 
 from typing import Protocol
@@ -28,6 +30,31 @@ class UncertainMotion(Protocol):
     def bandwidth(self) -> float: ...
 
 
+def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
+    """Traces (2, 2) of the blocks of E E' for parameters (10,): rows force and torque, columns linear and angular.
+
+    Times the variances of the two accelerations [m²/s⁴, rad²/s⁴], of one axis each, it gives those of force [N²] and
+    torque [N² m²], summed over their three axes.
+    """
+    phi = np.asarray(vector, dtype=float)
+    lever, inertia = float(np.sum(skew(phi[1:4]) ** 2)), float(np.sum(vector_to_tensor(phi[4:]) ** 2))
+    return np.array(((3.0 * float(phi[0]) ** 2, lever), (lever, inertia)))
+
+
+def acceleration_variances(motion: UncertainMotion) -> Array:
+    """Variances (2, K) of linear and angular acceleration, one axis each; zero where the linear one is not modelled."""
+    angular = np.square(motion.angular_acceleration_std)
+    linear = motion.linear_acceleration_std
+    return np.stack((np.zeros_like(angular) if linear is None else np.square(linear), angular))
+
+
+def samples_per_error(time: Array, bandwidth: float) -> float:
+    """Samples at `time` (K,) over which an error of the motion, of `bandwidth` [rad/s], lasts; at least one."""
+    if len(time) < 2:
+        return 1.0
+    return max(1.0 / (float(np.median(np.diff(time))) * bandwidth), 1.0)
+
+
 def sample_weights(vector: ArrayLike, motion: UncertainMotion, force_std: float, torque_std: float) -> Array:
     """Weights (K,) of the samples' squared residuals, 1 where the motion is exact, 0 where it is unknown.
 
@@ -40,18 +67,21 @@ def sample_weights(vector: ArrayLike, motion: UncertainMotion, force_std: float,
 
     Raises `InputError` for noise levels that are not positive.
     """
-    phi = np.asarray(vector, dtype=float)
     if not (force_std > 0 and torque_std > 0):
         raise InputError(
             f"weights need positive noise levels of the wrench, not {force_std} N and {torque_std} N m",
             fix="give Noise(force=, torque=)",
         )
-    lever, inertia = skew(phi[1:4]), vector_to_tensor(phi[4:])
-    linear = 3.0 * (phi[0] / force_std) ** 2 + np.sum((lever / torque_std) ** 2)
-    angular = np.sum((lever / force_std) ** 2) + np.sum((inertia / torque_std) ** 2)
-    excess = angular * np.square(motion.angular_acceleration_std)
-    if motion.linear_acceleration_std is not None:
-        excess = excess + linear * np.square(motion.linear_acceleration_std)
-    interval = float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else np.inf
-    samples_per_error = max(1.0 / (interval * motion.bandwidth), 1.0)
-    return 1.0 / (1.0 + samples_per_error * excess / 6.0)
+    excess = excess_variance(vector, acceleration_variances(motion), force_std, torque_std)
+    return 1.0 / (1.0 + samples_per_error(motion.time, motion.bandwidth) * excess)
+
+
+def excess_variance(vector: ArrayLike, variances: Array, force_std: float, torque_std: float) -> Array:
+    """(K,) mean over the six channels of the variance that errors of the motion add, over that of the noise.
+
+    `variances` (2, K) are those of the accelerations. Infinite where these are.
+    """
+    share = np.array((force_std, torque_std)) ** -2.0 @ effect_of_acceleration_errors(vector)
+    with np.errstate(invalid="ignore"):
+        terms = np.where(share[:, None] > 0.0, share[:, None] * variances, 0.0)
+    return np.where(np.isfinite(variances).all(axis=0), terms.sum(axis=0) / 6.0, np.inf)

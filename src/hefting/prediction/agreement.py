@@ -1,20 +1,17 @@
 """Agreement: how well an estimate explains a wrench that was measured, of this recording or another."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.calibration import WrenchSign, fit_freely, residuals, wrench_sign
-from hefting.conditioning import Conditioned
 from hefting.estimate import Estimate
-from hefting.motion import measure
-from hefting.motion.measure import Source
+from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.ingest import Ingested
+from hefting.messages import Message, warning
 from hefting.prediction.spread import Z95, Spread
-from hefting.recording import Recording
+from hefting.regressor import predict_wrench
 from hefting.spatial import Array, frozen
 
-ENOUGH = 50_000
-"""Samples that suffice to tell the wrench's sign and its noise."""
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""
 MOSTLY = 0.5
@@ -41,9 +38,9 @@ class Agreement:
     """(2,) shares of forces and torques inside the band widened by ``own``: 0.95 where all is as it should be"""
     sign: WrenchSign
     """which way the sensor counts"""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
     """What was found of clock, drift and outliers, and put right."""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
     def __post_init__(self):
         for name in ("time", "wrench", "difference", "rms", "varying", "own", "within"):
@@ -51,35 +48,30 @@ class Agreement:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
-def agreement(
-    recording: Recording, estimate: Estimate, spread: Spread | None, found: Conditioned, motion: Source
-) -> Agreement:
-    """How well `estimate` explains the wrench of `recording`; `found` is what conditioning says of it.
-
-    Errors as for `hefting.motion.measure.measure`.
-    """
-    z = measure(found.corrected(recording), found.gravity, motion, found.curves).measurements
-    some = z.thinned(ENOUGH)
-    sign = wrench_sign(some, True)
+def agreement(estimate: Estimate, spread: Spread | None, found: Ingested) -> Agreement:
+    """How well `estimate` explains the wrench of a recording, as ingested with a free bias."""
+    z, sign = found.measurements, found.sign
     warnings = []
     if not sign.certain:
-        side = "on-object" if sign.on_object else "on-sensor"
-        warnings.append(f"the sign of the measured wrench is uncertain (t = {abs(sign.t):.1f}); assumed {side}")
-    if not sign.on_object:
-        z = replace(z, force=-z.force, torque=-z.torque)
-    difference = residuals(z, estimate.parameters.vector, estimate.bias)
+        what = f"the sign of the measured wrench is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
+        warnings.append(warning("sign-uncertain", what, "wrench"))
+    difference = z.wrench - predict_wrench(z, estimate.parameters.vector)
+    if estimate.bias is not None:
+        difference = difference - estimate.bias
     rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
     own = within = None
     if len(z) >= FEWEST:
-        noise = fit_freely(some, True).noise
-        own = np.array((noise.force, noise.torque))
+        fit = found.beside_bias
+        left = z.wrench - predict_wrench(z, fit.vector)
+        own = _rms(left if fit.bias is None else left - fit.bias)
     if own is not None and spread is not None:
         wide = Z95 * np.hypot(spread.of_wrench(z), np.repeat(own, 3))
         within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
     if own is not None:
         warnings += _doubts(difference.mean(axis=0), rms, varying, own)
     wrench = z.wrench if estimate.bias is None else z.wrench - estimate.bias
-    return Agreement(z.time, wrench, difference, rms, varying, own, within, sign, found.findings, tuple(warnings))
+    notes = found.conditioned.findings
+    return Agreement(z.time, wrench, difference, rms, varying, own, within, sign, notes, tuple(warnings))
 
 
 def _rms(difference: Array) -> Array:
@@ -87,12 +79,13 @@ def _rms(difference: Array) -> Array:
     return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
 
 
-def _doubts(mean: Array, rms: Array, varying: Array, own: Array) -> list[str]:
-    """A sentence where a constant is most of a difference that noise does not explain."""
+def _doubts(mean: Array, rms: Array, varying: Array, own: Array) -> list[Message]:
+    """A message where a constant is most of a difference that noise does not explain."""
     if not ((rms > 2.0 * own) & (varying**2 < MOSTLY * rms**2)).any():
         return []
     force, torque = (", ".join(f"{x:.3g}" for x in part) for part in (mean[:3], mean[3:]))
-    return [
+    what = (
         f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias other than the estimate's? was the "
         "sensor zeroed in between?"
-    ]
+    )
+    return [warning("constant-difference", what)]

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.conditioning import Conditioned, condition
 from hefting.errors import InputError
 from hefting.estimate import Estimate
+from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs import read_log
 from hefting.measurements import Measurements
+from hefting.messages import Message, warning
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
 from hefting.prediction.agreement import Agreement, agreement
@@ -61,10 +62,12 @@ def predict(
     longest = max(len(stream) for stream in trajectory.streams.values())
     if longest > MOST:
         what = f"holds {longest:,} samples of one kind, more than {MOST:,}"
-        raise InputError(what, trajectory.source, "take a part: --start, --duration")
+        raise InputError(what, trajectory.source, "take a part: `start`, `duration`")
     spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
     found, agreed, refusal = _compared(trajectory, estimate, spread, gravity, motion)
-    measured = measure(_wrenchless(trajectory, motion), gravity, motion, found.curves if found else None)
+    measured = measure(
+        _wrenchless(trajectory, motion), gravity, motion, found.conditioned.curves if found else None, of="instant"
+    )
     z = measured.measurements
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
         wrench = predict_wrench(z, estimate.parameters.vector)
@@ -86,13 +89,13 @@ def predict(
         agreement=agreed,
         warnings=(
             *trajectory.warnings,
-            *map(_of_instants, measured.warnings),
+            *measured.warnings,
             *_doubts(estimate, frozen(gravity)),
             *_open(spread, std),
             *refusal,
             *(agreed.warnings if agreed else ()),
         ),
-        notes=(*trajectory.notes, *map(_of_instants, measured.notes)),
+        notes=(*trajectory.notes, *measured.notes),
     )
 
 
@@ -115,20 +118,16 @@ def _wrenchless(recording: Recording, motion: Source) -> Recording:
 
 def _compared(
     recording: Recording, estimate: Estimate, spread: Spread | None, gravity: ArrayLike, motion: Source
-) -> tuple[Conditioned | None, Agreement | None, tuple[str, ...]]:
+) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
     """What is found of the recording's wrench, if it has one, and a warning where that fails."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
-        found = condition(recording, gravity, motion)
-        return found, agreement(recording, estimate, spread, found, motion), ()
+        found = ingest(recording, gravity=gravity, bias="estimate", motion=motion)
+        return found, agreement(estimate, spread, found), ()
     except InputError as error:
-        return None, None, (f"not compared with the measured wrench: {error}",)
-
-
-def _of_instants(line: str) -> str:
-    """What `measure` says of the wrench's samples, which here are instants of the poses."""
-    return line.replace("wrench sample", "instant")
+        what = f"not compared with the measured wrench: {error}"
+        return None, None, (warning("wrench-not-compared", what),)
 
 
 def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) -> Peak:
@@ -142,38 +141,39 @@ def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) ->
     return Peak(float(size[k]), float(z.time[k]), std)
 
 
-def _doubts(estimate: Estimate, gravity: Array) -> list[str]:
+def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
     """What the user should know of the estimate."""
     doubts = []
     if estimate.covariance is None:
-        doubts.append(
-            f"the estimate ({estimate.method}) has no covariance, so there is no band: OLS and Bayes give one"
-        )
+        what = f"the estimate ({estimate.method}) has no covariance, so there is no band: OLS and Bayes give one"
+        doubts.append(warning("no-band", what))
     if not estimate.physically_consistent:
-        doubts.append(f"no body has the estimate's parameters: {estimate.consistency}")
+        doubts.append(warning("not-physical", f"no body has the estimate's parameters: {estimate.consistency}"))
     tool = _numbers(estimate.provenance.get("tool"), 10)
     if tool is not None:
-        doubts.append(
-            f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
-        )
+        what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
+        doubts.append(warning("tool-subtracted", what))
     found = _numbers(estimate.provenance.get("gravity"), 3)
     if found is not None and np.linalg.norm(found - gravity) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
         x, y, z = found
-        doubts.append(f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see --gravity")
+        what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
+        doubts.append(warning("another-gravity", what, "gravity"))
     return doubts
 
 
-def _open(spread: Spread | None, std: Array | None) -> list[str]:
-    """A sentence on where the band has no end."""
+def _open(spread: Spread | None, std: Array | None) -> list[Message]:
+    """A message on where the band has no end."""
     if spread is None or std is None or not spread.open.any():
         return []
     infinite: Mask = np.isinf(std)
     names = ", ".join(name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_)
     if not infinite.any():
-        return [f"the estimate leaves {names} open, which this motion does not need"]
+        what = f"the estimate leaves {names} open, which this motion does not need"
+        return [warning("open-not-needed", what)]
     touched = ", ".join(name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any())
     share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
-    return [f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"]
+    what = f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"
+    return [warning("band-open", what)]
 
 
 def _numbers(value: Any, count: int) -> Array | None:

@@ -11,8 +11,9 @@ import numpy as np
 from hefting.errors import InputError
 from hefting.measurements import Measurements
 from hefting.motion import Motion
+from hefting.motion.weighting import acceleration_variances, effect_of_acceleration_errors
 from hefting.regressor import FULL_MAP, motion_features
-from hefting.spatial import CHUNK, Array, Mask, skew, vector_to_tensor
+from hefting.spatial import CHUNK, Array, Mask
 
 Z95 = 1.959963984540054
 """Standard deviations to either side that hold 95 % of a Gaussian."""
@@ -77,8 +78,5 @@ def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
     """
     if motion is None:
         return None
-    lever, inertia = np.sum(skew(vector[1:4]) ** 2), np.sum(vector_to_tensor(vector[4:]) ** 2)
-    alpha = float(np.mean(motion.angular_acceleration_std**2))
-    a = 0.0 if motion.linear_acceleration_std is None else float(np.mean(motion.linear_acceleration_std**2))
-    spread = np.sqrt(np.array((3.0 * vector[0] ** 2 * a + lever * alpha, lever * a + inertia * alpha)) / 3.0)
+    spread = np.sqrt(effect_of_acceleration_errors(vector) @ acceleration_variances(motion).mean(axis=1) / 3.0)
     return spread if np.isfinite(spread).all() else None

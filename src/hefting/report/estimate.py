@@ -144,7 +144,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     if made.get("tool"):
         yield f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone"
     for note in made.get("notes", ()):
-        if not note.startswith("the wrench is on-"):  # said above
+        if getattr(note, "code", "") != "wrench-sign":  # said above
             yield f"- {note}"
     if made.get("bias_searched") and made.get("bias") == "none":
         yield "wrench bias: none beyond three standard deviations, so none assumed"

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.calibration import BIAS_CONFIDENCE
+from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.inspection.movement import SPEED_LIMIT
 from hefting.report.printing import warning_lines
 from hefting.spatial import Array
@@ -134,7 +134,7 @@ def _clock(offset: float, std: float | None) -> str:
 def _bias(f: "WrenchFacts") -> str:
     if f.bias is None or f.bias_t is None:
         return "bias: cannot be told from the object here"
-    if np.abs(f.bias_t).max() < BIAS_CONFIDENCE:
+    if np.abs(f.bias_t).max() < SIGNIFICANT:
         return "bias: none beyond three standard deviations"
     force, torque = (", ".join(f"{x:.3g}" for x in part) for part in (f.bias[:3], f.bias[3:]))
     return f"bias as recorded ({force}) N, ({torque}) N m; largest t {np.abs(f.bias_t).max():.3g}"

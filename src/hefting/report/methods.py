@@ -8,10 +8,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.calibration import TYPICAL_SIZE
 from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.inertia import EXPLANATIONS
+from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.plausibility import MISFIT
 from hefting.report.estimate import assumptions
 from hefting.report.printing import warning_lines

@@ -9,15 +9,17 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.likelihood import Samples, likelihood, motion_effect
+from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
+from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import WrenchNoise, whitening
 from hefting.inertia import InertialParameters
-from hefting.measurements import Noise
+from hefting.measurements import MotionNoise, Noise
 from hefting.shapes import PointMasses
 from hefting.spatial import Array
 
@@ -35,8 +37,6 @@ LIGHTEST, HEAVIEST = 0.2, 2.0
 """Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
 NEAR = 1.0
 """Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
-CONTRADICTED = 5.0
-"""Standard deviations by which residuals may exceed the noise that is claimed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,7 @@ class Bayes(Estimator):
     source = "this project, docs/bayes.md"
     best_for = "a known shape, any motion, and wherever it matters how sure the answer is"
     invariances = frozenset(INVARIANCES) - {"sensor origin"}
+    keeps_time_record = True
 
     shape: PointMasses
     """Where the object may have mass, in the sensor frame."""
@@ -66,12 +67,6 @@ class Bayes(Estimator):
     noise: WrenchNoise = None
     """Known noise of the wrench: levels, with those of white noise in the accelerations, or a covariance (6, 6). None:
     found from the residuals."""
-    motion_noise: tuple[float, float] | None = None
-    """Standard deviations of white noise in linear [m/s²] and angular [rad/s²] acceleration; None: those of `noise`,
-    or, where it has none, the motion is exact. See `hefting.estimators.bayes.white_noise`."""
-    motion_memory: float = 1.0
-    """Samples over which errors of the accelerations last: 1 for white noise, pi times the sampling rate [1/s] over the
-    bandwidth [rad/s] for motion from a filter. They then count as independent of the motion itself."""
     systematic: Array | None = None
     """Covariance (10, 10) of an error in the parameters that more samples do not lessen: that of a tool whose wrench
     was subtracted, or of gravity's direction."""
@@ -80,11 +75,6 @@ class Bayes(Estimator):
     (`Estimate.accuracy`) and whether that suffices."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
-    autocorrelation: float = 1.0
-    """Variance of sums of residuals over that of white ones, at least 1: see `colour.coloured`."""
-    disagreement: float = 1.0
-    """Variance between stretches of the recording over what each claims, at least 1: see `colour.coloured`. Above
-    1 it widens all intervals, and there is a warning."""
 
     def __post_init__(self):
         require_bias_model(self.bias)
@@ -106,14 +96,6 @@ class Bayes(Estimator):
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
             raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
-        if self.motion_noise is not None and not (
-            np.shape(self.motion_noise) == (2,) and all(0.0 <= level < np.inf for level in self.motion_noise)
-        ):
-            raise InputError(f"motion noise is two levels, finite and not negative, not {self.motion_noise}")
-        for name in ("autocorrelation", "disagreement", "motion_memory"):
-            value = getattr(self, name)
-            if not (isinstance(value, int | float) and 1.0 <= value < np.inf):
-                raise InputError(f"{name} must be finite and at least 1, but is {value}")
 
     @cached_property
     def _prior(self) -> Prior:
@@ -127,14 +109,12 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        narrow = posterior
-        if self.disagreement > 1.0:  # widens the intervals, but is no reason to lean more on the prior
-            narrow = self._posterior(state, start, 1.0)
-        nearest = self._nearest_body(narrow)
+        nearest = self._nearest_body(posterior)
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
-            sufficient = self.until.met_by(accuracy) and not contradiction(posterior, nearest.distance)
+            sure = posterior.noise_known and not contradiction(posterior, nearest.distance)
+            sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
             method=self.name,
             parameters=body,
@@ -144,15 +124,16 @@ class Bayes(Estimator):
             intervals=mixture.intervals(LEVEL),
             accuracy=accuracy,
             sufficient=sufficient,
-            bias=narrow.bias,
+            bias=posterior.bias,
             point_masses=nearest.masses,
             hull_margin=nearest.margin,
-            warnings=warnings_of(posterior, nearest.distance, self.disagreement),
+            warnings=warnings_of(posterior, nearest.distance),
+            provenance=posterior.noise_found,
         )
 
     def _nearest_body(self, posterior: Posterior) -> Nearest:
         """Of cells that are even within or, where those do not do, of voxels."""
-        prior, mean, C = posterior.prior, posterior.mixture.mean, posterior.mixture.covariance
+        prior, mean, C = posterior.prior, posterior.narrow.mean, posterior.narrow.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < NEAR:
@@ -169,43 +150,55 @@ class Bayes(Estimator):
 
     def posterior(self, state: Blend, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
-        return self._posterior(state, start, self.disagreement)
-
-    def _posterior(self, state: Blend, start: Estimate | None, disagreement: float) -> Posterior:
         require_samples(state.samples)
-        samples = Samples.of(state, self.bias == "estimate")
+        samples, time = Samples.of(state, self.bias == "estimate"), TimeSamples.of(state, self.bias == "estimate")
         _require_information(samples, state)
-        known, S_k = self._levels
-        white = S_k if self.motion_memory == 1.0 else None
-        wider = self.autocorrelation * disagreement
-        level = samples.least_residual if known is None else known
-        rough = samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
+        known, motion = self._levels(state)
+        rough = samples.mass_scale(
+            float((samples.least_residual if known is None else known)[:3, :3].trace() / 3.0) ** 0.5
+        )
+        R = samples.least_residual
         if start is None:
             phi = rough * self._prior.mean
-            R = samples.least_residual if known is None else None
         else:
             phi = start.parameters.vector
-            R = samples.believable(samples.residual_covariance(phi)) if known is None else None
-        S = self._covariance(samples, phi, R)
-        excess, contradicted, count = 1.0, False, 0
+            R = samples.limited_to_noise(samples.residual_covariance(phi))
+        autocorrelation = 1.0
+        S = self._covariance(samples, phi, known, R, motion, autocorrelation)
+        at, left = (phi, R) if start is not None else (samples.least_squares, samples.least_residual)
+        excess, contradicted, count, P = 1.0, False, 0, None
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
             count += 1
             scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
-            found = likelihood(samples, phi, excess * S, white, wider)
+            equations = Equations.of(samples, phi, excess * S, motion.white)
+            colour = None
+            if time is not None:
+                P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
+                scores = time.scales.scores(equations.whitening, at, equations.attenuation)
+                level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
+                lasting = equations.effect_of(motion.lasting), motion.memory
+                colour = time.colour(scores, equations.G, P, level, at, lasting, known is not None)
+            found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
+            autocorrelation = 1.0 if colour is None else colour.autocorrelation
+            own = mixture = Mixture.of(placed.prior, scale, found)
+            P = equations.spent(found, mixture.covariance)
+            determined = mixture.determined(found) if colour is None else colour.fitted
             if self.systematic is not None:
                 found = found.blurred(self.systematic)
-            mixture = Mixture.of(placed.prior, scale, found)
-            phi = mixture.mean
-            left = samples.residual_covariance(phi, self.autocorrelation * mixture.determined(found))
+                mixture = Mixture.of(placed.prior, scale, found)
+            phi, at = mixture.mean, own.mean
+            left = samples.residual_covariance(at, determined)
+            if samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
+                at = samples.least_squares
             before = excess * S
             if known is None:
-                S = self._covariance(samples, phi, samples.believable(left))
+                S = self._covariance(samples, phi, known, samples.limited_to_noise(left), motion, autocorrelation)
             else:
-                S = self._covariance(samples, phi, None)
+                S = self._covariance(samples, phi, known, left, motion, autocorrelation)
                 ratio = float(np.trace(np.linalg.solve(S, left))) / 6.0
-                contradicted = ratio > 1.0 + CONTRADICTED * (self.autocorrelation / (3.0 * samples.K)) ** 0.5
-                excess = max(ratio / samples.unbelievable(left), 1.0) if contradicted else 1.0
+                contradicted = ratio > 1.0 + CONTRADICTED * (autocorrelation / (3.0 * samples.K)) ** 0.5
+                excess = max(ratio / samples.excess_over_noise(left), 1.0) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
             scores = placed.most_likely(mixture.weights, mixture.means)
             moved = float(np.abs(scores - placed.scores).max(initial=0.0))
@@ -213,35 +206,64 @@ class Bayes(Estimator):
                 break
             if moved >= MOVED:
                 placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
-        bias = samples.bias(phi) if self.bias == "estimate" else None
-        misfit = found.misfit(phi)
-        settled = moved < UNSETTLED
-        return Posterior(mixture, placed.prior, placed.move, before, excess, contradicted, misfit, settled, count, bias)
+        wide, disagreement = mixture, 0.0
+        if colour is not None:
+            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, colour)
+            if disagreement > DISAGREE:
+                wider = equations.likelihood(disagreement * (colour.noise + equations.products))
+                if self.systematic is not None:
+                    wider = wider.blurred(self.systematic)
+                wide = Mixture.of(placed.prior, scale, wider)
+            if colour.response:
+                wide = wide.scaled(colour.response)
+        return Posterior(
+            mixture=wide,
+            narrow=mixture,
+            prior=placed.prior,
+            move=placed.move,
+            residual_covariance=before,
+            excess=excess,
+            contradicted=contradicted,
+            autocorrelation=autocorrelation,
+            disagreement=disagreement,
+            variances=None if colour is None else colour.variances,
+            noise_known=known is not None or state.samples >= FEWEST,
+            motion=motion,
+            misfit=found.misfit(phi),
+            settled=moved < UNSETTLED,
+            passes=count,
+            bias=samples.bias(phi) if self.bias == "estimate" else None,
+        )
 
-    @cached_property
-    def _levels(self) -> tuple[Array | None, Array | None]:
-        """Covariance (6, 6) of the wrench and variances (6,) of the accelerations; None where they are not known."""
-        noise = self.noise
-        S_k = None if self.motion_noise is None else np.repeat(np.square(self.motion_noise), 3)
+    def _levels(self, state: Blend) -> tuple[Array | None, MotionErrors]:
+        """Covariance (6, 6) of the wrench, None where it is not known, and the errors of the motion."""
+        noise, S_w = self.noise, None
+        given = None if state.record is None else state.record.motion_noise
         if isinstance(noise, Noise):
             S_w = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
-            if S_k is None:
-                S_k = np.repeat((noise.linear_acceleration**2, noise.angular_acceleration**2), 3)
-        else:
-            S_w = None if noise is None else np.array(noise, dtype=float)
-        return S_w, S_k if S_k is not None and S_k.any() else None
+            if given is None:
+                given = MotionNoise(noise.linear_acceleration, noise.angular_acceleration)
+        elif noise is not None:
+            S_w = np.array(noise, dtype=float)
+        return S_w, MotionErrors.of(given, state)
 
-    def _covariance(self, samples: Samples, phi: Array, R: Array | None) -> Array:
+    def _covariance(
+        self,
+        samples: Samples,
+        phi: Array,
+        known: Array | None,
+        R: Array,
+        motion: MotionErrors,
+        autocorrelation: float,
+    ) -> Array:
         """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
-        S_w, S_k = self._levels
-        if S_w is None:
-            assert R is not None
-            S, times = samples.noise_left(R), self.motion_memory - 1.0
+        if known is None:
+            S, times = samples.noise_left(R), motion.memory - 1.0
         else:
-            S, times = S_w + np.diag(samples.floor**2), self.motion_memory
-        if S_k is not None and times > 0.0:
+            S, times = known + np.diag(samples.floor**2), motion.memory
+        if motion.variances is not None and times > 0.0:
             E = motion_effect(phi)
-            S = S + times / self.autocorrelation * (E * S_k) @ E.T
+            S = S + times / autocorrelation * (E * motion.variances) @ E.T
         return S
 
 

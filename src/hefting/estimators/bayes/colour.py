@@ -1,105 +1,183 @@
-"""Coloured residuals and recordings that contradict themselves: what white noise with a constant bias leaves out."""
+"""Colour: what residuals say of the noise beyond its size, and whether parts of a record agree.
 
-from dataclasses import replace
+`Colour.of` finds from a state's time record the spectrum of the noise by octaves (`spectrum`), and from it the
+covariance of the whole record's score, sum v_j G_j over the time scales: with coloured noise, each scale's information
+counts as much as the noise there allows. Two doubts widen it, as they are no reason to lean more on the prior:
+
+- time scales at which the wrench answers with another gain than on the whole (`response_errors`);
+- stretches of the record that contradict each other by more than `DISAGREE`.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import NotIdentifiableError
-from hefting.estimators.bayes import Bayes
-from hefting.measurements import Measurements
-from hefting.regressor import predict_wrench
+from hefting.estimators.bayes.groups import Groups, Scores
+from hefting.estimators.bayes.spectrum import first_order, spectrum
+from hefting.estimators.blend import Blend
+from hefting.regressor import ONE
 from hefting.spatial import Array
 
-ROUNDS = 4
-"""Times the residuals, which depend on the answer, are looked at."""
-SIGNIFICANT = 3.0
-"""Standard deviations that the correlation of neighbours must be from zero."""
-LONGEST = 0.5
-"""Of the recording: the longest time over which a correlation is believed."""
+FEWEST = 50
+"""Samples before the noise counts as known."""
 STRETCHES = 4
-"""Pieces of a recording that are compared."""
-SHORTEST = 50
-"""Samples of one of them."""
+"""Fewest stretches that are compared."""
 DISAGREE = 3.0
-"""Variance between them over what they claim that is more than chance."""
+"""Variance between stretches over what they claim that is more than chance."""
+CHANCE = 12.0
+"""Squared error of one scale's gain over its variance that is chance: beyond it once in 2,000 times."""
+FEWEST_DEGREES = 12.0
+"""Degrees of freedom of an energy that may contradict a claim."""
+CONTRADICTED = 5.0
+"""Standard deviations by which residuals may exceed noise that is claimed."""
+LIMIT = 2.0
+"""Standard deviations within which a scale's own gain limits the error that faster scales suggest."""
+FADE = 0.5 ** (1.0 / 3.0)
+"""Part of a relative error at one time scale that twice as slow changes may have. Errors of viscous friction or of a
+late clock fade faster; creep of elastic sensors follows small powers of the time: a third stands for them."""
 
 
-def coloured(estimator: Bayes, measurements: Measurements) -> Bayes:
-    """`estimator` with the autocorrelation that its own residuals have, and with the disagreement of stretches.
+@dataclass(frozen=True, eq=False)
+class Colour:
+    """Noise of a record by time scale, at one body and one covariance of the wrench."""
 
-    The samples are in order of time, and evenly spaced; the shape is not grossly wrong.
-    """
-    alone = replace(estimator, systematic=None)  # that is no noise, and the same for all stretches
-    found = _coloured(alone, measurements)
-    ratio = disagreement(alone, measurements)
-    return replace(found, systematic=estimator.systematic, disagreement=ratio if ratio > DISAGREE else 1.0)
-
-
-def _coloured(estimator: Bayes, z: Measurements) -> Bayes:
-    state = estimator.update(estimator.start(), z)
-    for _ in range(ROUNDS):
-        posterior = estimator.posterior(state)
-        r = z.wrench - predict_wrench(z, posterior.mixture.mean)
-        if posterior.bias is not None:
-            r = r - posterior.bias
-        if z.weights is not None:
-            r = r * np.sqrt(z.weights)[:, None]
-        before = estimator.autocorrelation
-        found = residual_colour(r / np.sqrt(posterior.residual_covariance.diagonal()))
-        estimator = replace(estimator, autocorrelation=found)
-        if abs(found / before - 1.0) < 0.05:
-            break
-    return estimator
+    noise: Array
+    """(10, 10) covariance of the score of all samples, coloured noise allowed for"""
+    response: float
+    """relative error of the whole body by errors of the wrench in step with the motion"""
+    autocorrelation: float
+    """variance of the parameters over that with white noise, on average"""
+    variances: Array
+    """(J + 1,) of the noise at each time scale and beyond, over that of one sample"""
+    fitted: float
+    """sum of squared whitened residuals that the fit takes away"""
+    energies: Array
+    """(J,) sums of squared residuals at each scale, whitened to a mean square of 1"""
+    degrees: Array
+    """(J,) their degrees of freedom"""
 
 
-def residual_colour(residuals: Array) -> float:
-    """Variance of the sum of residuals (K, c), of one variance, over that of white ones; never less than one.
+@dataclass(frozen=True, eq=False)
+class TimeSamples:
+    """Virtual samples by time scale and by stretch, without their mean where a bias is free."""
 
-    Of all columns together, as if white noise were added to a first-order process: autocorrelation a rho^h at lag h,
-    rho and a by least squares. A short series shows too little of a long correlation: rho is raised by (1 + 4 rho) / K,
-    what it is too small by on average (Kendall 1954).
-    """
-    K = len(residuals)
-    if K < 8 or not residuals.any():
-        return 1.0
-    size = 1 << (2 * K - 1).bit_length()
-    power = (np.abs(np.fft.rfft(residuals, size, axis=0)) ** 2).sum(axis=1)
-    lags = np.arange(K // 2)
-    covariance = np.fft.irfft(power, size)[: len(lags)] / (K - lags)
-    r = covariance / covariance[0]
-    deviation = residuals.size**-0.5
-    if r[1] < SIGNIFICANT * deviation:
-        return 1.0
-    below = np.flatnonzero(r < max(0.1 * r[1], deviation))
-    head = r[1 : max(int(below[0]) if len(below) else len(r), 3)]
-    rho = min(max(float(head[1:] @ head[:-1] / (head[:-1] @ head[:-1])), 0.0), 1.0)
-    powers = rho ** np.arange(1, len(head) + 1)
-    a = min(float(powers @ head / (powers @ powers)), 1.0) if rho > 0.0 else 0.0
-    rho = min(rho + (1.0 + 4.0 * rho) / K, 1.0 - 1.0 / (LONGEST * K))
-    return 1.0 + 2.0 * max(a * rho / (1.0 - rho), float(r[1]))
+    scales: Groups
+    stretches: Groups
+    samples: float
+    """of the whole record"""
+    free_bias: bool
+    """whether a constant bias is free"""
 
+    @classmethod
+    def of(cls, state: Blend, free_bias: bool) -> "TimeSamples | None":
+        """Of a state; None where it has no time record, or of one sample only."""
+        if state.record is None:
+            return None
+        scales, stretches = state.record.complete
+        if not scales.counts:
+            return None
+        mean = own = None
+        parts = stretches.parts
+        if free_bias:
+            mean = _means(state.full.factor[None])
+            own = _means(np.array([factor for factor, _ in parts])) if parts else None
+        return cls(
+            Groups.of(scales.factors, scales.counts, mean),
+            Groups.of([factor for factor, _ in parts], [count - bool(free_bias) for _, count in parts], own),
+            float(state.samples),
+            free_bias,
+        )
 
-def disagreement(estimator: Bayes, measurements: Measurements) -> float:
-    """Variance of mass and first moment between stretches over what each stretch's posterior claims (Birge 1932).
+    def colour(
+        self,
+        found: Scores,
+        G: Array,
+        P: Array,
+        level: float,
+        phi: Array,
+        motion: tuple[Array | None, float],
+        white_claimed: bool,
+    ) -> Colour:
+        """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
 
-    Each stretch has its own colour, and its own bias where one is free. About 1 where all is as modelled; 0 where
-    there is too little data.
-    """
-    K = len(measurements)
-    if K < STRETCHES * SHORTEST:
-        return 0.0
-    means, weights = [], []
-    for part in np.array_split(np.arange(K), STRETCHES):
-        piece = measurements[part[0] : part[-1] + 1]
-        try:
-            alone = _coloured(estimator, piece)
-            mixture = alone.posterior(alone.update(alone.start(), piece)).mixture
-        except NotIdentifiableError:
+        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
+        residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
+        `motion`: what errors of the motion put into the information (10, 10) of a sample, None where nothing, and how
+        many samples they last. Noise that is claimed to be white counts as white until a scale exceeds that.
+        """
+        details = self.scales.counts
+        spent = np.einsum("gij,ji->g", found.information, P)
+        degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
+        energies = found.energies / level
+        variances = spectrum(energies, degrees, self.samples, self.free_bias)
+        if white_claimed and not exceeds(energies, degrees):
+            variances = np.ones(len(variances))
+        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
+        noise = np.tensordot(variances, information, 1)
+        signal = np.einsum("i,gij,j->g", phi, information, phi)
+        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
+        rest = max(float((information[-1] * P.T).sum()), 0.0)
+        fitted = float(variances[:-1] @ spent) + variances[-2] * rest
+        size = G.diagonal()
+        average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
+        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees)
+
+    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, colour: Colour) -> float:
+        """Variance of mass and first moment between stretches over what each claims (Birge 1932).
+
+        About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
+        them: their noise is what scales of at most a quarter of a stretch lead one to expect.
+        """
+        n = len(self.stretches.counts)
+        if n < STRETCHES:
             return 0.0
-        means.append(mixture.mean[:4])
-        weights.append(np.linalg.pinv(mixture.covariance[:4, :4], rcond=1e-12, hermitian=True))
-    total = np.sum(weights, axis=0)
-    sums = np.sum([w @ x for w, x in zip(weights, means, strict=True)], axis=0)
-    common = np.linalg.lstsq(total, sums, rcond=1e-12)[0]
-    square = sum(float((x - common) @ w @ (x - common)) for w, x in zip(weights, means, strict=True))
-    return square / (4.0 * (STRETCHES - 1))
+        found = self.stretches.scores(W, phi, attenuation)
+        length = float(np.median(self.stretches.counts)) + 1.0
+        within = 4.0 * 2.0 ** np.arange(len(colour.energies)) <= length
+        degrees = np.where(within, colour.degrees, 0.0)
+        expected = spectrum(colour.energies, degrees, length, self.free_bias)
+        variance = float(expected[min(int(np.log2(length)), len(expected) - 1)])
+        return float(found.birge(np.full(n, max(variance, 1.0))).sum()) / (n - 1)
+
+
+def exceeds(energies: Array, degrees: Array) -> bool:
+    """Whether the energy of a scale (J,) is more than that of white noise by more than chance."""
+    enough = degrees >= FEWEST_DEGREES
+    return bool((energies > degrees + CONTRADICTED * np.sqrt(2.0 * degrees))[enough].any())
+
+
+def response_errors(
+    found: Scores, variances: Array, details: Array, phi: Array, effect: Array | None, memory: float
+) -> Array:
+    """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
+
+    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
+    what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
+    A scale may itself show that its gain is off by less, `LIMIT` standard deviations above what it is off.
+    What errors of the motion explain is not the sensor's: known ones, of `effect` (10, 10) on the information of a
+    sample and lasting `memory` samples; and unknown white ones, which weaken the score of each detail alike.
+    """
+    signal = np.einsum("i,gij,j->g", phi, found.information, phi)
+    score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
+    unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
+    explained = max(unknown, 0.0) * details
+    if effect is not None:
+        rho = (memory - 1.0) / (memory + 1.0)
+        explained = np.maximum(explained, float(phi @ effect @ phi) * details * first_order(rho, len(details)))
+    score = np.maximum(np.abs(score) - explained, 0.0)
+    gain = score / np.where(signal > 0.0, signal, np.inf)
+    significance = gain**2 * signal / variances
+    shown = gain * np.sqrt(np.maximum(1.0 - CHANCE / np.maximum(significance, CHANCE), 0.0))
+    possible = gain + LIMIT * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
+    possible[signal <= 0.0] = np.inf
+    errors, error = np.zeros(len(shown) + 1), 0.0
+    for level, (own, most) in enumerate(zip((*shown, 0.0), (*possible, np.inf), strict=True)):
+        error = max(float(own), min(FADE * error, float(most)))
+        errors[level] = error
+    return errors
+
+
+def _means(factors: Array) -> Array:
+    """(g, 22) weighted mean features of triangular factors (g, 22, 22)."""
+    ones = factors[:, :, ONE]
+    return np.einsum("gi,gij->gj", ones, factors) / np.einsum("gi,gi->g", ones, ones)[:, None]

@@ -72,15 +72,19 @@ class Samples:
         return cls(full_rows(R), R[:, WRENCH], K, R[:, :3], np.maximum(floor, 1e-12), A_mean, mean[WRENCH])
 
     @cached_property
-    def least_residual(self) -> Array:
-        """(6, 6) covariance of the residuals of least squares, forces and torques weighed by their size."""
+    def least_squares(self) -> Array:
+        """(10,) parameters of least squares, forces and torques weighed by their size."""
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A = (self.A * scale[:, None]).reshape(-1, 10)
         units = np.sqrt((A * A).sum(axis=0))
         units[units < 1e-13 * units.max()] = np.inf
-        phi = np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
-        return self.residual_covariance(phi)
+        return np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
+
+    @cached_property
+    def least_residual(self) -> Array:
+        """(6, 6) covariance of the residuals of least squares."""
+        return self.residual_covariance(self.least_squares)
 
     def residual_covariance(self, phi: Array, spent: float = 10.0) -> Array:
         """(6, 6) mean square of what parameters phi (10,) leave of the wrench.
@@ -90,7 +94,7 @@ class Samples:
         r = self.b - self.A @ phi
         return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
 
-    def unbelievable(self, R: Array) -> float:
+    def excess_over_noise(self, R: Array) -> float:
         """How many times too large for noise residuals of covariance R (6, 6) are, beside those of least squares; at
         least 1. More than 1 is a body of the wrong shape; 1 where there are too few samples to tell."""
         if self.K < FEW:
@@ -98,9 +102,9 @@ class Samples:
         least = self.least_residual.diagonal() + self.floor**2
         return max(float((R.diagonal() / least).mean()) / MISFIT, 1.0)
 
-    def believable(self, R: Array) -> Array:
+    def limited_to_noise(self, R: Array) -> Array:
         """R, or as much of it as may be noise."""
-        return R / self.unbelievable(R)
+        return R / self.excess_over_noise(R)
 
     def noise_left(self, R: Array) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out."""
@@ -144,27 +148,80 @@ class Likelihood:
         return type(self)(0.5 * (precision + precision.T), less @ self.shift, self.covariance)
 
 
-def likelihood(samples: Samples, phi: Array, S: Array, S_k: Array | None, colour: float) -> Likelihood:
-    """At about the parameters phi (10,).
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """The whitened equations of all samples: G, h, H and the part of V that products of noise with noise make."""
 
-    S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the accelerations' part in it, None
-    where there is none; `colour` is the variance of sums of residuals over that of white ones.
-    """
-    W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
-    A = (W @ samples.A).reshape(-1, 10)
-    b = (samples.b @ W.T).ravel()
-    G, h = A.T @ A, A.T @ b
-    if S_k is None:
-        return Likelihood(G / colour, h / colour, S)
-    K = samples.K
-    WD = W @ D  # (6, 6, 10)
-    rows = WD.reshape(36, 10)
-    H = G - K * (rows * np.repeat(S_k, 6)[:, None]).T @ rows
-    WE = W @ motion_effect(phi)
-    B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
-    V = colour * (G + K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10))
-    half = _root_of_inverse(V) @ H
-    return Likelihood(half.T @ half, half.T @ (_root_of_inverse(V) @ h), S)
+    whitening: Array
+    """(6, 6) W with W'W = S^-1"""
+    G: Array
+    """(10, 10)"""
+    h: Array
+    """(10,)"""
+    attenuation: Array | None
+    """(10, 10) what the motion's white noise puts into G for each sample; None where there is none"""
+    H: Array
+    """(10, 10)"""
+    products: Array
+    """(10, 10)"""
+    covariance: Array
+    """S (6, 6) of one sample's residual"""
+
+    @classmethod
+    def of(cls, samples: Samples, phi: Array, S: Array, S_k: Array | None) -> Self:
+        """At about the parameters phi (10,).
+
+        S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the accelerations' part in it, None
+        where there is none.
+        """
+        W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
+        A = (W @ samples.A).reshape(-1, 10)
+        b = (samples.b @ W.T).ravel()
+        G, h = A.T @ A, A.T @ b
+        if S_k is None:
+            return cls(W, G, h, None, G, np.zeros((10, 10)), S)
+        K = samples.K
+        WD = W @ D  # (6, 6, 10)
+        rows = WD.reshape(36, 10)
+        attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
+        WE = W @ motion_effect(phi)
+        B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
+        products = K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10)
+        return cls(W, G, h, attenuation, G - K * attenuation, products, S)
+
+    def likelihood(self, V: Array) -> Likelihood:
+        """With the covariance V (10, 10) of h - H phi."""
+        root = _root_of_inverse(V)
+        half = root @ self.H
+        return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
+
+    def effect_of(self, S_k: Array | None) -> Array | None:
+        """(10, 10) what errors of the accelerations, of variances S_k (6,), put into G for each sample."""
+        if S_k is None:
+            return None
+        rows = (self.whitening @ D).reshape(36, 10)
+        return (rows * np.repeat(S_k, 6)[:, None]).T @ rows
+
+    def spent(self, found: Likelihood, covariance: Array) -> Array:
+        """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on the fit.
+
+        G^-1 where the samples alone decide; less where the prior, with the posterior `covariance` (10, 10), does.
+        """
+        values, vectors = np.linalg.eigh(self.G / np.outer(*2 * (self._units,)))
+        kept = values > 1e-12 * values[-1]
+        root = vectors[:, kept] / np.sqrt(values[kept]) / self._units[:, None]
+        return root @ root.T @ (found.precision @ covariance)
+
+    @property
+    def _units(self) -> Array:
+        units = np.sqrt(np.maximum(self.G.diagonal(), 0.0))
+        return np.where(units > 0.0, units, 1.0)
+
+    def white(self, wider: float = 1.0) -> Likelihood:
+        """With white noise, whose variance is so many times as large as claimed."""
+        if self.attenuation is None:
+            return Likelihood(self.G / wider, self.h / wider, self.covariance)
+        return self.likelihood(wider * (self.G + self.products))
 
 
 def motion_effect(phi: Array) -> Array:

@@ -70,6 +70,14 @@ class Mixture:
         off = self.means - self.mean
         return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (off.T * self.weights) @ off
 
+    def scaled(self, error: float) -> Self:
+        """With a relative error, of this standard deviation, that all ten parameters share."""
+        rows = np.concatenate((self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1)
+        units = np.sqrt((rows**2).sum(axis=1))
+        units = np.where(units > 0.0, units, 1.0)
+        root = np.asarray(np.linalg.qr(rows / units[:, None, :], mode="r"))
+        return type(self)(self.weights, self.means, (root * units[:, None, :]).transpose(0, 2, 1))
+
     def determined(self, likelihood: Likelihood) -> float:
         """How many of the ten parameters the samples determine, rather than the prior: tr(Lambda covariance)."""
         weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)

@@ -1,10 +1,16 @@
 """Posterior: what is known of an object after the samples seen, and what gives doubt."""
 
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from hefting.estimators.bayes.colour import DISAGREE
 from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.prior import Prior
+from hefting.messages import warning
 from hefting.spatial import Array
 
 ELSEWHERE = 30.0
@@ -19,7 +25,9 @@ class Posterior:
     """What is known of the object after the samples seen."""
 
     mixture: Mixture
-    """of the ten parameters"""
+    """of the ten parameters, with all doubts"""
+    narrow: Mixture
+    """without those that are no reason to lean more on the prior: where the estimate is from"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None
@@ -30,6 +38,16 @@ class Posterior:
     """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
     contradicted: bool
     """whether that is more than chance"""
+    autocorrelation: float
+    """variance of the parameters over that with white noise"""
+    disagreement: float
+    """variance between stretches over what they claim; 0 where there are too few"""
+    variances: Array | None
+    """(J + 1,) of the residuals at each time scale, over that of one sample"""
+    noise_known: bool
+    """whether there are enough samples to know the noise, or it was given"""
+    motion: MotionErrors
+    """errors of the accelerations"""
     misfit: float
     """squared distance of the mean from what the samples alone say, in standard deviations"""
     settled: bool
@@ -38,6 +56,15 @@ class Posterior:
     """how often the noise was found anew"""
     bias: Array | None
     """(6,) wrench bias [N, N m]; None where none is free"""
+
+    @property
+    def noise_found(self) -> dict[str, Any]:
+        """What the state told of its noise, for an estimate's provenance."""
+        found: dict[str, Any] = {"autocorrelation": self.autocorrelation, "disagreement": self.disagreement}
+        if self.motion.variances is not None:
+            linear, angular = np.sqrt(self.motion.variances[[0, 3]])
+            found |= {"motion_noise": (float(linear), float(angular)), "motion_memory": self.motion.memory}
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,24 +86,46 @@ def contradiction(posterior: Posterior, distance: float) -> float:
     return max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
 
 
-def warnings_of(posterior: Posterior, distance: float, disagreement: float) -> tuple[str, ...]:
+def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
     """A sentence for each doubt; `distance` is squared, as in `Nearest`."""
     warnings = []
+    if not posterior.noise_known:
+        warnings.append(
+            warning("noise-unknown", "too few samples to know the noise: the intervals rest on a typical sensor's")
+        )
     if posterior.contradicted:
         times = posterior.excess**0.5
         warnings.append(
-            f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that"
+            warning(
+                "noise-exceeds-claim",
+                f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that",
+                "noise",
+            )
         )
-    if disagreement > 1.0:
+    if posterior.disagreement > DISAGREE:
         warnings.append(
-            "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): its "
-            f"stretches differ {disagreement**0.5:.1f} times as much as they should; the intervals are wider by that"
+            warning(
+                "stretches-disagree",
+                "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): "
+                f"its stretches differ {posterior.disagreement**0.5:.1f} times as much as they should; the intervals are "
+                "wider by that",
+            )
         )
     far = contradiction(posterior, distance)
     if not posterior.settled:
-        warnings.append("where the shape is could not be found: its pose or size is too uncertain for this recording")
+        warnings.append(
+            warning(
+                "shape-not-found",
+                "where the shape is could not be found: its pose or size is too uncertain for this recording",
+                "shape",
+            )
+        )
     if far:
         warnings.append(
-            f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away"
+            warning(
+                "shape-contradicts-wrench",
+                f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away",
+                "shape",
+            )
         )
     return tuple(warnings)

@@ -4,7 +4,7 @@ from math import comb
 
 import numpy as np
 
-from hefting.measurements import Measurements, Noise
+from hefting.measurements import Measurements, MotionNoise, Noise
 from hefting.spatial import Array
 
 ORDER = 4
@@ -25,7 +25,7 @@ def white_noise(measurements: Measurements) -> Noise:
     return Noise(*(_level(v) for v in (z.force, z.torque, z.linear_acceleration, z.angular_acceleration)))
 
 
-def white_motion_noise(measurements: Measurements) -> tuple[float, float] | None:
+def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
     """White noise of linear [m/s²] and angular [rad/s²] acceleration; None where there is none, or the samples do not
     tell: differences of the third order must show the same level as those of the fourth, within `ALIKE`."""
     z = measurements
@@ -33,7 +33,7 @@ def white_motion_noise(measurements: Measurements) -> tuple[float, float] | None
     for series in (z.linear_acceleration, z.angular_acceleration):
         level, coarser = _level(series), _level(series, ORDER - 1)
         levels.append(level if len(series) >= ENOUGH and abs(coarser - level) < ALIKE * level else 0.0)
-    return (levels[0], levels[1]) if any(levels) else None
+    return MotionNoise(levels[0], levels[1]) if any(levels) else None
 
 
 def _level(series: Array, order: int = ORDER) -> float:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.conditioning.fit import Fit
+from hefting.ingest.fit import Fit, Layout
 from hefting.spatial import Array
 
 LENGTH = 16384
@@ -35,6 +35,8 @@ TYPES = (slice(0, 3), slice(3, 6))
 class Uncertainty:
     """How far the solution of a fit may be off."""
 
+    layout: Layout
+    """where each of the q unknowns stands"""
     covariance: Array
     """(q, q) of phi, offset and tangents of gravity; infinite where undetermined"""
     naive: Array
@@ -51,11 +53,24 @@ class Uncertainty:
     @property
     def offset_std(self) -> float:
         """s, of an offset by generalised least squares; infinite where none was looked for."""
-        return float(self.step_std[10]) if len(self.step_std) in (11, 13) else np.inf
+        return np.inf if self.layout.offset is None else float(self.step_std[self.layout.offset])
 
-    def std(self, i: int) -> float:
-        """Standard deviation of an unknown."""
-        return float(np.sqrt(max(self.covariance[i, i], 0.0)))
+    @property
+    def offset_step(self) -> float:
+        """s, from the offset to that of generalised least squares; zero where none was looked for."""
+        return 0.0 if self.layout.offset is None else float(self.step[self.layout.offset])
+
+    @property
+    def tilt_std(self) -> float:
+        """rad times m/s², of gravity along each tangent; infinite where its direction was not looked for."""
+        if self.layout.tilt is None:
+            return np.inf
+        return float(np.sqrt(np.mean(self.covariance.diagonal()[self.layout.tilt])))
+
+    @property
+    def mass_std(self) -> float:
+        """kg"""
+        return float(np.sqrt(max(self.covariance[0, 0], 0.0)))
 
     @property
     def autocorrelation(self) -> float:
@@ -66,14 +81,14 @@ class Uncertainty:
 
 def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     """Covariance of what a fit found; generalised least squares heeds frequencies up to `fastest` [1/sample]."""
-    q = fit.columns.shape[2]
-    own, bias = fit.solved.inverse[:q, :q], fit.solved.inverse[q:, :q]
+    q, inverse, undetermined = fit.model.layout.core, fit.solution.inverse, fit.solution.undetermined
+    own, bias = inverse[:q, :q], inverse[q:, :q]
     stretches = [_Stretch.of(fit, part, own, bias) for part in _parts(len(fit.weights))]
     cover = len(fit.weights) / sum(s.length for s in stretches)
-    schur = np.linalg.pinv(own, hermitian=True)
+    root = _root(own)
     power, left = np.zeros_like(stretches[0].count), np.zeros_like(stretches[0].count)
     for s in stretches:
-        leverage = np.einsum("fcq,fcq->fc", s.tapered @ schur, s.tapered.conj()).real
+        leverage = _leverage(s.tapered, root)
         left += np.maximum(s.count - leverage, 0.2 * s.count)
         power += np.abs(s.residual) ** 2
     beyond = (fit.hats.n + 1) // 2 + 1  # below, the bias takes what there is
@@ -92,15 +107,15 @@ def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     step = own @ inner @ b
     step_variance = np.einsum("ij,jk,ik->i", own, inner, own)
     naive = own.diagonal().copy()
-    open_ = fit.solved.open[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~fit.solved.open))
+    open_ = undetermined[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~undetermined))
     covariance[open_], covariance[:, open_] = 0.0, 0.0
     covariance[open_, open_] = np.inf
     naive[open_] = np.inf
     step_std = np.where(open_, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
     slow = float(S[: FEWEST_BINS + 1].mean())
-    std = np.sqrt(np.maximum(fit.solved.inverse.diagonal()[q:], 0.0) * slow)
-    std[fit.solved.open[q:]] = np.inf
-    return Uncertainty(covariance, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
+    std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
+    std[undetermined[q:]] = np.inf
+    return Uncertainty(fit.model.layout, covariance, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +166,21 @@ def _transform(values: Array) -> Array:
     turned = np.fft.rfft(values, axis=0) / np.sqrt(length)
     turned[1 : (length + 1) // 2] *= np.sqrt(2.0)
     return turned
+
+
+def _root(own: Array) -> Array:
+    """(q, k) X with X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
+    length = np.sqrt(np.maximum(own.diagonal(), 1e-300))
+    values, vectors = np.linalg.eigh(own / length / length[:, None])
+    good = values > 1e-15 * max(float(values[-1]), 1e-300)
+    return vectors[:, good] / np.sqrt(values[good]) / length[:, None]
+
+
+def _leverage(Z: Array, root: Array) -> Array:
+    """(F, 6) what of unit white noise in each power the fit takes, of influences Z (F, 6, q)."""
+    F, c, q = Z.shape
+    flat = Z.reshape(-1, q)
+    return (np.square(flat.real @ root) + np.square(flat.imag @ root)).sum(axis=1).reshape(F, c)
 
 
 def _sum(weights: Array, Z: Array) -> Array:

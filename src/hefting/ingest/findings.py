@@ -1,10 +1,11 @@
-"""What conditioning found, in plain sentences."""
+"""What conditioning found, as messages."""
 
 import numpy as np
 
-from hefting.conditioning.outliers import Outliers
-from hefting.conditioning.result import SIGNIFICANT, Conditioned
-from hefting.conditioning.signals import Signal
+from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
+from hefting.ingest.outliers import Outliers
+from hefting.ingest.path import Path
+from hefting.messages import Message, note, warning
 from hefting.recording import Recording
 from hefting.spatial import Mask
 
@@ -14,80 +15,89 @@ UNSURE = 2.0
 """degrees, for gravity's direction"""
 EXPLAINED = 0.8
 """Share of the wrench's changes that a body's motion should explain."""
-NO_BIAS = "the motion cannot tell a bias from the object's weight: none assumed"
 MANY = 0.4
 """Share of samples left out that gives doubt."""
 
 
 def findings_of(
     found: Conditioned, recording: Recording, bad: Outliers, late: tuple[float, float] | None
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     """What was found and done; `late` is an offset that was not taken, and its deviation."""
     said = []
     if late is not None and late[1] < UNDECIDED and not _contradictory(late):
-        said.append(f"no clock offset: {_ms(late[0])} ± {_ms(late[1])} ms")
+        said.append(note("clock-no-offset", f"no clock offset: {_ms(late[0])} ± {_ms(late[1])} ms"))
     if found.offset:
         side, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
-        said.append(f"the wrench is {size} ms {side} against the motion; shifted")
+        said.append(note("clock-offset", f"the wrench is {size} ms {side} against the motion; shifted"))
     if found.sign.t and found.sign.certain:
-        said.append(f"the wrench is {'on-object' if found.sign.on_object else 'on-sensor'} (t = {_t(found.sign.t)})")
+        said.append(note("wrench-sign", f"the wrench is {found.sign.name} (t = {_t(found.sign.t)})", "wrench"))
     if found.bias.kind != "constant":
         force, torque = (float(np.linalg.norm(r)) for r in (found.bias.range[:3], found.bias.range[3:]))
         how = "linearly" if found.bias.kind == "linear" else f"between {len(found.bias.knots)} knots"
-        said.append(f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}")
+        said.append(note("bias-drift", f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}", "bias"))
     if found.tilt_std is not None and np.isfinite(found.tilt_std):
         x, y, z = found.gravity
         degrees = np.degrees(found.tilt_std)
-        said.append(f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°")
+        where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
+        said.append(note("gravity-direction", where, "gravity"))
     if bad.contact.any():
         seconds, stretches = _stretches(bad.contact, recording)
-        said.append(f"contact: {seconds:.1f} s in {stretches} {'stretch' if stretches == 1 else 'stretches'} left out")
-    kinds = (("odd pose" if recording.static else "spike", bad.spike), ("saturated sample", bad.saturation))
-    for name, mask in kinds:
+        several = "stretch" if stretches == 1 else "stretches"
+        said.append(note("contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"))
+    odd = "odd pose" if recording.static else "spike"
+    for code, name, mask in (("spikes", odd, bad.spike), ("saturation", "saturated sample", bad.saturation)):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
-            said.append(f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out")
+            said.append(note(code, f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out"))
     return tuple(said)
 
 
 def warnings_of(
     found: Conditioned,
-    signal: Signal,
+    path: Path,
     explained: float,
     late: tuple[float, float] | None,
     clock: bool,
     tilt: bool,
     few: bool,
-    no_bias: bool,
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     """What could not be found, and what gives doubt; `late` is an offset that was not taken, and its deviation."""
     said = []
-    untold = "the motion does not tell a clock offset between wrench and motion: none assumed"
+    unknown = warning(
+        "clock-offset-unknown", "the motion does not tell a clock offset between wrench and motion: none assumed"
+    )
     if few:
-        said.append("too few samples to look for clock offset, drift and outliers: none assumed")
-    elif clock and signal.kind != "static" and found.offset_std == np.inf:
-        said.append(untold)
+        what = "too few samples to look for clock offset, drift and outliers: none assumed"
+        said.append(warning("too-few-samples", what))
+    elif clock and path.moves and found.offset_std == np.inf:
+        said.append(unknown)
     elif late is not None:
-        if not late[1] < UNDECIDED or no_bias:
-            said.append(untold)
+        if not late[1] < UNDECIDED or not found.biased:
+            said.append(unknown)
         elif _contradictory(late):
             found_ms = f"{1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms"
-            said.append(f"a clock offset of {found_ms} would explain too little of the wrench: none assumed")
-    if no_bias:
-        said.append(NO_BIAS)
+            what = f"a clock offset of {found_ms} would explain too little of the wrench: none assumed"
+            said.append(warning("clock-offset-contradictory", what))
+    if not found.biased:
+        what = "the motion cannot tell a bias from the object's weight: none assumed"
+        said.append(warning("bias-unknown", what, "bias"))
     if tilt and found.tilt_std is None:
-        said.append("the direction of gravity was not looked for: the accelerometer measures it")
+        what = "the direction of gravity was not looked for: the accelerometer measures it"
+        said.append(warning("gravity-measured", what, "gravity"))
     elif tilt and found.tilt_std == np.inf:
-        said.append("the direction of gravity was not looked for: the motion does not tell it")
+        what = "the direction of gravity was not looked for: the motion does not tell it"
+        said.append(warning("gravity-unknown", what, "gravity"))
     elif tilt and not found.tilt_std < np.radians(UNSURE):
-        said.append("the motion hardly tells the direction of gravity")
-    if not few and not no_bias and explained < EXPLAINED:
+        said.append(warning("gravity-uncertain", "the motion hardly tells the direction of gravity", "gravity"))
+    if not few and found.biased and explained < EXPLAINED:
         share = f"{100.0 * max(explained, 0.0):.0f} %"
-        said.append(f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?")
+        what = f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?"
+        said.append(warning("motion-explains-little", what))
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
     if share > MANY:
-        said.append(f"{100.0 * share:.0f} % of the samples were left out: doubt the rest")
+        what = f"{100.0 * share:.0f} % of the samples were left out: doubt the rest"
+        said.append(warning("many-outliers", what))
     return tuple(said)
 
 

@@ -50,11 +50,6 @@ class Drift:
         return self(time) - self.mean
 
 
-def level_bias(values: Array, std: Array, time: float) -> Drift:
-    """A constant bias (6,) with its deviations (6,)."""
-    return Drift(np.array([time]), values[None], std[None], values)
-
-
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
     """Numbers of knots worth trying for so many seconds, fewest first; lines are at least `closest` [s] long."""
     if not duration >= SHORTEST:
@@ -67,7 +62,7 @@ def candidates(duration: float, closest: float) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Hats:
+class HatFunctions:
     """Piecewise-linear functions of time at sorted samples: what a drift is made of."""
 
     knots: Array
@@ -78,7 +73,7 @@ class Hats:
     """(s + 1,) samples at which the intervals between knots begin and end"""
 
     @classmethod
-    def over(cls, time: Array, n: int) -> "Hats":
+    def over(cls, time: Array, n: int) -> "HatFunctions":
         """`n` knots evenly over the times (K,) [s]; with none, one function that is zero."""
         if n == 0:
             return cls(time[:1], np.zeros((len(time), 1)), np.array([0, len(time)]))
@@ -96,10 +91,10 @@ class Hats:
         """Number of functions."""
         return len(self.knots)
 
-    def part(self, rows: slice) -> "Hats":
+    def part(self, rows: slice) -> "HatFunctions":
         """At some of the samples, in a row."""
         start, stop, _ = rows.indices(len(self.functions))
-        return Hats(self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start)
+        return HatFunctions(self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start)
 
     def combine(self, coefficients: Array) -> Array:
         """Sums (K, ...) of the functions with coefficients (n, ...)."""
@@ -111,6 +106,8 @@ class Hats:
 
     def project(self, rows: Array) -> Array:
         """Inner products (n, d) of the functions with the columns of `rows` (K, d)."""
+        if self.n == 1:
+            return self.functions.T @ rows
         out = np.zeros((self.n, rows.shape[1]))
         for i, piece in enumerate(self._pieces()):
             out[i : i + self.functions.shape[1]] += self.functions[piece].T @ rows[piece]

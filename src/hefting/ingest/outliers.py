@@ -46,19 +46,19 @@ class Outliers:
         """(K,) any of them."""
         return self.contact | self.spike | self.saturation
 
-    def joined(self, other: "Outliers") -> "Outliers":
+    def union(self, other: "Outliers") -> "Outliers":
         """With those of another."""
         contact = self.contact | other.contact
         return Outliers(contact, (self.spike | other.spike) & ~contact, self.saturation | other.saturation)
 
 
-def nothing(K: int) -> Outliers:
-    """No outliers among K samples."""
+def no_outliers(K: int) -> Outliers:
+    """None of K samples."""
     none = np.zeros(K, dtype=bool)
     return Outliers(none, none, none)
 
 
-def among(
+def find_outliers(
     time: Array, wrench: Array, predicted: Array, spread: Array, known: Mask, scale: Array, changes: Array
 ) -> Outliers:
     """Outliers among K samples of wrench (K, 6), as predicted, where that is `known` (K,).
@@ -90,7 +90,7 @@ def among(
     return Outliers(touched & known, spike & ~touched & known, limit)
 
 
-def among_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
+def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
     """Static poses (K,), each by itself, with a wrench (K, 6) far from what the others predict."""
     none = np.zeros(len(wrench), dtype=bool)
     r = wrench - predicted

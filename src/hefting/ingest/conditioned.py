@@ -4,15 +4,60 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hefting.calibration import WrenchSign
-from hefting.conditioning.drift import Drift
+from hefting.ingest.drift import Drift
 from hefting.measurements import Noise
+from hefting.messages import Message
 from hefting.motion import Curves
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array, Mask, frozen
 
 SIGNIFICANT = 3.0
-"""Standard deviations that an offset must be from zero."""
+"""Standard deviations that an offset, a mass or a bias must be from zero."""
+SIGN_CONFIDENCE = 10.0
+"""|t| of the mass below which its sign is not trusted."""
+
+
+def mass_over_std(mass: float, std: float) -> float:
+    """t of a mass [kg]; finite where there is no noise."""
+    return mass / max(std, 1e-12 * abs(mass), 1e-300)
+
+
+@dataclass(frozen=True)
+class WrenchSign:
+    """Which way the sensor counts, from the sign of the mass that gravity makes it feel."""
+
+    on_object: bool
+    """True: the log holds what the sensor exerts on the object; False: what the object exerts on it."""
+    t: float
+    """Mass over its standard deviation, as recorded: positive for on-object."""
+
+    @property
+    def certain(self) -> bool:
+        """Whether the data decide."""
+        return abs(self.t) >= SIGN_CONFIDENCE
+
+    @property
+    def name(self) -> str:
+        """``"on-object"`` or ``"on-sensor"``."""
+        return "on-object" if self.on_object else "on-sensor"
+
+
+@dataclass(frozen=True, eq=False)
+class Tilted:
+    """Where the data would have gravity, were its direction free."""
+
+    gravity: Array
+    """(3,) in world axes [m/s²]"""
+    std: float
+    """rad, about each axis"""
+    force_ratio: float
+    """residual of the force there over that with gravity as given"""
+    suspected: bool
+    """whether so little is explained with gravity as given that one wonders"""
+
+    def angle(self, gravity: Array) -> float:
+        """rad from another direction of gravity (3,)."""
+        return float(np.arctan2(np.linalg.norm(np.cross(gravity, self.gravity)), gravity @ self.gravity))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +76,15 @@ class Conditioned:
     """which way the sensor counts, and the mass over its standard deviation, as recorded"""
     bias: Drift
     """as recorded, as a function of the recording's time"""
+    biased: bool
+    """whether the motion tells a bias from the object's weight; if not, none is assumed"""
     gravity: Array
     """(3,) in world axes [m/s²]: as given, or as found"""
     tilt_std: float | None
     """rad, of gravity's direction about each axis; infinite where the motion does not tell it, None where it was
     given or is measured"""
+    tilted: Tilted | None
+    """where the data would have gravity, where that was given and is in doubt or was asked about"""
     noise: Noise
     """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""
     rejected: Mask
@@ -44,9 +93,9 @@ class Conditioned:
     """how many for contact, as spikes, for saturation"""
     autocorrelation: float
     """variance of the parameters over that if the residuals were white"""
-    findings: tuple[str, ...]
+    findings: tuple[Message, ...]
     """what was found and done, one plain sentence each"""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     """what could not be found, and what gives doubt"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""

@@ -1,0 +1,76 @@
+"""Groups of samples, by time scale or by stretch: what each says of the parameters, and how well they agree.
+
+A group's score u = h - H phi is what it would change of the parameters phi (10,) by itself, in the terms of
+`likelihood`. Its mean is zero if the model holds and its covariance v G, v the variance of the noise there over that of
+one sample. Means of u'(v G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Birge (1932):
+about 1 where groups differ by chance.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
+from hefting.spatial import Array
+
+CHECKED = 4
+"""Entries of a score that are compared: mass and first moment, which every motion tells of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Virtual samples of several groups, so laid out that whitening all of them is one matrix product."""
+
+    A: Array
+    """(6, g * 22 * 10)"""
+    b: Array
+    """(6, g * 22)"""
+    counts: Array
+    """(g,) samples of each, by weight"""
+
+    @classmethod
+    def of(cls, factors: Sequence[Array], counts: Sequence[float], mean: Array | None) -> Self:
+        """Of triangular factors (22, 22) of their features, less `mean` (22,) [their own where it is (g, 22)]."""
+        g = len(factors)
+        R = np.array(factors).reshape(g, FEATURES, FEATURES)
+        if mean is not None:
+            R = R - R[:, :, ONE, None] * mean.reshape(-1, 1, FEATURES)
+        rows = R.reshape(-1, FEATURES)
+        A = (rows[:, MOTION] @ FULL_MAP).reshape(-1, 6, 10).transpose(1, 0, 2).reshape(6, -1)
+        return cls(A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float))
+
+    def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
+        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10, 10) a sample is what the motion's
+        white noise puts into G."""
+        g = len(self.counts)
+        A = np.ascontiguousarray((W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)).reshape(g, -1, 10)
+        b = np.ascontiguousarray((W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)).reshape(g, -1)
+        r = b - A @ phi
+        T = A.transpose(0, 2, 1)
+        u = (T @ r[:, :, None])[:, :, 0]
+        if attenuation is not None:
+            u = u + self.counts[:, None] * (attenuation @ phi)
+        return Scores(T @ A, u, np.einsum("gi,gi->g", r, r))
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """What groups say at certain parameters."""
+
+    information: Array
+    """(g, 10, 10) G"""
+    scores: Array
+    """(g, 10) u"""
+    energies: Array
+    """(g,) sums of squared whitened residuals"""
+
+    def birge(self, variances: Array) -> Array:
+        """(g,) ratio of each, given the variance (g,) of its noise; 0 for those that say nothing."""
+        G, u = self.information[:, :CHECKED, :CHECKED], self.scores[:, :CHECKED]
+        size = np.sqrt(np.maximum(np.einsum("gii->gi", G), 0.0))
+        scale = np.where(size > 0.0, size, 1.0)
+        x = u / scale
+        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(CHECKED)
+        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (CHECKED * variances)

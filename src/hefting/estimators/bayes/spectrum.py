@@ -1,0 +1,96 @@
+"""Spectrum of the noise by octaves: how large residuals are at each time scale, as far as their energies tell.
+
+The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all levels for white noise. For a
+first-order process of correlation rho and variance 1 a sum over m samples has the variance
+S(m) = m (1 + rho)/(1 - rho) - 2 rho (1 - rho^m)/(1 - rho)², and the details of level j, with m = 2^j, have
+
+    v_j = (4 S(m) - S(2 m)) / 2 m,   from 1 - rho at level 0 to (1 + rho)/(1 - rho) at long ones.
+
+A family of spectra, white noise with none, one or two such processes beside it, is weighed by how likely each makes
+the energies that were seen; the variances are means over the family. What the record is too short to show counts as
+possible by its share of the family: a short record has wide intervals.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from hefting.spatial import Array
+
+LIKELY_WHITE, LIKELY_ONE = 0.85, 0.1
+"""Prior probability of white noise, and of one process beside it; the rest is for two. Sensors are mostly sold as
+white, and a record that is must not pay for what it rules out."""
+SIZES = 4.0 ** np.arange(-4, 7)
+"""Variances of a process over that of the white noise, all equally likely."""
+LONGEST = 4.0
+"""Of the record: the longest time for which a process is thought to last; beyond it, it is a bias or a drift."""
+MOST_DEGREES = 200.0
+"""Degrees of freedom of an energy that count: no spectrum is like the family's to better than a tenth."""
+PRIOR_DEGREES = 10.0
+"""Degrees of freedom that the family's mean is worth at a level beside the energy seen there."""
+
+
+def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> Array:
+    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums.
+
+    Parameters
+    ----------
+    energies : (J,) sums of squared details of residuals, whitened by their covariance at one instant.
+    degrees : (J,) degrees of freedom of each: what is left of six a detail after the fit.
+    samples : length of the record.
+    free_bias : whether a constant bias is free; if not, the longest sums hold whatever seems constant.
+    """
+    J = len(energies)
+    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST * samples, 1.0))), 0), free_bias)
+    d = np.minimum(degrees, MOST_DEGREES)
+    seen = d > 0.0
+    E = np.where(seen, energies * d / np.where(seen, degrees, 1.0), 0.0)
+    total = float(d.sum())
+    scale = ((1.0 / table[:, :J]) @ E + SCALE_DEGREES) / (total + SCALE_DEGREES)
+    log = log_prior - 0.5 * (log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale))
+    weights = np.exp(log - log.max())
+    weights *= scale / weights.sum()
+    mean = weights @ table
+    mean[:J] = (energies + PRIOR_DEGREES * mean[:J]) / (degrees + PRIOR_DEGREES)
+    return mean
+
+
+SCALE_DEGREES = 4.0
+"""Degrees of freedom that a level of one, that of the whitened residuals, is worth: for very short records."""
+
+
+@lru_cache(maxsize=64)
+def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, Array]:
+    """Log variances and variances (n, levels + 1) of the family's spectra, and their log prior probabilities (n,).
+
+    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond all others or, without a free
+    bias, of sums over 2^levels samples.
+    """
+    times = 2.0 ** np.arange(longest + 1)
+    each = np.array([first_order(np.exp(-1.0 / t), levels + 1) for t in times])
+    if not free_bias:
+        each[:, -1] = [_sums(np.exp(-1.0 / t), np.array((2.0**levels,)))[0] / 2.0**levels for t in times]
+    one = (1.0 + SIZES[:, None, None] * each).reshape(-1, levels + 1)
+    pairs = [(i, k) for i in range(len(times)) for k in range(i + 2, len(times))]
+    coarse = SIZES[::2]
+    two = [1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None] for i, k in pairs]
+    parts = [np.ones((1, levels + 1)), one]
+    prior = [np.array((LIKELY_WHITE,)), np.full(len(one), LIKELY_ONE / len(one))]
+    if two:
+        both = np.array(two).reshape(-1, levels + 1)
+        parts.append(both)
+        prior.append(np.full(len(both), (1.0 - LIKELY_WHITE - LIKELY_ONE) / len(both)))
+    table = np.concatenate(parts)
+    return np.log(table), table, np.log(np.concatenate(prior))
+
+
+def first_order(rho: float, levels: int) -> Array:
+    """(levels,) variance of Haar details of a first-order process of variance 1."""
+    m = 2.0 ** np.arange(levels + 1)
+    S = _sums(rho, m)
+    return (4.0 * S[:-1] - S[1:]) / (2.0 * m[:-1])
+
+
+def _sums(rho: float, m: Array) -> Array:
+    """Variance of sums over m samples of a first-order process of variance 1."""
+    return m * (1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho**m) / (1.0 - rho) ** 2

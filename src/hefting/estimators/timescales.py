@@ -1,0 +1,106 @@
+"""Time scales: the features of consecutive samples, divided into changes of ever longer duration.
+
+The orthonormal Haar transform of a series pairs neighbours: a pair (x1, x2) becomes its detail (x1 - x2) / sqrt(2) and
+its sum (x1 + x2) / sqrt(2); the sums are paired in turn. Level j holds the differences between blocks of 2^j samples.
+Each level keeps a triangular factor of its details' features. As residuals are linear in the features, their energy at
+every level follows for any parameters after the samples are gone: the noise spectrum by octaves. A constant offset has
+no details. See Percival & Walden, *Wavelet Methods for Time Series Analysis*, 2000.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.lapack import lapack
+from hefting.moments import BLOCK, REFLECTORS, triangular
+from hefting.regressor import FEATURES
+from hefting.spatial import Array
+
+HALF = 0.5**0.5
+
+
+@dataclass(frozen=True, eq=False)
+class TimeScales:
+    """Triangular factors of Haar details, finest level first. Immutable."""
+
+    factors: tuple[Array, ...] = ()
+    """(22, 22) each: level j holds differences between neighbouring blocks of 2^j samples"""
+    counts: tuple[int, ...] = ()
+    """details at each level"""
+    pending: tuple[Array | None, ...] = ()
+    """(1, 22) each: the sum at each level that waits for its neighbour, if there is one"""
+
+    def fold(self, rows: Array) -> Self:
+        """With the features `rows` (k, 22) of samples that follow those before."""
+        factors, counts, pending = list(self.factors), list(self.counts), list(self.pending)
+        level = 0
+        while len(rows):
+            if level == len(factors):
+                factors.append(np.zeros((FEATURES, FEATURES)))
+                counts.append(0)
+                pending.append(None)
+            waiting = pending[level]
+            if waiting is not None:
+                rows = np.concatenate((waiting, rows))
+            pairs = len(rows) // 2
+            pending[level] = rows[2 * pairs :].copy() if len(rows) % 2 else None
+            if pairs == 0:
+                break
+            first, second = rows[0 : 2 * pairs : 2], rows[1 : 2 * pairs : 2]
+            factors[level] = folded(factors[level], HALF * (first - second))
+            counts[level] += pairs
+            rows = HALF * (first + second)
+            level += 1
+        return type(self)(tuple(factors), tuple(counts), tuple(pending))
+
+    def closed(self) -> Self:
+        """With contrasts among the sums that still wait: all that the samples tell but their total.
+
+        The sums s1 and s2 over n1 and n2 samples give the contrast (sqrt(n2) s1 - sqrt(n1) s2) / sqrt(n1 + n2), which
+        stands at the level of blocks of sqrt(n1 n2) samples.
+        """
+        factors, counts = list(self.factors), list(self.counts)
+        total, number = None, 0
+        for level, waiting in enumerate(self.pending):
+            if waiting is None:
+                continue
+            size = 2**level
+            if total is None:
+                total, number = waiting, size
+                continue
+            both = (number + size) ** 0.5
+            contrast = (size**0.5 * total - number**0.5 * waiting) / both
+            total, number = (number**0.5 * total + size**0.5 * waiting) / both, number + size
+            at = round(0.5 * np.log2((number - size) * size))
+            while at >= len(factors):
+                factors.append(np.zeros((FEATURES, FEATURES)))
+                counts.append(0)
+            factors[at] = folded(factors[at], contrast)
+            counts[at] += 1
+        while counts and not counts[-1]:
+            factors.pop()
+            counts.pop()
+        return type(self)(tuple(factors), tuple(counts))
+
+    def merge(self, later: "TimeScales") -> Self:
+        """With those of samples that are not known to follow: no detail spans the two."""
+        size = max(len(self.factors), len(later.factors))
+        factors, counts = [], []
+        for level in range(size):
+            both = [part for part in (self, later) if level < len(part.factors)]
+            factors.append(
+                both[0].factors[level]
+                if len(both) == 1
+                else triangular(np.concatenate([part.factors[level] for part in both]))
+            )
+            counts.append(sum(part.counts[level] for part in both))
+        pending = (*later.pending, *(None,) * (size - len(later.pending)))
+        return type(self)(tuple(factors), tuple(counts), pending)
+
+
+def folded(factor: Array, rows: Array) -> Array:
+    """Triangular factor (22, 22) with `rows` (k, 22) added."""
+    for first in range(0, len(rows), BLOCK):
+        factor = lapack.dtpqrt(0, REFLECTORS, factor, rows[first : first + BLOCK])[0]
+    return factor

@@ -1,0 +1,105 @@
+"""Blocks: the wrench averaged over a hundredth of a second, which loses nothing of an arm's motion.
+
+No arm that carries something moves at more than 10 to 15 Hz, so the mean of the wrenches of 10 ms, with the number it
+stands for, tells as much as they do. The motion is averaged too, to second order: the mean of x(t) over times of mean
+t' and variance s² is x(t') + s² x''(t') / 2.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hefting.spatial import Array, Indices, Mask
+
+LENGTH = 0.01
+"""s, of a block"""
+FEWEST = 3
+"""Samples a block must have on average; of slower sensors each sample stays by itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Averages of K samples over B blocks; of a slow sensor each sample is a block."""
+
+    time: Array
+    """(B,) [s] mean of the samples' times"""
+    variance: Array
+    """(B,) [s²] of the samples' times"""
+    count: Array
+    """(B,) samples averaged; 0 where none was kept: the block then holds the average of all of its samples"""
+    wrench: Array
+    """(B, 6) mean [N, N m]"""
+    starts: Indices | None = None
+    """(B,) first sample of each block; None where each sample is a block"""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @cached_property
+    def mean_count(self) -> float:
+        """Samples a block stands for on average, of those that stand for any."""
+        used = self.count > 0.0
+        return float(self.count[used].mean()) if used.any() else 1.0
+
+    @classmethod
+    def of(cls, time: Array, wrench: Array, kept: Mask | None = None, smooth: bool = True) -> Self:
+        """Of samples at `time` (K,) of `wrench` (K, 6), or of those `kept` (K,) alone; each by itself if not `smooth`,
+        that is where the motion is not."""
+        starts = block_starts(time) if smooth else None
+        if starts is None:
+            count = np.ones(len(time)) if kept is None else kept.astype(float)
+            return cls(time, np.zeros(len(time)), count, wrench)
+        weight = np.ones(len(time)) if kept is None else kept.astype(float)
+        count = np.add.reduceat(weight, starts)
+        if (count == 0.0).any():  # of a block without any all count, though its weight is zero
+            none = np.repeat(count == 0.0, np.diff(np.append(starts, len(time))))
+            weight = np.where(none, 1.0, weight)
+        total = np.add.reduceat(weight, starts)
+        since = time - time[0]
+        mean = np.add.reduceat(weight * since, starts) / total
+        variance = np.maximum(np.add.reduceat(weight * since * since, starts) / total - mean**2, 0.0)
+        average = np.add.reduceat(wrench * weight[:, None], starts, axis=0) / total[:, None]
+        return cls(mean + time[0], variance, count, average, starts)
+
+    def every(self, most: int) -> Self:
+        """At most so many of the blocks, evenly chosen."""
+        step = -(-len(self) // most)
+        if step <= 1:
+            return self
+        chosen = (x[::step] for x in (self.time, self.variance, self.count, self.wrench))
+        return type(self)(*chosen)
+
+
+def block_starts(time: Array) -> Indices | None:
+    """First sample of each block of samples at `time` (K,) [s]; None where the sensor is too slow for blocks."""
+    if len(time) < FEWEST or time[-1] <= time[0] or len(time) < FEWEST * (time[-1] - time[0]) / LENGTH:
+        return None
+    return np.flatnonzero(np.diff(np.floor((time - time[0]) / LENGTH), prepend=-1.0))
+
+
+def medians(wrench: Array, starts: Indices | None) -> Array:
+    """(B, 6) median of each block, of samples (K, 6) as they are."""
+    if starts is None:
+        return wrench
+    sizes = np.diff(np.append(starts, len(wrench)))
+    table = np.full((len(starts), int(sizes.max()), wrench.shape[1]), np.inf)
+    block = np.repeat(np.arange(len(starts)), sizes)
+    table[block, np.arange(len(wrench)) - starts[block]] = wrench
+    table = np.sort(table, axis=1)
+    rows = np.arange(len(starts))
+    return 0.5 * (table[rows, (sizes - 1) // 2] + table[rows, sizes // 2])
+
+
+def within_blocks(blocks: Blocks, wrench: Array, kept: Mask | None = None) -> Array:
+    """(2,) mean square of force and torque of the samples (K, 6) about the mean of their block, one axis each.
+
+    `kept` (K,) are those the blocks average; all by default.
+    """
+    if blocks.starts is None:
+        return np.zeros(2)
+    square = (wrench - np.repeat(blocks.wrench, np.diff(np.append(blocks.starts, len(wrench))), axis=0)) ** 2
+    if kept is not None:
+        square = square[kept]
+    return square.sum(axis=0).reshape(2, 3).sum(axis=1) / max(3.0 * len(square), 1.0)

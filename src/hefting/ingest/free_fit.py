@@ -1,0 +1,169 @@
+"""Unconstrained least squares: what the data say before any prior, from the moments of all samples.
+
+Whatever is asked of the samples here (with a bias or without, gravity the other way round) follows from their one
+triangular factor.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hefting.estimators.blend import Blend
+from hefting.estimators.ols import least_squares
+from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
+from hefting.measurements import Measurements, Noise
+from hefting.moments import triangular
+from hefting.regressor import FULL_MAP, GRAVITY, MOTION, ONE, WRENCH, full_rows, predict_wrench
+from hefting.spatial import PARAMETERS, Array, skew
+
+NARROW = 0.03
+"""Root-mean-square change of gravity over its size, in sensor axes, below which it tells no lever beside a bias."""
+TYPICAL_SIZE = 0.2
+"""Size of a held object [m], by which to judge what is known well enough where no shape says."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeFit:
+    """Unconstrained least squares, whitened by its own residuals: what the data say before any prior."""
+
+    vector: Array
+    """(10,) parameters, with the wrench's sign as recorded"""
+    bias: Array | None
+    """(6,) constant bias, when it was free"""
+    covariance: Array
+    """(10, 10) or (16, 16), widened by the residuals' autocorrelation; infinite where undetermined"""
+    noise: Noise
+    """of the wrench: root-mean-square residuals of a sample of unit weight"""
+    autocorrelation: float
+    """variance of the parameters over that if the residuals were white"""
+
+    @property
+    def mass_t(self) -> float:
+        """Mass over its standard deviation; 0 when undetermined."""
+        return mass_over_std(float(self.vector[0]), float(np.sqrt(self.covariance[0, 0])))
+
+    @property
+    def mass_is_open(self) -> bool:
+        """Whether the mass is within three standard deviations of zero, or not determined at all."""
+        return not abs(self.mass_t) >= SIGNIFICANT
+
+    def open_parameters(self, size: float) -> tuple[str, ...]:
+        """Names of the parameters the data leave open for an object of `size` [m].
+
+        Those whose standard deviation is over a third of the mass, half the size for the COM, m size² / 12 for an
+        inertia.
+        """
+        std = np.sqrt(self.covariance.diagonal()[:10])
+        mass = abs(float(self.vector[0]))
+        limits = np.concatenate(([mass / SIGNIFICANT], np.full(3, mass * size / 2), np.full(6, mass * size**2 / 12)))
+        return tuple(PARAMETERS[i] for i in np.flatnonzero(~(std <= limits)))
+
+    @property
+    def bias_t(self) -> Array:
+        """(6,) each component of the bias over its standard deviation; 0 where undetermined."""
+        if self.bias is None:
+            return np.zeros(6)
+        std = np.sqrt(self.covariance.diagonal()[10:])
+        return self.bias / np.maximum(std, 1e-300)
+
+    @property
+    def bias_is_significant(self) -> bool:
+        """Whether a component of the bias is more than three standard deviations from zero.
+
+        False where the motion cannot tell a bias from the object.
+        """
+        known = not self.mass_is_open and np.isfinite(self.covariance[10:, 10:]).all()
+        return bool(known and (np.abs(self.bias_t) > SIGNIFICANT).any())
+
+    def flipped(self) -> "FreeFit":
+        """Of the wrench with the other sign."""
+        return replace(self, vector=-self.vector, bias=None if self.bias is None else -self.bias)
+
+    def less(self, vector: Array, covariance: Array | None) -> "FreeFit":
+        """Of the object beside a tool of known parameters (10,), whose covariance (10, 10) adds to its own."""
+        own = self.covariance.copy()
+        if covariance is not None:
+            own[:10, :10] += covariance
+        return replace(self, vector=self.vector - vector, covariance=own)
+
+
+def free_fit(state: Blend, free_bias: bool, autocorrelation: float = 1.0) -> FreeFit:
+    """Ten parameters, and a constant bias if free, by least squares in two passes: plain, then whitened.
+
+    The noise is the residual of the full model, so it holds what the motion's errors add to the wrench's own. The
+    covariance is multiplied by the `autocorrelation`.
+    """
+    factor, rows = state.full.factor, float(max(state.full.samples, 1))
+    regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
+    size = float(np.sqrt(np.sum(wrench**2) / (6.0 * rows))) or 1.0
+    noise = None
+    for _ in range(3):
+        fit = least_squares(state, free_bias, noise)
+        r = wrench - regressor @ fit.solution[:10]
+        if free_bias:
+            r = r - ones[:, None] * fit.solution[10:]
+        spent = max(1.0 - (len(fit.solution) - len(fit.free)) / (6.0 * rows), 1.0 / (6.0 * rows))
+        levels = np.sqrt(np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent))
+        noise = Noise(*(max(float(level), 1e-9 * size) for level in levels))
+    bias = fit.solution[10:] if free_bias else None
+    return FreeFit(fit.solution[:10], bias, fit.covariance * autocorrelation, noise, autocorrelation)
+
+
+def fit_freely(measurements: Measurements, free_bias: bool, autocorrelation: float = 1.0) -> FreeFit:
+    """`free_fit` of `measurements` alone."""
+    return free_fit(Blend.of(measurements), free_bias, autocorrelation)
+
+
+def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
+    """Sign of the wrench from the mass of free fits, with a constant bias where one may be, and without.
+
+    Where a free bias leaves the mass undetermined (one orientation), the sign is that of the mass without one
+    and t is 0: not certain.
+    """
+    if with_bias is None:
+        return WrenchSign(bool(without.vector[0] >= 0.0), without.mass_t)
+    if not with_bias.mass_is_open:
+        return WrenchSign(bool(with_bias.vector[0] >= 0.0), with_bias.mass_t)
+    return WrenchSign(bool(without.vector[0] >= 0.0), 0.0)
+
+
+def with_gravity_reversed(state: Blend) -> Blend:
+    """The state, of the full model, had gravity pointed the other way: a - g becomes a + g."""
+    factor = state.full.factor.copy()
+    factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
+    factor[:, GRAVITY] *= -1.0
+    return replace(state, full=replace(state.full, factor=triangular(factor)))
+
+
+def without_wrench_of(state: Blend, vector: Array) -> Blend:
+    """The state, of the full model, without the wrench that a body of parameters (10,) needs for the same motion."""
+    factor = state.full.factor.copy()
+    factor[:, WRENCH] -= factor[:, MOTION] @ (FULL_MAP.reshape(-1, 10) @ vector).reshape(12, 6)
+    return replace(state, full=replace(state.full, factor=triangular(factor)))
+
+
+def lever(state: Blend, free_bias: bool) -> float:
+    """Distance [m] of the COM from the sensor by gravity alone: first moment by the torque over mass by the force.
+
+    Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined:
+    beside a bias, when gravity turns by less than about 3° in sensor axes.
+    """
+    factor = state.full.factor
+    ones, weight = factor[:, ONE], max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)
+    gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
+    size = float(np.sqrt(np.sum(gravity**2) / weight))
+    if free_bias:
+        gravity = gravity - np.outer(ones, ones @ gravity) / weight
+        wrench = wrench - np.outer(ones, ones @ wrench) / weight
+        if np.sqrt(np.sum(gravity**2, axis=0) / weight).max() < NARROW * size:
+            return 0.0
+    sizes = []
+    for A, b in ((-gravity[:, :, None], wrench[:, :3]), (skew(gravity), wrench[:, 3:])):
+        sizes.append(float(np.linalg.norm(np.linalg.lstsq(A.reshape(b.size, -1), b.ravel(), rcond=1e-3)[0])))
+    return sizes[1] / sizes[0] if sizes[0] > 0.0 else 0.0
+
+
+def residuals(measurements: Measurements, vector: Array, bias: Array | None) -> Array:
+    """Measured minus predicted wrench (K, 6) for ten parameters and a bias (6,)."""
+    r = measurements.wrench - predict_wrench(measurements, vector)
+    return r if bias is None else r - bias
