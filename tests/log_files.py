@@ -88,3 +88,10 @@ def parquet_log(folder: Path, **changes) -> Path:
 def timed(folder: Path, times) -> Path:
     """A CSV file of the first of `ROWS` at each of these times."""
     return log(folder, *(f"{t!r}{ROWS[0][1:]}" for t in times))
+
+
+@pytest.fixture(autouse=True, params=["by NumPy", "by pyarrow"])
+def reader_of_text(request, monkeypatch):
+    """Each test reads text both ways: as a short file, where NumPy can, and as a long one."""
+    if request.param == "by pyarrow":
+        monkeypatch.setattr("hefting.logs.csv_file.SHORT", 0)

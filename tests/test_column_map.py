@@ -10,8 +10,8 @@ from pyarrow import csv as pacsv
 from pyarrow import parquet
 
 from hefting.logs import read_log, write_log
-from hefting.logs.canonical import table_from_recording
 from hefting.logs.units import UNITS, find_unit
+from hefting.logs.writing import table_from_recording
 from hefting.recording import Recording
 from hefting.spatial import rotation_matrices
 from log_files import HEADER, ROWS, log, mapped, mapping_fails, random_recording, same
@@ -338,5 +338,5 @@ def test_times_since_1970(tmp_path):
     # doubles near 1.7e18 are 256 apart
     np.testing.assert_allclose(got["wrench"].time, [0, 0.005, 0.01], atol=256e-9)
     assert got.warnings == ("time was shifted by 1700000000.000000 s to start at 0; it resolves 3e-07 s",)
-    mapping_fails(path, POSE + WRENCH + TIME, "nanoseconds since 1970", "--map")
+    mapping_fails(path, POSE + WRENCH + TIME, "nanoseconds since 1970", "`column_map`")
     mapping_fails(path, POSE + WRENCH + 'time = { column = "time", unit = "us" }', "cannot be us")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from commands import refused
-from hefting.cli.reading import READING
+from hefting.cli.options import READING
 from hefting.logs import read_log, write_log
 from hefting.logs.ros import BAG_OPTIONS
 from hefting.recording import Recording, Stream

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hefting.cli.parser import build_parser
+from hefting.cli import build_parser
 from hefting.logs.column_map import load_map
 
 DOCS = sorted((Path(__file__).parents[1] / "docs").glob("*.md"))
@@ -22,7 +22,8 @@ def test_maps_commands_and_links(path, tmp_path):
         load_map(tmp_path / "map.toml")
     for text in blocks(path, "sh"):
         for line in text.splitlines():
-            build_parser().parse_args(line.split()[1:])
+            words = line.split()[1:]
+            build_parser(words).parse_args(words)
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", path.read_text()):
         assert target.startswith("https://") or (path.parent / target).exists(), target
 

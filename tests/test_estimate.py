@@ -12,6 +12,7 @@ from hefting.errors import InputError
 from hefting.estimate import SCHEMA, Certificate, Estimate, com_jacobian
 from hefting.estimators import OLS, PMD
 from hefting.inertia import InertialParameters
+from hefting.messages import note, warning
 from hefting.shapes import PointMasses
 from hefting.spatial import tensor_to_vector
 from random_problems import random_body, random_motion, with_wrench
@@ -19,9 +20,19 @@ from random_problems import random_body, random_motion, with_wrench
 KEYS = {
     *("schema", "version", "method", "frame", "mass", "center_of_mass", "inertia_at_com", "inertia_at_origin"),
     *("vector", "covariance", "std", "physically_consistent", "certificate", "bias", "samples", "duration"),
-    *("warnings", "residual", "point_masses", "provenance", "consistency", "intervals", "accuracy", "sufficient"),
+    *(
+        "messages",
+        "warnings",
+        "residual",
+        "point_masses",
+        "provenance",
+        "consistency",
+        "intervals",
+        "accuracy",
+        "sufficient",
+    ),
 }
-"""What the command line documents, and the last seven, of which `load` needs some."""
+"""What the command line documents, and the last eight, of which `load` needs some."""
 
 
 @pytest.fixture
@@ -62,6 +73,40 @@ def test_saved_and_loaded_is_the_same_to_the_last_bit(estimate, tmp_path):
     for written in (estimate, Estimate("PMD", random_body(np.random.default_rng(2)), 0)):
         written.save(tmp_path / "e.json")
         assert_same_estimate(Estimate.load(tmp_path / "e.json"), written)
+
+
+def test_messages_keep_their_codes_in_the_file(estimate, tmp_path):
+    doubt = warning("sensor-axes", "give `sensor_pose_in_flange`", "sensor_pose_in_flange")
+    done = note("pose-source", "pose from tf")
+    told = replace(estimate, warnings=(doubt, "without a code"), provenance={"notes": (done, "mere text")})
+    told.save(tmp_path / "e.json")
+    data = json.loads((tmp_path / "e.json").read_text())
+    assert data["warnings"] == ["give `sensor_pose_in_flange`", "without a code"]
+    assert [message["code"] for message in data["messages"]] == ["sensor-axes", "unknown", "pose-source"]
+    assert data["messages"][0] == doubt.to_dict()
+    found = Estimate.load(tmp_path / "e.json")
+    assert [w.to_dict() for w in found.warnings] == data["messages"][:2]
+    assert found.provenance["notes"][0].to_dict() == done.to_dict()
+    assert found.provenance["notes"][1] == "mere text"
+    del data["messages"]  # as earlier versions wrote it
+    (tmp_path / "e.json").write_text(json.dumps(data))
+    assert [w.code for w in Estimate.load(tmp_path / "e.json").warnings] == ["unknown"] * 2
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        "text",
+        [1],
+        [{}],
+        [{"code": "a", "text": "b", "severity": "loud"}],
+        [{"code": 1, "text": "b", "severity": "note"}],
+    ],
+)
+def test_messages_that_are_none(estimate, tmp_path, messages):
+    (tmp_path / "e.json").write_text(json.dumps(estimate.to_dict() | {"messages": messages}))
+    with pytest.raises(InputError, match="not a whole estimate"):
+        Estimate.load(tmp_path / "e.json")
 
 
 def test_undetermined_variance_survives_the_file(tmp_path):

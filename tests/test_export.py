@@ -165,5 +165,5 @@ def test_arguments():
     for target in ("usd", "ur", "json"):
         with pytest.raises(InputError, match="only urdf, mjcf, sdf can"):
             export(estimate, target, into="robot.urdf", link="x")
-    with pytest.raises(InputError, match="--into FILE"):
+    with pytest.raises(InputError, match="`into`=FILE"):
         export(estimate, "urdf", link="x")

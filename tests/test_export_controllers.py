@@ -106,7 +106,7 @@ def test_controllers_without_the_pose_warn_and_are_in_sensor_axes(target):
     assert exported.frame == "sensor"
     assert "sensor axes" in exported.text
     assert "NOT flange axes" in exported.text
-    assert any("sensor axes" in w and "--sensor-pose-in-flange" in w for w in exported.warnings)
+    assert any("sensor axes" in w and "`sensor_pose_in_flange`" in w for w in exported.warnings)
     mass, com, tensor = READERS[target](exported.text)
     if target == "fanuc":
         truth.tensor = np.diag(np.diag(truth.tensor))

@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from hefting.errors import InputError
-from hefting.shapes.hull import Hull
+from hefting.shapes.solid import Hull
 from random_problems import random_pose
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)

@@ -23,7 +23,7 @@ from hefting.logs import read_log, write_log
 from hefting.measurements import Noise
 from hefting.motion import measure
 from hefting.recording import Recording, Stream
-from hefting.report import inspection_report
+from hefting.report.inspection import inspection_report
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from recordings import DATA, needs_recordings
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from hefting.inspection import inspect
 from hefting.measurements import Noise
 from hefting.recording import Recording, Stream
-from hefting.report import inspection_report
+from hefting.report.inspection import inspection_report
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 

@@ -11,7 +11,17 @@ from pyarrow import csv as pacsv
 
 from hefting.logs import read_log, write_log
 from hefting.recording import COLUMNS, Recording, Stream
-from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, same, timed
+from log_files import (
+    HEADER,
+    ROWS,
+    fails,
+    log,
+    parquet_log,
+    random_recording,
+    reader_of_text,  # noqa: F401
+    same,
+    timed,
+)
 from recordings import DATA, LOGS, needs_recordings
 
 SUFFIXES = (".csv", ".parquet")
@@ -148,6 +158,30 @@ def test_blocks_do_not_show(tmp_path, monkeypatch, end, block):
     assert got.rows.tolist() == [*range(2, 12), *range(14, 44)]
     lines[30] = lines[30].replace("2,3", "2,x")
     fails(log(tmp_path, *lines, end=end), "row 32, column fz", "'x'")
+
+
+def test_streams_of_the_same_rows_share_their_times(tmp_path):
+    """A long table then needs no memory for them, nor for copies of its numbers."""
+    got = read_log(log(tmp_path, *ROWS))
+    assert got["wrench"].time is got["orientation"].time
+    assert got["wrench"].rows is got["orientation"].rows
+    shifted = read_log(timed(tmp_path, (1.7e9, 1.7e9 + 0.5)))
+    assert shifted["wrench"].time is shifted["orientation"].time
+    for stream in got.streams.values():
+        for array in (stream.time, stream.values, stream.rows):
+            assert not array.flags.writeable
+            assert array.base is None or not array.base.flags.writeable
+
+
+@pytest.mark.parametrize("text", ["1e-320", "1.", ".5", "-0.0", "12345678901234567890.1", "1E5", "0.1", "1e+22"])
+def test_numbers_are_read_to_the_last_bit(tmp_path, text):
+    got = read_log(log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{text},2,3,4,5,6"))
+    assert got["wrench"].values[1, 0].tobytes() == np.float64(text).tobytes()
+
+
+@pytest.mark.parametrize("cell", ["1-2", "1.2.3", "--1", "1e", "e5", ".", "-", "1e5.5"])
+def test_what_only_looks_like_numbers(tmp_path, cell):
+    fails(log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{cell},2,3,4,5,6"), f"row 3, column fx: '{cell}' is not a number")
 
 
 # What is read with a warning

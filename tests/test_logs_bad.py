@@ -8,7 +8,7 @@ from pyarrow import parquet
 
 from hefting.errors import InputError
 from hefting.logs import read_log, write_log
-from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, timed
+from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, reader_of_text, timed  # noqa: F401
 
 # Rows
 
@@ -194,10 +194,10 @@ def test_writing_says_where_it_cannot(tmp_path):
 def test_options_and_maps_that_do_not_apply(tmp_path):
     path = log(tmp_path, *ROWS)
     assert len(read_log(path, wrench_topic=None)["wrench"]) == 3
-    fails(path, "--wrench-topic is for bags", wrench_topic="/ft")
-    fails(path, "--sensor-frame is for bags", sensor_frame="ft")
+    fails(path, "`wrench_topic` is for bags", wrench_topic="/ft")
+    fails(path, "`sensor_frame` is for bags", sensor_frame="ft")
     bag = path.rename(tmp_path / "log.bag")
-    fails(bag, "column map (--map) is for CSV and Parquet", column_map=tmp_path / "map.toml")
+    fails(bag, "column map (`column_map`) is for CSV and Parquet", column_map=tmp_path / "map.toml")
 
 
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):

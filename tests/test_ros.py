@@ -202,11 +202,11 @@ def bad(what):
     tf = [link(k, "a", "ft") for k in range(N)]
     tf_and_wrench = [*basic(lambda k: wrench(k, frame="ft")), *tf]
     return {
-        "two wrenches": (two, {}, r"2 topics could be the wrench: /ft/wrench .*, /other/wrench .*--wrench-topic$"),
+        "two wrenches": (two, {}, r"2 topics could be the wrench: /ft/wrench .*, /other/wrench .*`wrench_topic`$"),
         "two imus": (
             basic(wrench, pose, imu, lambda k: imu(k, topic="/cam")),
             {},
-            "choose one with --imu-topic, or none",
+            "choose one with `imu_topic`, or none",
         ),
         "unknown topic": (
             basic(),
@@ -217,11 +217,11 @@ def bad(what):
         "no wrench": (basic(pose), {}, r"holds no wrench, only /pose \(geometry_msgs/msg/PoseStamped\); name its"),
         "two roles": (basic(), {"imu_topic": "/pose", "pose_topic": "/pose"}, "topic /pose cannot be the imu, as"),
         "no motion": (basic(wrench), {}, "holds no orientation and no joint positions, only /ft/wrench"),
-        "no frame": ([*basic(lambda k: wrench(k, frame="")), *tf], {}, "give --sensor-frame one of a, ft"),
+        "no frame": ([*basic(lambda k: wrench(k, frame="")), *tf], {}, "give `sensor_frame` one of a, ft"),
         "other frame": (
             [*basic(wrench), *tf],
             {},
-            "tf does not hold its frame sensor; give --sensor-frame one of a, ft",
+            "tf does not hold its frame sensor; give `sensor_frame` one of a, ft",
         ),
         "mixed frames": (
             basic(lambda k: wrench(k, frame="a" if k < 7 else "b"), pose),

@@ -18,8 +18,8 @@ from solids import SOLIDS
 def test_millimetres_read_as_metres_are_noticed():
     mesh = SOLIDS["box"].copy()
     mesh.apply_scale(1000)
-    assert "unit='mm'" in PointMasses.from_mesh(mesh).warnings[0]
-    assert "unit='mm'" in PointMasses.from_mesh(mesh, unit=None).warnings[0]
+    assert "`unit`='mm'" in PointMasses.from_mesh(mesh).warnings[0]
+    assert "`unit`='mm'" in PointMasses.from_mesh(mesh, unit=None).warnings[0]
     assert not PointMasses.from_mesh(mesh, unit="mm").warnings
     assert "too small" in PointMasses.from_mesh(SOLIDS["plate"], unit="mm").warnings[0]
 
@@ -93,6 +93,10 @@ HOSTILE = {
     "cut.glb": SOLIDS["box"].export(file_type="glb")[:500],
     "no_faces.stl": b"solid\nendsolid\n",
     "count.stl": bytes(80) + struct.pack("<I", 4_000_000_000) + bytes(50),
+    "nothing.stl": bytes(84),
+    "nan.stl": bytes(80) + struct.pack("<I", 4) + b"\1\0\x80\x7f" * 50,  # signalling
+    "inf.stl": bytes(80) + struct.pack("<I", 4) + b"\0\0\x80\x7f" * 50,
+    "point.stl": bytes(80) + struct.pack("<I", 4) + bytes(200),
     "count.off": b"OFF\n99999999999 99999999999 0\n0 0 0\n",
     "count_ascii.ply": PLY % (b"ascii", 10**11) + FACE % (10**11, b"uchar") + b"0 0 0\n",
     "count_binary.ply": PLY % (b"binary_little_endian", 10**12) + FACE % (3, b"uchar") + b"000",
@@ -116,6 +120,13 @@ HOSTILE = {
     "count.npy": b"\x93NUMPY\x01\0v\0"
     + b"{'descr': '<f8', 'fortran_order': False, 'shape': (9999999999, 3), }".ljust(118),
 }
+
+
+def test_a_binary_stl_of_too_many_triangles(tmp_path, monkeypatch):
+    monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 11)
+    (tmp_path / "box.stl").write_bytes(SOLIDS["box"].export(file_type="stl"))
+    with pytest.raises(InputError, match=r"box\.stl: the mesh has more than 11 triangles; simplify it"):
+        load_shape(tmp_path / "box.stl")
 
 
 @pytest.mark.parametrize("name", HOSTILE)

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from hefting.shapes import PointMasses
-from hefting.shapes.inside import points_inside
+from hefting.shapes.sampling import points_inside
 from hefting.shapes.solid import solid_from_mesh
 from solids import SOLIDS, winding
 

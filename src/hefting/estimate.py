@@ -1,9 +1,10 @@
 """Estimate: what an estimator found, how sure it is, and how it can be checked."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from hefting.accuracy import Accuracy
 from hefting.errors import InputError
 from hefting.files import read_json, write_atomically
 from hefting.inertia import Consistency, InertialParameters
+from hefting.messages import Message, Severity
 from hefting.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 
 SCHEMA = "hefting.estimate/1"
@@ -136,9 +138,14 @@ class Estimate:
                 "samples": self.samples,
                 "duration": self.duration,
                 "warnings": list(self.warnings),
+                "messages": [coded(message).to_dict() for message in (*self.warnings, *self._notes)],
                 "provenance": self.provenance,
             }
         )
+
+    @property
+    def _notes(self) -> tuple[Message, ...]:
+        return tuple(note for note in self.provenance.get("notes", ()) if isinstance(note, Message))
 
     def save(self, path: str | Path) -> None:
         """Write as JSON that `load` reads back; the file appears whole or not at all."""
@@ -209,6 +216,10 @@ class Estimate:
         hull = ((data.get("consistency") or {}).get("margins") or {}).get("hull")
         if hull is not None and not (type(hull) in (int, float) and np.isfinite(hull)):
             raise ValueError("the margin of the hull is not a finite number")
+        known: dict[str, Message] = {message: message for message in map(_message, data.get("messages") or ())}
+        provenance = dict(data.get("provenance", {}))
+        if isinstance(provenance.get("notes"), list):
+            provenance["notes"] = [known.get(text, text) for text in provenance["notes"]]
         return cls(
             method=str(data["method"]),
             parameters=InertialParameters(vector),
@@ -223,9 +234,23 @@ class Estimate:
             point_masses=array("point_masses", None),
             residual=array("residual", 2),
             hull_margin=None if hull is None else float(hull),
-            warnings=tuple(str(w) for w in data.get("warnings", ())),
-            provenance=dict(data.get("provenance", {})),
+            warnings=tuple(known.get(str(text)) or coded(str(text)) for text in data.get("warnings", ())),
+            provenance=provenance,
         )
+
+
+def coded(text: str) -> Message:
+    """A message as it is; a text that has no code gets ``unknown``."""
+    return text if isinstance(text, Message) else Message("unknown", text)
+
+
+def _message(data: Mapping[str, Any]) -> Message:
+    """The message of its JSON; ValueError when it is none."""
+    severity, argument = data["severity"], data.get("argument")
+    texts = (data["code"], data["text"], *(() if argument is None else (argument,)))
+    if severity not in get_args(Severity) or not all(isinstance(text, str) for text in texts):
+        raise ValueError("a message is not made of texts")
+    return Message(data["code"], data["text"], severity, argument)
 
 
 def com_jacobian(parameters: InertialParameters) -> Array:

@@ -2,11 +2,9 @@
 
 import json
 import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 from hefting.errors import InputError
 
@@ -61,6 +59,8 @@ def parse_xml(
     refused, so no entity is ever expanded or fetched. `InputError` for one, when elements are nested deeper than
     `MAX_DEPTH`, and when it is not well-formed.
     """
+    from xml.parsers import expat
+
     parser = expat.ParserCreate("utf-8")
     depth = 0
 
@@ -92,6 +92,8 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
 
     Raises `InputError` when the folder does not exist or cannot be written.
     """
+    import tempfile
+
     target = Path(path).resolve()  # a link stays a link
     data = content.encode() if isinstance(content, str) else content
     try:

@@ -1,6 +1,6 @@
 """Recording: what a log says, as streams that keep their own clocks; nothing is interpolated."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.errors import InputError, nearest
-from hefting.spatial import WRENCH, Array, frozen
+from hefting.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "position": ("px", "py", "pz"),
@@ -29,6 +29,18 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 JOINT_STREAMS = ("joint_positions", "joint_velocities")
 
 
+def all_finite(values: NDArray) -> bool:
+    """Whether no value is infinite or NaN."""
+    with np.errstate(all="ignore"):
+        total = np.add.reduce(values, axis=None)  # a sum needs no memory, and is finite only if all of them are
+    return bool(np.isfinite(total) or np.isfinite(values).all())
+
+
+def parts(count: int) -> Iterator[slice]:
+    """`count` samples in successive parts of at most `CHUNK`."""
+    return (slice(first, first + CHUNK) for first in range(0, count, CHUNK))
+
+
 def column_names(stream: str, width: int) -> tuple[str, ...]:
     """Names of the `width` columns of a stream."""
     names = COLUMNS[stream]
@@ -43,13 +55,14 @@ class Stream:
     """(N,) [s]"""
     values: Array
     """(N, d), units and axes as in `Recording`"""
-    rows: NDArray[np.int64] = field(default=None)  # type: ignore[assignment]
+    rows: NDArray[np.integer] = field(default=None)  # type: ignore[assignment]
     """(N,) row of the source each sample came from, as a person counts there; by default 1..N"""
 
     def __post_init__(self):
         time, values = frozen(self.time), frozen(self.values)
-        rows = np.arange(1, len(values) + 1) if self.rows is None else np.array(self.rows, dtype=np.int64)
-        rows.setflags(write=False)
+        rows = np.arange(1, len(values) + 1, dtype=np.int32) if self.rows is None else self.rows
+        if not (isinstance(rows, np.ndarray) and rows.dtype.kind == "i" and is_immutable(rows)):
+            rows = own(np.array(rows, dtype=np.int64))
         if values.ndim != 2 or values.size == 0 or time.shape != rows.shape or time.shape != values.shape[:1]:
             shapes = f"time {time.shape}, values {values.shape}, rows {rows.shape}"
             raise InputError(f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}")
@@ -62,7 +75,10 @@ class Stream:
 
     def __getitem__(self, index: slice | NDArray) -> Self:
         """The samples chosen by a slice, a mask (N,) or an index array."""
-        return replace(self, time=self.time[index], values=self.values[index], rows=self.rows[index])
+        time, values, rows = self.time[index], self.values[index], self.rows[index]
+        if not isinstance(index, slice):  # these are copies
+            time, values, rows = own(time), own(values), own(rows)
+        return replace(self, time=time, values=values, rows=rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,16 +142,16 @@ class Recording:
         if stream.values.shape[1] != len(columns):
             raise InputError(f"has {stream.values.shape[1]} columns, not {len(columns)}", f"{self.source}, {name}")
         for label, values in ((("time",), stream.time[:, None]), (columns, stream.values)):
-            if not np.isfinite(values).all():
+            if not all_finite(values):
                 k, j = np.argwhere(~np.isfinite(values))[0]
                 raise InputError(
                     f"the value is {values[k, j]}",
                     where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
                     fix="leave the cell blank where nothing was measured",
                 )
-        backward = np.flatnonzero(np.diff(stream.time) <= 0)
-        if len(backward):
-            k = backward[0]
+        forward = stream.time[1:] > stream.time[:-1]
+        if not forward.all():
+            k = np.argmin(forward)
             (before, now), (row, next_row) = stream.time[k : k + 2], stream.rows[k : k + 2]
             repeated = before == now
             what = f"repeats that of row {row}" if repeated else f"is before {before:.9g} s of row {row}"
@@ -146,17 +162,23 @@ class Recording:
             )
 
     def _normalised(self, orientation: Stream) -> Stream:
+        q = orientation.values
+        norm = np.empty(len(q))
         with np.errstate(over="ignore"):
-            norm = np.linalg.norm(orientation.values, axis=1)
-        if np.abs(norm - 1).max() > 1e-2:
-            k = np.argmax(np.abs(norm - 1) > 1e-2)
+            for part in parts(len(q)):
+                norm[part] = np.linalg.norm(q[part], axis=1)
+        off = np.abs(norm - 1)
+        if off.max() > 1e-2:
+            k = np.argmax(off > 1e-2)
             raise InputError(
                 f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1",
                 where=f"{self.source}, row {orientation.rows[k]}, columns qx..qw",
                 fix="give unit quaternions, w last",
             )
-        norm[np.abs(norm - 1) < 1e-15] = 1.0  # already normalised: leave its bits alone
-        return replace(orientation, values=orientation.values / norm[:, None])
+        norm[off < 1e-15] = 1.0  # already normalised: leave its bits alone
+        if (norm == 1.0).all():
+            return orientation
+        return replace(orientation, values=own(q / norm[:, None]))
 
     def __getitem__(self, name: str) -> Stream:
         """The stream `name`; `InputError` when the recording does not have it."""
@@ -182,7 +204,7 @@ class Recording:
     def rates(self) -> dict[str, float]:
         """Samples per second of each stream, one over the median step [Hz]; 0 if one sample or static."""
         return {
-            name: 0.0 if self.static or len(stream) < 2 else float(1 / np.median(np.diff(stream.time)))
+            name: 0.0 if self.static or len(stream) < 2 else 1 / median(np.diff(stream.time))
             for name, stream in self.streams.items()
         }
 

@@ -43,7 +43,7 @@ CHUNK = 65_536
 
 def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
     """`values` as a read-only contiguous array of floats with at least so many dimensions: a copy, unless it is one."""
-    if type(values) is np.ndarray and values.dtype == float and values.ndim >= dimensions and _is_immutable(values):
+    if type(values) is np.ndarray and values.dtype == float and values.ndim >= dimensions and is_immutable(values):
         return values
     try:
         array = np.array(values, dtype=float, order="C", ndmin=dimensions)
@@ -53,11 +53,26 @@ def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
     return array
 
 
-def _is_immutable(array: NDArray) -> bool:
+def own(array: NDArray) -> NDArray:
+    """`array`, which nobody else holds, made read-only in place, so that `frozen` need not copy it."""
+    array.setflags(write=False)
+    return array
+
+
+def is_immutable(array: NDArray) -> bool:
     """Whether nothing can write to a C-contiguous array, nor to what it is a view of."""
     base = array.base
     shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
     return shared and not array.flags.writeable and array.flags.c_contiguous
+
+
+def median(values: NDArray) -> float:
+    """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports `numpy.ma` at its first call."""
+    half = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1]
+    return float((low + high) / 2)
 
 
 def skew(vector: ArrayLike) -> Array:

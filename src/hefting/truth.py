@@ -33,7 +33,7 @@ class Truth:
         if extents is None and shape is not None:
             extents, axes = shape.extents, shape.pose[:3, :3] if shape.pose is not None else None
         if extents is None:
-            raise InputError("the errors need the object's size", fix="give --shape, or mesh_extents_m in the truth")
+            raise InputError("the errors need the object's size", fix="give `shape`, or mesh_extents_m in the truth")
         return errors_between(estimate, self.parameters, extents, axes)
 
 

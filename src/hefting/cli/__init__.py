@@ -1,28 +1,99 @@
 """The command line: parse, call one library function, print or save.
 
-Plain `argparse`, and imports of the library inside the commands, keep ``hefting --help`` quick.
+Plain `argparse`, one command's file and parser at a time, and imports of the library inside the commands keep
+``hefting --help`` and the start of every command quick.
 """
 
+import argparse
 import re
 import sys
+from collections.abc import Sequence
+from importlib import import_module
 
 from hefting.errors import HeftingError, InputError
+
+COMMANDS = {
+    "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
+    "inspect": "say what a log holds, its conventions, and what can be found from it.",
+    "identify": "find mass, COM and inertia of the object in a recording.",
+    "methods": "list the methods, what each needs and what it guarantees.",
+    "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
+    "convert": "read a log of any known format, and write it in another.",
+    "export": "write an estimate for a simulator or a robot controller.",
+    "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
+    "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
+    "simulate": "write the log of a simulated robot that wields an object, and the truth beside it.",
+}
+"""Every command and its help. Its module has `add_arguments(parser)` and `run(arguments)`."""
+
+OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
+    name: f"--{name.replace('_', '-')}"
+    for name in (
+        *("shape", "unit", "object_pose", "points", "points_per_cm3", "pose_std", "shape_std"),
+        *("gravity", "wrench", "bias", "motion", "tool", "start", "duration", "truth", "map", "urdf", "sensor_frame"),
+        *("method", "until", "c1", "regularization", "gamma", "into", "link", "sensor_pose_in_flange", "output"),
+        *("wrench_topic", "pose_topic", "twist_topic", "joint_topic", "imu_topic", "world_frame"),
+    )
+}
+"""Option of each argument of the library that a message may name."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Reports bad usage as an `InputError`, in one line."""
+
+    def error(self, message: str):
+        """Raise `message` as an `InputError`."""
+        raise InputError(message, fix=f"see {self.prog} --help")
+
+
+def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of ``hefting``, with the arguments of the one command that is the first of `words`."""
+    from hefting import __version__
+
+    about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."
+    parser = Parser(prog="hefting", description=about, allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=__version__)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    chosen = next((word for word in words if not word.startswith("-")), None)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        if name == chosen:
+            module = import_module(f"hefting.cli.{name}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    return parser
 
 
 def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything else."""
-    from hefting.cli.parser import build_parser
-
     try:
-        arguments = build_parser().parse_args(_joined(sys.argv[1:]))
+        words = _joined(sys.argv[1:])
+        arguments = build_parser(words).parse_args(words)
         arguments.run(arguments)
     except HeftingError as error:
-        _fail(str(error), 2 if isinstance(error, InputError) else 1)
+        _fail(render(str(error)), 2 if isinstance(error, InputError) else 1)
     except KeyboardInterrupt:
         _fail("stopped", 1)
     except BrokenPipeError:  # the reader of a pipe went away
         sys.stderr.close()
         sys.exit(1)
+
+
+def render(text: str) -> str:
+    """A message of the library with options in place of its arguments.
+
+    The library names an argument in backquotes, with a value where it proposes one: ```unit`='mm'`` becomes
+    ``--unit mm``. Other words in backquotes stay as they are. JSON text may be given whole.
+    """
+    return re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text) if "`" in text else text
+
+
+def _option(match: re.Match[str]) -> str:
+    name, quoted, plain = match.groups()
+    if name not in OPTIONS:
+        return match[0]
+    value = quoted or plain
+    return f"{OPTIONS[name]} {value}" if value else OPTIONS[name]
 
 
 def _joined(words: list[str]) -> list[str]:

@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from hefting.cli.options import progress
-from hefting.cli.reading import add_gravity, add_recording, check_output, gravity_of, read_recording
+from hefting.cli import render
+from hefting.cli.options import add_gravity, add_recording, check_output, gravity_of, progress, read_recording
 from hefting.errors import InputError
 
 
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Identify what the empty gripper is, save it, and say how to use it."""
     from hefting.identification import calibrate
-    from hefting.report import estimate_report, print_report
+    from hefting.report.estimate import estimate_report, print_lines
 
     a = arguments
     if Path(a.output).suffix.lower() != ".json":
@@ -26,6 +26,6 @@ def run(arguments: argparse.Namespace) -> None:
     with progress("calibrating ..."):
         tool = calibrate(read_recording(a), gravity=gravity_of(a))
     tool.save(a.output)
-    print_report(estimate_report(tool))
+    print_lines(estimate_report(tool), render)
     print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
     print(f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}")

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hefting.cli.options import progress
-from hefting.cli.reading import add_recording, check_output, read_recording
+from hefting.cli import render
+from hefting.cli.options import add_recording, check_output, progress, read_recording
 
 if TYPE_CHECKING:
     from hefting.recording import Recording
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> None:
         if a.start or a.duration is not None:
             recording = recording.slice(a.start, a.duration)
         lost = write_log(recording, a.output)
-    print(*_told(recording), sep="\n")
+    print(render("\n".join(_told(recording))))
     if lost:
         print(
             f"warning: not written, as the format cannot hold it: {', '.join(name.replace('_', ' ') for name in lost)}"

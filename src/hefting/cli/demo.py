@@ -2,6 +2,7 @@
 
 import argparse
 
+from hefting.cli import render
 from hefting.cli.options import progress
 
 
@@ -15,9 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the demo and print truth beside estimate."""
     from hefting.demo import run
-    from hefting.report import estimate_report, print_report
+    from hefting.report.estimate import estimate_report, print_lines
 
     with progress("simulating a robot arm that wields a hammer, and identifying it ..."):
         shown = run(arguments.output)
-    print_report(estimate_report(shown.estimate, shown.truth, shown.errors))
+    print_lines(estimate_report(shown.estimate, shown.truth, shown.errors), render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

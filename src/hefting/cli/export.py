@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from hefting.cli import render
 from hefting.cli.options import add_sensor_pose
 
 
@@ -32,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     exported = export(Estimate.load(a.estimate), a.to, flange, a.into, a.link)
     for line in exported.warnings:
-        print(f"hefting: warning: {line}", file=sys.stderr)
+        print(f"hefting: warning: {render(line)}", file=sys.stderr)
     if a.output:
         write_atomically(a.output, exported.text)
         print(f"wrote {a.output} ({exported.frame} axes)")

@@ -5,16 +5,31 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli.options import POSE, add_json, add_sensor_pose, numbers, progress, quantities
-from hefting.cli.reading import add_gravity, add_recording, check_output, gravity_of, read_recording
+from hefting.cli import render
+from hefting.cli.options import (
+    POSE,
+    add_gravity,
+    add_json,
+    add_recording,
+    add_sensor_pose,
+    check_output,
+    gravity_of,
+    numbers,
+    progress,
+    quantities,
+    read_recording,
+)
 from hefting.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.accuracy import Accuracy
     from hefting.comparison import Comparison
     from hefting.estimate import Estimate
+    from hefting.export import Exported
     from hefting.recording import Recording
     from hefting.shapes import PointMasses
+    from hefting.spatial import Array
+    from hefting.truth import Truth
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,22 +92,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Identify, save what was asked for, and print the result."""
-    from hefting.export import SUFFIXES, export
-    from hefting.files import write_atomically
-    from hefting.shapes import load_shape, parse_pose
-    from hefting.tool import load_tool
-    from hefting.truth import load_truth
-
     a = arguments
     _check_outputs(a)
     gravity = gravity_of(a)
-    pose = parse_pose(a.object_pose) if a.object_pose else None
-    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
-    known = load_truth(a.truth) if a.truth else None
+    pose, flange = _pose(a.object_pose), _pose(a.sensor_pose_in_flange)
+    known = _truth(a.truth) if a.truth else None
 
     with progress("identifying ..."):
         recording = read_recording(a)
-        shape = load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3) if a.shape is not None else None
+        shape = _shape(a, pose) if a.shape is not None else None
         reading = {
             "gravity": gravity,
             "wrench": a.wrench,
@@ -100,25 +108,27 @@ def run(arguments: argparse.Namespace) -> None:
             "motion": a.motion,
             "start": a.start,
             "duration": a.duration,
-            "tool": load_tool(a.tool) if a.tool else None,
+            "tool": _tool(a.tool) if a.tool else None,
         }
         comparison, estimates = _identify(a, recording, shape, reading)
     made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
     estimates = {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
     errors = {k: known.errors(e.parameters, shape) for k, e in estimates.items()} if known else {}
     best = comparison.recommended if comparison else next(iter(estimates))
-    texts = [(path, export(estimates[best], SUFFIXES[Path(path).suffix], flange)) for path in a.output]
-    for path, exported in texts:
-        write_atomically(path, exported.text)
+    texts = _write(a.output, estimates[best], flange) if a.output else []
     if a.json:
         import json
 
-        from hefting.estimate import json_ready
+        from hefting.estimate import coded, json_ready
 
         results = {k: e.to_dict() for k, e in estimates.items()}
         for name, found in errors.items():
             results[name]["errors"] = json_ready(found.to_dict())
-        results[best]["warnings"] += [f"{path}: {line}" for path, exported in texts for line in exported.warnings]
+        for path, exported in texts:
+            for line in exported.warnings:
+                text = f"{path}: {line}"
+                results[best]["warnings"].append(text)
+                results[best]["messages"].append(coded(line).to_dict() | {"text": text})
         out = results[best]
         if comparison:
             out = {
@@ -127,34 +137,75 @@ def run(arguments: argparse.Namespace) -> None:
                 "reason": comparison.reason,
                 "skipped": comparison.skipped,
             }
-        print(json.dumps(out))
+        print(render(json.dumps(out)))
         return
-    from hefting.report import comparison_report, estimate_report, print_report
-
     if comparison:
-        print_report(comparison_report(comparison, errors))
+        from hefting.report.methods import comparison_report
+        from hefting.report.printing import print_report
+
+        print_report(comparison_report(comparison, errors), render)
     else:
-        print_report(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)))
+        from hefting.report.estimate import estimate_report, print_lines
+
+        print_lines(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)), render)
     for path, exported in texts:
         print(f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)")
         for line in exported.warnings:
-            print(f"warning: {line}")
+            print(f"warning: {render(line)}")
 
 
 def _identify(
     a: argparse.Namespace, recording: "Recording", shape: "PointMasses | None", reading: dict[str, Any]
 ) -> "tuple[Comparison | None, dict[str, Estimate]]":
     """Estimates by method; with their comparison, where several were asked for."""
-    from hefting.comparison import compare
-    from hefting.identification import identify
-
     settings = _hyperparameters(a)
     names = [name.strip() for name in a.method.split(",")] if a.method is not None else [None]
     if len(names) > 1 or (names[0] or "").lower() == "all":
+        from hefting.comparison import compare
+
         comparison = compare(recording, shape, names, hyperparameters=settings, **reading)  # type: ignore[arg-type]
         return comparison, comparison.results
+    from hefting.identification import identify
+
     estimate = identify(recording, shape, method=names[0], **reading, **settings).estimate
     return None, {estimate.method: estimate}
+
+
+def _pose(text: str | None) -> "Array | None":
+    if not text:
+        return None
+    from hefting.shapes import parse_pose
+
+    return parse_pose(text)
+
+
+def _truth(path: str) -> "Truth":
+    from hefting.truth import load_truth
+
+    return load_truth(path)
+
+
+def _tool(path: str) -> "Estimate":
+    from hefting.tool import load_tool
+
+    return load_tool(path)
+
+
+def _shape(a: argparse.Namespace, pose: "Array | None") -> "PointMasses":
+    from hefting.shapes import load_shape
+
+    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)
+
+
+def _write(paths: list[str], estimate: "Estimate", flange: "Array | None") -> "list[tuple[str, Exported]]":
+    """Write the estimate to each path, in the form of its suffix; nothing is written unless all can be made."""
+    from hefting.export import SUFFIXES, export
+    from hefting.files import write_atomically
+
+    texts = [(path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths]
+    for path, exported in texts:
+        write_atomically(path, exported.text)
+    return texts
 
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
@@ -184,6 +235,8 @@ def _accuracy(text: str) -> "Accuracy":
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
+    if not a.output:
+        return
     from hefting.export import SUFFIXES
 
     for path in a.output:
@@ -194,10 +247,10 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 def _bias(text: str, recording):
     """A bias model's name, or six numbers from a tare window or a file."""
-    from hefting.ingest.bias import load_bias, tare
-
     if text in ("auto", "none", "estimate"):
         return text
+    from hefting.ingest.bias import load_bias, tare
+
     if text.startswith("tare:"):
         return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
     if not Path(text).exists():

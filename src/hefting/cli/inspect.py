@@ -2,8 +2,8 @@
 
 import argparse
 
-from hefting.cli.options import add_json, progress
-from hefting.cli.reading import add_gravity, add_recording, gravity_of, read_recording
+from hefting.cli import render
+from hefting.cli.options import add_gravity, add_json, add_recording, gravity_of, progress, read_recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,8 +21,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         import json
 
-        print(json.dumps(found.to_dict()))
+        print(render(json.dumps(found.to_dict())))
         return
-    from hefting.report import inspection_report, print_report
+    from hefting.report.inspection import inspection_report
+    from hefting.report.printing import print_report
 
-    print_report(inspection_report(found))
+    print_report(inspection_report(found), render)

@@ -19,6 +19,7 @@ def run(arguments: argparse.Namespace) -> None:
 
         print(json.dumps(describe_methods()))
         return
-    from hefting.report import methods_report, print_report
+    from hefting.report.methods import methods_report
+    from hefting.report.printing import print_report
 
     print_report(methods_report())

@@ -1,14 +1,29 @@
-"""Options that several commands share, and how their texts are read."""
+"""What several commands share: their options, how texts are read, and the log the options describe."""
 
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hefting.errors import InputError
-from hefting.quantity import Kind, quantity
+
+if TYPE_CHECKING:
+    from hefting.quantity import Kind
+    from hefting.recording import Recording
 
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
+READING = {
+    "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
+    "pose_topic": ("TOPIC|none", "of a bag: pose, odometry or tf"),
+    "twist_topic": ("TOPIC|none", "of a bag: velocity"),
+    "joint_topic": ("TOPIC|none", "of a bag: joint states"),
+    "imu_topic": ("TOPIC|none", "of a bag: IMU"),
+    "world_frame": ("NAME", "of a bag: frame of the world in tf"),
+    "sensor_frame": ("NAME", "of a bag or a URDF: frame of the force-torque sensor"),
+}
+"""Options of `hefting.logs.read_log` for bags: what each takes, and its help."""
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
@@ -32,8 +47,10 @@ def numbers(text: str, count: int, option: str) -> list[float]:
     return values
 
 
-def quantities(text: str, kinds: Sequence[Kind], option: str, example: str) -> tuple[float, ...]:
+def quantities(text: str, kinds: "Sequence[Kind]", option: str, example: str) -> tuple[float, ...]:
     """Numbers with units separated by commas, in SI units; `InputError` names the option otherwise."""
+    from hefting.quantity import quantity
+
     parts = text.split(",")
     if len(parts) != len(kinds):
         raise InputError(f"'{text}' is not {len(kinds)} of them", where=option, fix=f"as in {example}")
@@ -53,3 +70,62 @@ def progress(what: str) -> Iterator[None]:
 
     with Console(stderr=True).status(what):
         yield
+
+
+def add_recording(
+    parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
+) -> "argparse._ArgumentGroup":
+    """The log and what its format needs; returns the group of the latter, for more of its kind."""
+    parser.add_argument("log", metavar=metavar, help=f"{what}: .csv, .parquet, ROS bag or .mcap; see --map, --urdf")
+    group = parser.add_argument_group("reading the log")
+    group.add_argument("--map", metavar="FILE", help="TOML file that says which columns of a CSV or Parquet hold what")
+    group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")
+    for name, (metavar, text) in READING.items():
+        group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
+    return group
+
+
+def add_gravity(parser: argparse._ActionsContainer) -> None:
+    """The gravity a recording was made in."""
+    parser.add_argument(
+        "--gravity",
+        metavar="X,Y,Z|estimate",
+        default="0,0,-9.80665",
+        help="in world axes [m/s²], or find its direction; default %(default)s",
+    )
+
+
+def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) -> "Recording":
+    """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
+    from hefting.logs import is_bag, read_log
+
+    a = arguments
+    options = {name: getattr(a, name) for name in READING}
+    if not is_bag(a.log):
+        del options["sensor_frame"]  # names a link of the URDF then
+    elif a.urdf:
+        options["pose_topic"] = options["pose_topic"] or "none"  # the URDF gives the poses
+    recording = read_log(a.log, column_map=a.map, wrench_needed=wrench_needed, **options)
+    if not a.urdf:
+        if a.sensor_frame and not is_bag(a.log):
+            raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)
+        return recording
+    if not a.sensor_frame:
+        raise InputError("which link holds the sensor?", a.urdf, "give --sensor-frame NAME")
+    from hefting.kinematics import Robot, with_poses
+
+    return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+
+
+def check_output(path: str, *inputs: str | None) -> None:
+    """`InputError` for an output in no folder, or one that is an input and would be overwritten."""
+    if not Path(path).absolute().parent.is_dir():
+        raise InputError("the folder does not exist", where=path)
+    if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
+        raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
+
+
+def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":
+    """Gravity (3,) [m/s²]; or ``estimate``."""
+    text = arguments.gravity
+    return text if text == "estimate" else numbers(text, 3, "--gravity")

@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from hefting.cli.options import add_json, numbers, progress
-from hefting.cli.reading import add_recording, check_output, read_recording
+from hefting.cli import render
+from hefting.cli.options import add_json, add_recording, check_output, numbers, progress, read_recording
 from hefting.errors import InputError
 
 
@@ -56,11 +56,12 @@ def run(arguments: argparse.Namespace) -> None:
     if a.json:
         import json
 
-        print(json.dumps(found.to_dict()))
+        print(render(json.dumps(found.to_dict())))
         return
-    from hefting.report import prediction_report, print_report
+    from hefting.report.prediction import prediction_report
+    from hefting.report.printing import print_report
 
-    print_report(prediction_report(found))
+    print_report(prediction_report(found), render)
     for path in a.output:
         print(f"wrote {path}")
 

@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hefting.cli import render
 from hefting.cli.options import POSE, numbers, progress
 from hefting.errors import InputError
 
@@ -188,7 +189,7 @@ def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
     ]
     rates = made.recording.rates()
     lines += [f"  {name.replace('_', ' '):<16}{rates[name]:>8.4g} Hz" for name in made.recording.streams]
-    return lines + [f"warning: {line}" for line in made.warnings]
+    return lines + [f"warning: {render(line)}" for line in made.warnings]
 
 
 def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:

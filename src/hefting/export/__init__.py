@@ -18,6 +18,7 @@ from hefting.estimate import Estimate
 from hefting.export import controllers, mjcf, records, sdf, urdf, usd
 from hefting.export.body import THINNEST, Body
 from hefting.export.splice import Place, put_inertial
+from hefting.messages import Message, warning
 
 __all__ = ["SUFFIXES", "TARGETS", "Exported", "export"]
 
@@ -110,18 +111,20 @@ def export(
     _check_arguments(target, into, link, name)
     if target in ("json", "csv"):
         text = records.write_json(estimate) if target == "json" else records.write_csv(estimate, name)
-        unused = (f"{target} holds the estimate in sensor axes: the sensor's pose in the flange was not used",)
-        return Exported(text, "sensor", unused if sensor_pose_in_flange is not None else ())
+        what = f"{target} holds the estimate in sensor axes: the sensor's pose in the flange was not used"
+        unused = warning("sensor-pose-unused", what, "sensor_pose_in_flange")
+        return Exported(text, "sensor", (unused,) if sensor_pose_in_flange is not None else ())
 
     body = Body.from_parameters(estimate.parameters, name, "sensor")
     if sensor_pose_in_flange is not None:
         body = body.moved(sensor_pose_in_flange, "flange")
     warnings = []
     if body.thickened:
-        warnings.append(
+        what = (
             "the body is flat or rod-like: it was given a thickness of a thousandth of its size, which keeps "
             f"simulators from refusing it and changes its inertia by about {THINNEST:g} of the largest moment"
         )
+        warnings.append(warning("body-thickened", what))
     if target in CONTROLLERS:
         return Exported(CONTROLLERS[target](body), body.frame, (*warnings, *_controller_warnings(target, body)))
 
@@ -136,11 +139,12 @@ def export(
     assert simulator.place is not None  # as _check_arguments saw
     assert simulator.inertial is not None
     text, replaced = put_inertial(into, link, simulator.inertial(body), simulator.place)
-    warnings.append(f"the frame of '{link}' is taken to be the {body.frame} frame")
+    warnings.append(warning("link-frame-assumed", f"the frame of '{link}' is taken to be the {body.frame} frame"))
     if target == "mjcf" and mjcf.ignores_inertial(text):
-        warnings.append("the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial")
+        what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
+        warnings.append(warning("inertials-ignored", what))
     if replaced:
-        warnings.append(f"'{link}' had an inertial: it was replaced, not added to")
+        warnings.append(warning("inertial-replaced", f"'{link}' had an inertial: it was replaced, not added to"))
     return Exported(text, body.frame, tuple(warnings))
 
 
@@ -149,20 +153,22 @@ def _check_arguments(target: str, into: str | Path | None, link: str | None, nam
         able = ", ".join(key for key, simulator in SIMULATORS.items() if simulator.place)
         raise InputError(f"{target} cannot be put into an existing file", fix=f"only {able} can")
     if link is not None and into is None:
-        raise InputError(f"link '{link}' of which file?", fix="name the file with into (--into FILE)")
+        raise InputError(f"link '{link}' of which file?", fix="name the file with (`into`=FILE)")
     if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
         raise InputError(f"{name[:200]!r} cannot name a body", fix="give one printable line, and not 'world'")
 
 
-def _controller_warnings(target: str, body: Body) -> list[str]:
+def _controller_warnings(target: str, body: Body) -> list[Message]:
     warnings = []
     if body.frame != "flange":
-        warnings.append(
+        what = (
             "written in sensor axes, but the controller takes flange axes: "
-            "give the sensor's pose in the flange (--sensor-pose-in-flange x,y,z,qx,qy,qz,qw)"
+            "give the sensor's pose in the flange (`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)"
         )
+        warnings.append(warning("sensor-axes", what, "sensor_pose_in_flange"))
     if target == "fanuc" and (share := controllers.dropped_products(body)) > 0.01:
-        warnings.append(f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out")
+        what = f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out"
+        warnings.append(warning("products-left-out", what))
     if target == "abb" and body.is_point:
-        warnings.append("the estimate is a point mass: the three moments are zero")
+        warnings.append(warning("point-mass", "the estimate is a point mass: the three moments are zero"))
     return warnings

@@ -8,6 +8,7 @@ import numpy as np
 from hefting.errors import InputError, nearest
 from hefting.kinematics.robot import Robot
 from hefting.kinematics.urdf import listed
+from hefting.messages import Message, note, warning
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array
 
@@ -54,11 +55,11 @@ def with_poses(recording: Recording, robot: Robot, joint_names: Sequence[str] = 
         "orientation": Stream(stream.time, orientation, stream.rows),
     }
     dropped = [name for name in REPLACED if name in recording.streams]
-    note = f"poses of '{robot.sensor_frame}' in '{robot.root}' from {listed(robot.joints)} by {robot.source}"
+    done = f"poses of '{robot.sensor_frame}' in '{robot.root}' from {listed(robot.joints)} by {robot.source}"
     if dropped:
-        note += f", in place of the recorded {', '.join(dropped)}"
+        done += f", in place of the recorded {', '.join(dropped)}"
     kept = {name: stream for name, stream in recording.streams.items() if name not in REPLACED}
-    warnings, notes = (*recording.warnings, *_doubts(q, robot)), (*recording.notes, note)
+    warnings, notes = (*recording.warnings, *_doubts(q, robot)), (*recording.notes, note("poses-from-joints", done))
     return replace(recording, streams=kept | poses, warnings=warnings, notes=notes)
 
 
@@ -84,7 +85,7 @@ def _columns(names: tuple[str, ...], count: int, robot: Robot, source: str) -> l
     return [names.index(name) for name in robot.joints]
 
 
-def _doubts(q: Array, robot: Robot) -> tuple[str, ...]:
+def _doubts(q: Array, robot: Robot) -> tuple[Message, ...]:
     """A warning when angles `q` (K, n) are so large that they may be degrees."""
     for angles, limits, name in zip(q.T, robot.limits, robot.joints, strict=True):
         if limits is None:
@@ -92,5 +93,6 @@ def _doubts(q: Array, robot: Robot) -> tuple[str, ...]:
         low, high = (limit if np.isfinite(limit) else sign * TURNS for limit, sign in zip(limits, (-1, 1), strict=True))
         peak = angles[np.argmax(np.abs(angles))]
         if peak < low - 2 * np.pi or peak > high + 2 * np.pi:
-            return (f"joint {name} reaches {peak:.4g} rad, far beyond its limits: are the joint angles in degrees?",)
+            what = f"joint {name} reaches {peak:.4g} rad, far beyond its limits: are the joint angles in degrees?"
+            return (warning("joint-angles-degrees", what),)
     return ()

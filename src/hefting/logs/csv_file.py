@@ -1,26 +1,38 @@
 """CSV: separated text with a header row, read block by block so that the text is never held whole."""
 
+import contextlib
 import csv
 import io
 import re
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.files import write_atomically
-from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.table import Block, label
-from hefting.recording import Recording
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 BLOCK = 8 * 2**20
-"""Text that is read at a time, and more than the longest row [bytes]."""
+"""Text that is held at a time at most, and more than the longest row [bytes]."""
+
+READ = 2**20
+"""Text that is read at a time [bytes]: it stays in the processor's cache."""
 
 MAX_HEADER = 1_000_000
 """Longest header [bytes]."""
+
+SHORT = 1_000_000
+"""Bytes of a file up to which NumPy reads its numbers: six times slower than pyarrow, which takes longer to import."""
+
+PLAIN = b"0123456789.eE+-,\n"
+"""What numbers without blanks between commas are made of."""
 
 BLANKS = [" " * n for n in range(33)]
 NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
@@ -39,53 +51,105 @@ class CsvTable:
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
-        before = 0
+        before, short = 0, Path(self.source).stat().st_size <= SHORT
         for text in texts(self.source):
-            count = text.count(b"\n") + (not text.endswith(b"\n"))
-            skipped = min(max(self.first - 1 - before, 0), count)
-            body = text if not skipped else text.split(b"\n", skipped)[-1] if skipped < count else b""
-            if body and (block := self._block(body, before + skipped, columns)) is not None:
+            if before < self.first - 1:
+                count = _lines(text)
+                skipped = min(self.first - 1 - before, count)
+                text = text.split(b"\n", skipped)[-1] if skipped < count else b""
+                before += skipped
+            if not text:
+                continue
+            if short and (block := self._plain(text, before, columns)) is not None:
                 yield block
-            before += count
+                before += len(block.rows)
+            else:
+                before += yield from self._blocks(text, before, columns)
 
-    def _block(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
-        """The rows in `text`, which follows `before` lines; None when all its lines are empty."""
+    def _plain(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
+        """The rows in a short text whose cells are all plain numbers; else None. Saves importing pyarrow."""
+        if self.separator != "," or self.decimal != "." or text.translate(None, PLAIN):
+            return None
+        marks = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", np.uint8)
+        marks = marks[(marks == ord(",")) | (marks == ord("\n"))]
+        width = len(self.names)
+        if len(marks) % width:
+            return None
+        ends = marks.reshape(-1, width) == ord("\n")
+        if not ends[:, -1].all() or ends[:, :-1].any():
+            return None
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                values = np.fromstring(text.replace(b"\n", b","), sep=",")
+            except (DeprecationWarning, ValueError):
+                return None
+        if len(values) != len(marks):
+            return None
+        values = values.reshape(-1, width)
+        rows = np.arange(before + 1, before + 1 + len(values))
+        return Block(rows, {j: values[:, j] for j in columns}, dict.fromkeys(columns))
+
+    def _blocks(self, text: bytes, before: int, columns: Sequence[int]) -> Generator[Block, None, int]:
+        """The rows in `text`, which follows `before` lines, and how many lines it has."""
         import pyarrow as pa
-        from pyarrow import csv as pacsv
 
         if self.separator == " ":
             text = _single_spaces(text)
-        if not text.strip(b"\n"):
-            return None
-        labels = [str(j) for j in columns]
-        try:
-            table = pacsv.read_csv(
-                pa.BufferReader(text),
-                read_options=pacsv.ReadOptions(column_names=[str(j) for j in range(len(self.names))]),
-                parse_options=pacsv.ParseOptions(delimiter=self.separator),
-                convert_options=pacsv.ConvertOptions(
-                    column_types=dict.fromkeys(labels, pa.float64()),
-                    include_columns=labels,
-                    null_values=BLANKS,
-                    quoted_strings_can_be_null=True,
-                    decimal_point=self.decimal,
-                ),
+        if not text.lstrip(b"\n"):
+            return len(text)
+        table = None
+        if b'"' not in text:  # each line is a row then, or refused
+            with contextlib.suppress(pa.ArrowInvalid):
+                table = self._parsed(text, columns, skip_empty=False)
+        if table is not None:
+            lines = table.num_rows
+            rows = np.arange(before + 1, before + 1 + lines)
+        else:
+            try:
+                table = self._parsed(text, columns, skip_empty=True)
+            except pa.ArrowInvalid as error:
+                raise self._first_bad_cell(text, before, columns, error) from error
+            lines = _lines(text)
+            rows = np.arange(before + 1, before + 1 + lines)
+            if table.num_rows != lines:  # empty lines are no samples
+                ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+                rows = rows[: len(ends) + 1][np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1]
+            if len(rows) != table.num_rows:
+                raise InputError("a quoted cell goes over several lines", self.source, "write each row on one line")
+        first = 0
+        for batch in table.to_batches():
+            last = first + len(batch)
+            arrays = dict(zip(columns, batch.columns, strict=True))
+            yield Block(
+                rows[first:last],
+                {j: array.to_numpy(zero_copy_only=False) for j, array in arrays.items()},
+                {
+                    j: array.is_null().to_numpy(zero_copy_only=False) if array.null_count else None
+                    for j, array in arrays.items()
+                },
             )
-        except pa.ArrowInvalid as error:
-            raise self._first_bad_cell(text, before, columns, error) from error
-        lines = text.count(b"\n") + (not text.endswith(b"\n"))
-        rows = np.arange(before + 1, before + lines + 1)
-        if table.num_rows != lines:  # empty lines are no samples
-            ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-            rows = rows[: len(ends) + 1][np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1]
-        if len(rows) != table.num_rows:
-            raise InputError("a quoted cell goes over several lines", self.source, "write each row on one line")
-        values = {j: table[name].to_numpy() for j, name in zip(columns, labels, strict=True)}
-        blanks = {
-            j: table[name].is_null().to_numpy() if table[name].null_count else None
-            for j, name in zip(columns, labels, strict=True)
-        }
-        return Block(rows, values, blanks)
+            first = last
+        return lines
+
+    def _parsed(self, text: bytes, columns: Sequence[int], skip_empty: bool) -> "pa.Table":
+        """The wanted columns of the rows in `text`."""
+        import pyarrow as pa
+        from pyarrow import csv as pacsv
+
+        labels = [str(j) for j in columns]
+        return pacsv.read_csv(
+            pa.BufferReader(text),
+            read_options=pacsv.ReadOptions(column_names=[str(j) for j in range(len(self.names))]),
+            parse_options=pacsv.ParseOptions(delimiter=self.separator, ignore_empty_lines=skip_empty),
+            convert_options=pacsv.ConvertOptions(
+                column_types=dict.fromkeys(labels, pa.float64()),
+                include_columns=labels,
+                null_values=BLANKS,
+                quoted_strings_can_be_null=True,
+                decimal_point=self.decimal,
+            ),
+        )
 
     def _first_bad_cell(self, text: bytes, before: int, columns: Sequence[int], error: Exception) -> InputError:
         """What is wrong with the first row that cannot be read, found by reading again slowly."""
@@ -105,7 +169,7 @@ class CsvTable:
                 cell = cells[j] if self.decimal == "." else cells[j].replace(".", "?").replace(self.decimal, ".")
                 if not NUMBER.fullmatch(cell):
                     comma = self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
-                    point = 'write decimals with a point, or give decimal = "," in a column map (--map FILE)'
+                    point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
                     fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)
@@ -142,27 +206,15 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     return CsvTable(str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal)
 
 
-def write_csv(recording: Recording, path: str | Path) -> None:
-    """Write canonical CSV, each number with the fewest digits that give back the same bits."""
-    from pyarrow import csv as pacsv
-
-    table = table_from_recording(recording)
-    stream = io.BytesIO()
-    stream.write((",".join(table.column_names) + "\n").encode())
-    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    del table
-    write_atomically(path, stream.getvalue())
-
-
 def texts(path: str | Path) -> Iterator[bytes]:
     """The text of a file in blocks of whole lines that end in \\n, without byte-order mark.
 
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
     rest = b""
-    with open(path, "rb") as stream:
+    with open(path, "rb", buffering=0) as stream:
         begun = False
-        while data := stream.read(BLOCK):
+        while data := stream.read(min(READ, BLOCK)):
             if not begun:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
                     raise InputError("is UTF-16 text", path, "save it as UTF-8")
@@ -180,6 +232,10 @@ def texts(path: str | Path) -> Iterator[bytes]:
                 yield text[:cut]
     if rest:
         yield _line_ends(rest)
+
+
+def _lines(text: bytes) -> int:
+    return text.count(b"\n") + (not text.endswith(b"\n"))
 
 
 def _line_ends(text: bytes) -> bytes:

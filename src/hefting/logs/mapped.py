@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.logs.clock import checked_static, in_seconds
 from hefting.logs.column_map import ColumnMap, Quantity, resembling
 from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
-from hefting.logs.table import Table, collect, label, listed, require_streams
+from hefting.logs.table import Table, checked_static, collect, in_seconds, label, listed, require_streams
 from hefting.logs.units import Unit
+from hefting.messages import note
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array
 
@@ -24,7 +24,10 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
     quantities = dict(column_map.quantities)
     places = {key: _places(table, column_map, key, quantity.columns) for key, quantity in quantities.items()}
     time = None if column_map.time is None else _places(table, column_map, "time", (column_map.time,))[0]
-    notes = [f"{key} from {_described(table, places[key], quantity)}" for key, quantity in quantities.items()]
+    notes = [
+        note(f"{key.replace('_', '-')}-source", f"{key} from {_described(table, places[key], quantity)}")
+        for key, quantity in quantities.items()
+    ]
     if "force" in quantities:
         quantities["wrench"] = _joined(quantities.pop("force"), quantities.pop("torque"), column_map.source)
         places["wrench"] = places.pop("force") + places.pop("torque")
@@ -37,7 +40,7 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
     unit = column_map.time_unit
     if unit is not None:
         what = "row numbers" if time is None else f"column {label(table, time)}"
-        notes.insert(0, f"time from {what} [{unit.name}]")
+        notes.insert(0, note("time-source", f"time from {what} [{unit.name}]"))
         converted, about_time = in_seconds(converted, table.source, unit)
         warnings += about_time
     names = quantities["joint_positions"].names if "joint_positions" in converted else ()

@@ -1,6 +1,5 @@
 """Parquet: a table with nulls for what was not measured, read block by block."""
 
-import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,13 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.files import write_atomically
-from hefting.logs.canonical import table_from_recording
 from hefting.logs.table import Block, label
-from hefting.recording import Recording
 
 ROWS = 65_536
-"""Rows that are read at a time, and written as a group."""
+"""Rows that are read at a time."""
 BUFFER = 2**20
 """Bytes of a column that are read at a time."""
 
@@ -69,15 +65,6 @@ def open_parquet(path: str | Path) -> ParquetTable:
     if twice:
         raise InputError(f"column {twice[0][0][:40]!r} is there {twice[0][1]} times", path, "keep one of them")
     return ParquetTable(str(path), names)
-
-
-def write_parquet(recording: Recording, path: str | Path) -> None:
-    """Write canonical Parquet."""
-    from pyarrow import parquet
-
-    stream = io.BytesIO()
-    parquet.write_table(table_from_recording(recording), stream, row_group_size=ROWS)
-    write_atomically(path, stream.getvalue())
 
 
 def _unreadable(path: str | Path, error: Exception) -> InputError:

@@ -1,18 +1,25 @@
-"""Tables read block by block: named columns of numbers -> the samples of groups of columns."""
+"""Tables read block by block: named columns of numbers -> streams of groups of columns, with times in seconds."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hefting.errors import InputError
-from hefting.recording import Stream
-from hefting.spatial import Array, Mask
+from hefting.messages import Message, warning
+from hefting.recording import Recording, Stream, all_finite
+from hefting.spatial import Array, Mask, median, own
+
+if TYPE_CHECKING:
+    from hefting.logs.units import Unit
 
 MAX_CELLS = 100_000_000
 """Most numbers that are read from one file (0.8 GB): more than an hour of twenty columns at 1 kHz."""
+EPOCHS = (("nanoseconds", "1e9", 1e17), ("microseconds", "1e6", 1e14), ("milliseconds", "1e3", 1e11))
+"""Unit, divisor and least value of times since 1970 that are not in seconds."""
+STATIC_STREAMS = ("position", "orientation", "joint_positions", "wrench", "accelerometer")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +59,7 @@ def label(table: Table, column: int) -> str:
 
 def collect(
     table: Table, time: int | None, groups: Mapping[str, Sequence[int]], nan_is_blank: bool = False
-) -> tuple[dict[str, Stream], tuple[str, ...]]:
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """Samples of each group of columns, in the file's units, and warnings.
 
     A group is measured in a row where none of its cells is blank; groups that are blank throughout are left out,
@@ -62,47 +69,117 @@ def collect(
     """
     wanted = sorted({column for columns in groups.values() for column in columns} | (set() if time is None else {time}))
     samples = {name: _Samples(len(columns)) for name, columns in groups.items()}
-    count = 0
+    times, rows, count = _Growing(), _Growing(dtype=np.int32), 0
     for block in table.blocks(wanted):
-        if (count + len(block.rows)) * len(wanted) > MAX_CELLS:
+        begin, count = count, count + len(block.rows)
+        if count * len(wanted) > MAX_CELLS:
             what = f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
             raise InputError(what, table.source, "cut out the part of interest")
-        numbers = np.arange(count, count + len(block.rows), dtype=float)
-        count += len(block.rows)
-        times, untimed = (numbers, None) if time is None else _column(block, time, nan_is_blank)
+        numbers, untimed = (np.arange(begin, count), None) if time is None else _column(block, time, nan_is_blank)
+        times.append(numbers)
+        rows.append(block.rows)
         for name, columns in groups.items():
-            if (measured := _measured(table, block, columns, nan_is_blank, times, untimed, time)) is not None:
-                samples[name].append(*measured)
+            values, blank = _measured(table, block, columns, nan_is_blank, numbers, untimed, time)
+            samples[name].append(begin, values, blank)
     if count == 0:
         raise InputError("there is a header but there are no samples", where=table.source)
+    every = times.taken(), rows.taken()
     streams, warnings = {}, ()
     for name, columns in groups.items():
         if taken := samples.pop(name):
-            streams[name] = taken.stream()
+            streams[name] = taken.stream(*every)
         else:
             first, last = label(table, columns[0]), label(table, columns[-1])
-            warnings += (f"columns {first}..{last} are all blank" if len(columns) > 1 else f"column {first} is blank",)
+            what = f"columns {first}..{last} are all blank" if len(columns) > 1 else f"column {first} is blank"
+            warnings += (warning("columns-blank", what),)
     if time is None:
         return streams, warnings
     streams, repeats = without_repeats(streams)
     return streams, warnings + repeats
 
 
-def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[str, ...]]:
+def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """The streams without the samples that repeat the one before, time and values alike, and a warning of how many.
 
     Two different samples at one time are kept: `hefting.recording.Recording` refuses them.
     """
-    kept, dropped = {}, np.empty(0, dtype=np.int64)
+    kept, dropped = {}, set()
     for name, stream in streams.items():
         again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
         again = 1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
-        dropped = np.union1d(dropped, stream.rows[again])
+        dropped.update(stream.rows[again].tolist())
         kept[name] = stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
-    if not len(dropped):
+    if not dropped:
         return kept, ()
     plural = "s" if len(dropped) > 1 else ""
-    return kept, (f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {dropped[0]})",)
+    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
+    return kept, (warning("rows-repeated", what),)
+
+
+def in_seconds(
+    streams: Mapping[str, Stream], source: str, unit: "Unit | None" = None
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
+    """The streams with their times in seconds, those since 1970 shifted to start at 0, and warnings.
+
+    They are in `unit`; None: seconds. Streams that share their times still do. `InputError` for times that cannot be
+    in that unit.
+    """
+    where = f"{source}, column time"
+    start = min(float(stream.time[0]) for stream in streams.values())
+    seconds = unit is None or unit.name == "s"
+    scale = (lambda values: values) if unit is None else unit.to_si
+    began = abs(float(scale(np.array(start))))
+    if began > 1e11:  # seconds since 1970 reach 1e11 in the year 5138
+        if unit is not None and not seconds:
+            raise InputError(f"{start:.6g} cannot be {unit.name}", where, "give the unit of time")
+        meant, factor = next((meant, factor) for meant, factor, least in EPOCHS if began > least)
+        fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
+        raise InputError(f"{start:.6g} cannot be seconds; it looks like {meant} since 1970", where, fix)
+    warnings = []
+    if began > 1e8:
+        streams = with_times(streams, lambda time: time - start)
+        shift, resolution = (float(scale(np.array(value))) for value in (start, np.spacing(abs(start))))
+        what = f"time was shifted by {shift:.6f} s to start at 0; it resolves {resolution:.1g} s"
+        warnings.append(warning("time-shifted", what))
+    if not seconds:
+        streams = with_times(streams, scale)
+    typical: dict[int, float] = {}
+    for name, stream in streams.items():
+        step = typical.get(id(stream.time))
+        if step is None:
+            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with the recording
+                step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
+            typical[id(stream.time)] = step
+        if step > 1000:
+            raise InputError(f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds")
+        whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
+        if step > 5 or whole:
+            what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
+            warnings.append(warning("time-step-long", what))
+        elif 0 < step < 2e-5:
+            what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
+            warnings.append(warning("time-step-short", what))
+    return dict(streams), tuple(warnings)
+
+
+def with_times(streams: Mapping[str, Stream], change: Callable[[Array], Array]) -> dict[str, Stream]:
+    """The streams with changed times; those that share an array of times still do."""
+    changed: dict[int, Array] = {}
+    for stream in streams.values():
+        if id(stream.time) not in changed:
+            changed[id(stream.time)] = own(change(stream.time))
+    return {name: replace(stream, time=changed[id(stream.time)]) for name, stream in streams.items()}
+
+
+def checked_static(recording: Recording) -> Recording:
+    """The recording, with a warning when its rows hardly are static poses."""
+    moving = [name for name in recording.streams if name not in STATIC_STREAMS]
+    count = max(len(stream) for stream in recording.streams.values())
+    if not moving and count <= 1000:
+        return recording
+    also = f", although there is {', '.join(moving)}" if moving else ""
+    what = f"there is no column time: each of {count} rows is taken as a static pose{also}"
+    return replace(recording, warnings=(*recording.warnings, warning("no-time-column", what)))
 
 
 def require_streams(streams: Mapping[str, Stream], source: str, wrench_needed: bool = True) -> None:
@@ -118,31 +195,68 @@ def listed(items: Sequence[str]) -> str:
     return ", ".join(items[:8]) + (f" and {len(items) - 8} more" if len(items) > 8 else "")
 
 
-class _Samples:
-    """Samples that are added block by block, in one array that doubles: small pieces would leave holes in memory."""
+class _Growing:
+    """An array to which rows are added block by block; in place, so that it is never held twice."""
 
-    def __init__(self, width: int):
-        self._array = np.empty((0, width + 2))
+    def __init__(self, *width: int, dtype: type = float):
+        self._array = np.empty((0, *width), dtype)
         self._count = 0
 
     def __len__(self) -> int:
         return self._count
 
-    def append(self, time: Array, values: Array, rows: NDArray[np.int64]) -> None:
-        """Add samples (K,), (K, d), (K,)."""
-        end = self._count + len(time)
+    def append(self, values: NDArray | Sequence[NDArray]) -> None:
+        """Add an array (K,), or columns (K,) of the rows."""
+        columns = None if isinstance(values, np.ndarray) else values
+        end = self._count + len(values if columns is None else columns[0])
         if end > len(self._array):
-            larger = np.empty((max(end, 2 * len(self._array), 65_536), self._array.shape[1]))
-            larger[: self._count] = self._array[: self._count]
-            self._array = larger
+            self._resize(max(end, len(self._array) * 5 // 4, 8192))
         part = self._array[self._count : end]
-        part[:, 0], part[:, 1], part[:, 2:] = time, rows, values  # numbers of rows are exact up to 2**53
+        if columns is None:
+            part[:] = values
+        else:
+            for j, column in enumerate(columns):
+                part[:, j] = column
         self._count = end
 
-    def stream(self) -> Stream:
-        """All samples."""
-        taken = self._array[: self._count]
-        return Stream(taken[:, 0], taken[:, 2:], taken[:, 1].astype(np.int64))
+    def taken(self) -> NDArray:
+        """All of them, read-only; nothing can be added after."""
+        self._resize(self._count)
+        return own(self._array)
+
+    def _resize(self, rows: int) -> None:
+        self._array.resize((rows, *self._array.shape[1:]), refcheck=False)  # no view of it is kept
+
+
+class _Samples:
+    """Samples of one group of columns, and at which of all rows they are."""
+
+    def __init__(self, width: int):
+        self._values = _Growing(width)
+        self._places: _Growing | None = None  # as long as every row has a sample
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def append(self, begin: int, columns: Sequence[Array], blank: Mask | None) -> None:
+        """Add what the rows from `begin` on hold, except where it is blank."""
+        if blank is not None and self._places is None:
+            self._places = _Growing(dtype=np.int32)
+            self._places.append(np.arange(begin))
+        if blank is not None:
+            columns = [column[~blank] for column in columns]
+        if self._places is not None:
+            rows = np.arange(len(columns[0])) if blank is None else np.flatnonzero(~blank)
+            self._places.append(begin + rows)
+        self._values.append(columns)
+
+    def stream(self, times: Array, rows: NDArray) -> Stream:
+        """All samples, by the times and row numbers of all rows; where they are all there they are shared."""
+        values = self._values.taken()
+        if self._places is None:
+            return Stream(times, values, rows)
+        places = self._places.taken()
+        return Stream(own(times[places]), values, own(rows[places]))
 
 
 def _column(block: Block, column: int, nan_is_blank: bool) -> tuple[Array, Mask | None]:
@@ -157,28 +271,27 @@ def _measured(
     block: Block,
     columns: Sequence[int],
     nan_is_blank: bool,
-    times: Array,
+    times: NDArray,
     untimed: Mask | None,
     time: int | None,
-) -> tuple[Array, Array, NDArray[np.int64]] | None:
-    """Times, values and rows at which a group was measured in a block; None if nowhere."""
+) -> tuple[Sequence[Array], Mask | None]:
+    """Columns (R,) of a group in a block, and where they are blank. `InputError` for what cannot be a sample."""
     values, blanks = zip(*(_column(block, column, nan_is_blank) for column in columns), strict=True)
     blank = _agreed(table, block, columns, blanks)
-    if blank is not None and blank.all():
-        return None
-    chosen: slice | Mask = slice(None) if blank is None else ~blank
-    rows, at = block.rows[chosen], times[chosen]
-    if untimed is not None and untimed[chosen].any():
-        row = rows[np.argmax(untimed[chosen])]
-        where = f"{table.source}, row {row}, column {label(table, time or 0)}"
+    if untimed is not None and (lost := untimed if blank is None else untimed & ~blank).any():
+        where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
-    matrix = np.stack([column[chosen] for column in values], axis=1)
-    for numbers, those in ((at[:, None], [time or 0]), (matrix, columns)):
-        if not np.isfinite(numbers).all():
-            k, j = np.argwhere(~np.isfinite(numbers))[0]
-            where = f"{table.source}, row {rows[k]}, column {label(table, those[j])}"
-            raise InputError(f"the value is {numbers[k, j]}", where, "leave the cell blank where nothing was measured")
-    return at, matrix, rows
+    for numbers, those in (((times,), [time or 0]), (values, columns)):
+        if all(all_finite(column) for column in numbers):
+            continue
+        matrix = np.stack([column if blank is None else column[~blank] for column in numbers], axis=1)
+        wrong = np.argwhere(~np.isfinite(matrix))
+        if len(wrong):
+            k, j = wrong[0]
+            row = (block.rows if blank is None else block.rows[~blank])[k]
+            where = f"{table.source}, row {row}, column {label(table, those[j])}"
+            raise InputError(f"the value is {matrix[k, j]}", where, "leave the cell blank where nothing was measured")
+    return values, blank
 
 
 def _agreed(table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]) -> Mask | None:

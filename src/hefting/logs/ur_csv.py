@@ -20,14 +20,14 @@ actual_q, _qd      joint angles and velocities [rad, rad/s]
 The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its world the robot's base.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from hefting.errors import InputError
-from hefting.logs.clock import in_seconds
 from hefting.logs.orientations import rotated_back
-from hefting.logs.table import Table, collect
+from hefting.logs.table import Table, collect, in_seconds
+from hefting.messages import Message, note, warning
 from hefting.recording import Recording, Stream
 from hefting.spatial import Array
 
@@ -42,15 +42,16 @@ FIELDS = {
     "actual_qd": 6,
 }
 """Fields that are read, and how many columns each has."""
-MARKS = {f"{field}_0" for field in ("actual_TCP_pose", "ft_raw_wrench", "actual_TCP_force", "actual_q")}
+MARKS = frozenset(("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0"))
+"""Columns of which one tells such a record."""
 
 RAW = "ft_raw_wrench"
 FORCE = "actual_TCP_force"
 
 
-def is_ur(names: Sequence[str]) -> bool:
+def is_ur(names: Iterable[str]) -> bool:
     """Whether a header is that of a real-time record."""
-    return bool(MARKS & set(names))
+    return not MARKS.isdisjoint(names)
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
@@ -77,14 +78,14 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     values = dict(zip(fields, np.split(record.values, ends[:-1], axis=1), strict=True))
 
     raw = RAW in values and (FORCE not in values or bool(np.ptp(values[RAW], axis=0).any()))
-    found, notes = {}, ["UR real-time record; world is the robot's base"]
-    more: list[str] = []
+    found, notes = {}, [note("log-format", "UR real-time record; world is the robot's base")]
+    more: list[Message] = []
     felt = raw or FORCE in values
     if felt and not raw:
         _check_payload(record, values, table.source, more)
     if "actual_TCP_pose" in values:
         found, rotations, remarks = _motion(values)
-        notes.append(remarks)
+        notes.append(note("pose-source", remarks))
         if felt:
             more += _reference(values, raw)
             found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
@@ -94,7 +95,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
         fix = f"record actual_TCP_pose too, or {RAW}"
         raise InputError(f"{FORCE} is in base axes, and there is no pose to turn it by", table.source, fix)
     wrench = f"{RAW}, flange axes, never zeroed: expect a large bias" if raw else f"{FORCE}, turned from base axes"
-    notes += [f"wrench from {wrench}"] if felt else []
+    notes += [note("wrench-source", f"wrench from {wrench}")] if felt else []
     joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
     found |= {stream: values[field] for stream, field in joints.items() if field in values}
     recorded = {name: Stream(record.time, array, record.rows) for name, array in found.items()}
@@ -121,13 +122,14 @@ def _fields(table: Table) -> dict[str, list[int]]:
     return fields
 
 
-def _check_payload(record: Stream, values: dict[str, Array], source: str, warnings: list[str]) -> None:
+def _check_payload(record: Stream, values: dict[str, Array], source: str, warnings: list[Message]) -> None:
     """`InputError` when the controller has removed a payload from the wrench; a warning when that is not known."""
     if "payload" not in values:
-        warnings.append(
+        what = (
             f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
             f"and then the result is not the object (record {RAW})"
         )
+        warnings.append(warning("payload-unknown", what))
         return
     loaded = np.abs(values["payload"][:, 0]) > 1e-6
     if loaded.any():
@@ -160,11 +162,13 @@ def _motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
     return motion, rotation.as_matrix(), remark
 
 
-def _reference(values: dict[str, Array], raw: bool) -> list[str]:
+def _reference(values: dict[str, Array], raw: bool) -> list[Message]:
     """Warnings about the frame the wrench is given in."""
     if "tcp_offset" not in values:
         about = "axes and origin of ft_raw_wrench are" if raw else "the origin of its torques on e-Series is"
-        return [f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about}"]
+        what = f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about}"
+        return [warning("tcp-offset-unknown", what)]
     if not raw and values["tcp_offset"][:, :3].any():
-        return [f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"]
+        what = f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"
+        return [warning("torque-reference-assumed", what)]
     return []

@@ -22,7 +22,7 @@ EVERYDAY = "about 5 in everyday handling"
 """Nadeau et al. 2022, sec. III."""
 
 
-def inspection_report(found: "Inspection") -> RenderableType:
+def inspection_report(found: "Inspection") -> Group:
     """Streams, motion, wrench, object, identifiability, and what to do next."""
     lasts = f"{next(iter(found.streams.values())).samples} static poses" if found.static else f"{found.duration:.4g} s"
     lines: list[RenderableType] = [Text(f"{found.log}: {lasts}", style="bold"), _streams_table(found)]

@@ -19,7 +19,7 @@ NOTICED = 1e-3
 """Share of the largest force or torque from which on the motion's errors are worth a line."""
 
 
-def prediction_report(found: Prediction) -> RenderableType:
+def prediction_report(found: Prediction) -> Group:
     """Largest force and torque, lowest and highest of each component with the band, assumptions, agreement."""
     count = f"{len(found)} instant{'' if len(found) == 1 else 's'}"
     lasts = f"{len(found)} static poses" if found.static else f"{found.time[-1] - found.time[0]:.4g} s, {count}"

@@ -1,14 +1,20 @@
 """What every report shares."""
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from rich.console import Console, RenderableType
+from rich.console import Console, Group
 from rich.text import Text
 
 
-def print_report(report: RenderableType) -> None:
-    """Print on standard output, no wider than the terminal; 100 columns where there is none."""
+def print_report(report: Group, render: Callable[[str], str] = str) -> None:
+    """Print on standard output, no wider than the terminal; 100 columns where there is none.
+
+    `render` turns the library's way of naming its arguments into the reader's.
+    """
+    for line in report.renderables:
+        if isinstance(line, Text):
+            line.plain = render(line.plain)
     Console(highlight=False, width=None if sys.stdout.isatty() else 100).print(report)
 
 

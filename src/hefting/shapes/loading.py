@@ -1,4 +1,4 @@
-"""What the command line says of a shape: `--shape`, `--object-pose`."""
+"""A shape and a pose as texts: a box or a file, seven numbers or a file."""
 
 from pathlib import Path
 

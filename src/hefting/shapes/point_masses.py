@@ -10,18 +10,33 @@ from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
 from hefting.inertia import InertialParameters
-from hefting.shapes.checks import point_array, point_count, positive, suspicions, unit_scale
+from hefting.messages import warning
 from hefting.shapes.clouds import convex_hull, voxel_representatives
-from hefting.shapes.hull import Hull
-from hefting.shapes.reading import CLOUD_SUFFIXES, arrays_of, read_cloud, read_mesh, read_ply_vertices
+from hefting.shapes.reading import (
+    CLOUD_SUFFIXES,
+    arrays_of,
+    point_array,
+    point_count,
+    positive,
+    read_cloud,
+    read_mesh,
+    read_ply_vertices,
+    suspicions,
+    unit_scale,
+)
 from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
-from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.shapes.solid import Hull, Solid, solid_from_mesh
 from hefting.spatial import Array, check_pose, frozen, tensor_to_vector
 
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
 ROUGH = 0.2
 """`PointMasses.shape_std` of a box or a hull that is only known to hold the object."""
+BOX_FACES = (
+    *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
+    *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
+)
+"""Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
 
@@ -262,7 +277,7 @@ class PointMasses:
         if max(-low.min(), high.max()) > 1e3:
             raise InputError("a box is at most a kilometre from the sensor", "box", "give its sides in metres")
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-        solid = solid_from_mesh(*convex_hull(corners, "box"), "box")
+        solid = solid_from_mesh(corners, BOX_FACES, "box")
         shape = cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
         return replace(shape, shape_std=ROUGH)
 
@@ -294,7 +309,8 @@ class PointMasses:
         samples = grid_points(solid, count) if sampling == "grid" else random_points(solid, count, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
         if solid.cap_fraction > 0.02:
-            warnings.append(f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface")
+            what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
+            warnings.append(warning("mesh-holes", what))
         rotation, second = matrix[:3, :3], samples.cell_second_moment
         cell = rotation @ (np.trace(second) * np.eye(3) - second) @ rotation.T
         inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment

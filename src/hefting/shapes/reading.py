@@ -1,4 +1,7 @@
-"""Reading shapes from files: meshes, point clouds, labelled parts. Files are not trusted."""
+"""Reading shapes from files (meshes, point clouds, labelled parts), and checks of what is said of them.
+
+Files are not trusted.
+"""
 
 import io
 import json
@@ -10,8 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.spatial import Array
+from hefting.errors import InputError, nearest
+from hefting.messages import Message, warning
+from hefting.shapes.sampling import MAX_POINTS
+from hefting.spatial import Array, inverse_pose
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
@@ -20,11 +25,22 @@ MAX_BYTES = 200_000_000
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
 
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+"""Length units [m] of a shape's file."""
+
+STL_HEADER = 84
+"""Bytes of a binary STL file before its triangles: a comment of 80, and their number."""
+STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""A triangle of a binary STL file."""
+
 PLY_TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
+PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+PlyKind = str | tuple[str, str]
+"""Type of a property of a PLY file; of a list those of its length and its items."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -34,12 +50,16 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     `InputError` for a file that is missing, too big, of another kind, or damaged.
     """
     suffix, data = _contents(path, MESH_SUFFIXES, "a mesh")
+    if suffix == ".stl" and _is_binary_stl(data):
+        return _binary_stl(data, path)
+    if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
+        return mesh
     import trimesh
 
     try:
         if suffix == ".glb":
             _check_glb(data)
-        elif suffix in (".obj", ".off") or (data.startswith(b"solid") and not _is_binary_stl(data)):
+        elif suffix in (".obj", ".off") or data.startswith(b"solid"):
             data = _as_utf8(data)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -47,8 +67,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
             faces = 0
             for node in scene.graph.nodes_geometry:
                 faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
-                if faces > MAX_FACES:
-                    raise InputError(f"the mesh has more than {MAX_FACES} triangles", path, "simplify it")
+                _check_faces(faces, path)
             mesh = scene.to_mesh()
         return np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     except InputError:
@@ -56,6 +75,47 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     except Exception as error:  # a damaged file makes a parser fail in any way
         what = f"not a readable {suffix} mesh"
         raise InputError(what, path, "export it again, for example as binary .stl") from error
+
+
+def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of a binary STL file, three vertices a face."""
+    triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
+    _check_faces(len(triangles), path)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+        vertices = triangles["corners"].astype(float).reshape(-1, 3)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
+    """Vertices and faces of a whole binary PLY file of vertices and triangles; None for any other."""
+    try:
+        form, ((vertex, count, properties), (face, number, entries)), start = _ply_header(data)
+        order = PLY_ORDERS[form]
+        points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
+        lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
+        ((corners, (length, index)),) = lists
+        fields: list[tuple] = [(name, order + kind) for name, kind in entries if isinstance(kind, str)]
+        place = [name for name, _ in entries].index(corners)
+        fields[place:place] = [("number of corners", order + length), (corners, order + index, 3)]
+        triangle = np.dtype(fields)
+    except (ValueError, KeyError, TypeError):
+        return None
+    if (vertex, face) != ("vertex", "face") or corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
+        return None
+    if min(count, number) < 1 or len(data) != start + count * points.itemsize + number * triangle.itemsize:
+        return None
+    faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
+    if not {"x", "y", "z"} <= set(points.names or ()) or (faces["number of corners"] != 3).any():
+        return None
+    _check_faces(number, path)
+    table = np.frombuffer(data, points, count, start)
+    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+        return np.column_stack([table[axis] for axis in "xyz"]).astype(float), faces[corners].astype(np.int64)
+
+
+def _check_faces(count: int, path: str | Path) -> None:
+    if count > MAX_FACES:
+        raise InputError(f"the mesh has more than {MAX_FACES} triangles", path, "simplify it")
 
 
 def _check_glb(data: bytes) -> None:
@@ -67,7 +127,9 @@ def _check_glb(data: bytes) -> None:
 
 
 def _is_binary_stl(data: bytes) -> bool:
-    return len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]
+    if len(data) < STL_HEADER:
+        return False
+    return len(data) == STL_HEADER + STL_TRIANGLE.itemsize * struct.unpack_from("<I", data, STL_HEADER - 4)[0]
 
 
 def _as_utf8(data: bytes) -> bytes:
@@ -129,26 +191,16 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
     """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a damaged one."""
     _, data = _contents(path, (".ply",), "a PLY file")
     fix = "export it again as ASCII or binary PLY"
-    end = data.find(b"end_header", 0, 100_000)
-    start = data.find(b"\n", end) + 1
-    if not data.startswith(b"ply") or end < 0 or start == 0:
+    if not data.startswith(b"ply") or _ply_body(data) == 0:
         raise InputError("not a PLY file", path, fix)
-    form, elements = "", []
     try:
-        for words in (line.split() for line in data[:end].decode("ascii", "replace").splitlines()):
-            match words:
-                case ["format", form, _]:
-                    pass
-                case ["element", name, count]:
-                    elements.append((name, int(count), []))
-                case ["property", "list", *_]:
-                    elements[-1][2].append(("", ""))
-                case ["property", kind, name]:
-                    elements[-1][2].append((name, PLY_TYPES[kind]))
+        form, elements, start = _ply_header(data)
         name, count, properties = elements[0]
         names = [n for n, _ in properties]
-        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names) or "" in names:
+        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names):
             raise ValueError("no vertices")
+        if not all(isinstance(kind, str) for _, kind in properties):
+            raise ValueError("lists among the vertices")
         if form == "ascii":
             if count * (2 * len(names) - 1) > len(data) - start:
                 raise ValueError("truncated")
@@ -158,13 +210,37 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
                 raise ValueError("truncated")
             columns = dict(zip(names, table.T, strict=True))
         else:
-            order = {"binary_little_endian": "<", "binary_big_endian": ">"}[form]
-            record = np.dtype([(n, order + kind) for n, kind in properties])
+            record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]
             table = np.frombuffer(data, record, count=count, offset=start)
             columns = {n: table[n].astype(float) for n in names}
     except (ValueError, KeyError, IndexError) as error:
         raise InputError("damaged PLY file, or one without x, y, z of vertices first", path, fix) from error
     return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
+
+
+def _ply_body(data: bytes) -> int:
+    """Where the header of a PLY file has ended; 0 if it does not."""
+    end = data.find(b"end_header", 0, 100_000)
+    return 0 if end < 0 else data.find(b"\n", end) + 1
+
+
+def _ply_header(data: bytes) -> tuple[str, list[tuple[str, int, list[tuple[str, PlyKind]]]], int]:
+    """Form, elements (name, number, properties with their types) and length of the header of a PLY file.
+
+    Raises ValueError, KeyError or IndexError for one that is none.
+    """
+    form, elements, start = "", [], _ply_body(data)
+    for words in (line.split() for line in data[:start].decode("ascii", "replace").splitlines()):
+        match words:
+            case ["format", form, _]:
+                pass
+            case ["element", name, count]:
+                elements.append((name, int(count), []))
+            case ["property", "list", length, kind, name]:
+                elements[-1][2].append((name, (PLY_TYPES[length], PLY_TYPES[kind])))
+            case ["property", kind, name]:
+                elements[-1][2].append((name, PLY_TYPES[kind]))
+    return form, elements, start
 
 
 def _contents(path: str | Path, suffixes: tuple[str, ...], kind: str) -> tuple[str, bytes]:
@@ -193,3 +269,56 @@ def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
     if vertices is None or faces is None:
         return None
     return np.asarray(vertices, dtype=float), np.asarray(faces, dtype=np.int64)
+
+
+def unit_scale(unit: str | None) -> float:
+    """Metres per `unit`."""
+    if unit is None:
+        return 1.0
+    if unit not in UNITS:
+        raise InputError(f"unknown unit '{unit}'{nearest(str(unit), UNITS)}", fix=f"use one of {', '.join(UNITS)}")
+    return UNITS[unit]
+
+
+def positive(value: float, name: str) -> float:
+    """`value` if it is a positive number, else `InputError`."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be positive, not {value}")
+    return float(value)
+
+
+def point_count(points: int) -> int:
+    """`points` if it is a sensible number of points, else `InputError`."""
+    if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
+        raise InputError(f"the number of points must be 1 to {MAX_POINTS}, not {points!r}")
+    return int(points)
+
+
+def point_array(points: Any, where: Any = None) -> Array:
+    """`points` as a finite array (n, 3), else `InputError`."""
+    try:
+        p = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError("a point cloud is an array (n, 3) of numbers", where) from error
+    if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
+        raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
+    if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
+        raise InputError("the point cloud has values that are not finite", where, "remove those points")
+    return p
+
+
+def suspicions(low: Array, extents: Array, pose: Array, unit: str | None) -> tuple[Message, ...]:
+    """Warnings about a bounding box (lower corner and sides in object axes) unlikely for a held object."""
+    longest, found = float(extents.max()), []
+    if longest > 3:
+        what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
+        found.append(warning("shape-long", what, "unit"))
+    if longest < 1e-3:
+        what = f"the shape is only {longest * 1e3:.3g} mm long: is `unit`='{unit or 'm'}' too small?"
+        found.append(warning("shape-small", what, "unit"))
+    origin = inverse_pose(pose)[:3, 3]
+    distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
+    if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
+        what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
+        found.append(warning("shape-far", what, "pose"))
+    return tuple(found)

@@ -1,6 +1,7 @@
-"""A surface mesh as a closed solid: holes capped, faces oriented, volume and second moments exact."""
+"""Solids: a surface mesh closed, with volume and moments exact; and how deep a point lies in a convex hull."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,8 @@ MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
 MAX_BOUNDARY = 500_000
 """Most boundary edges that are closed by caps."""
+FLAT = 1e-9
+"""Thickness of a hull, relative to its length, up to which it counts as flat (collinear, a single point)."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,8 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     """The used vertices with near-duplicates merged, and the faces that keep three distinct corners."""
-    used, f = np.unique(f, return_inverse=True)
-    v, f = v[used], f.reshape(-1, 3)
+    used, _, index = _unique(f.ravel())
+    v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
         raise InputError("the mesh has coordinates that are not finite", where, "export the mesh again")
     origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
@@ -93,10 +96,23 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
         raise InputError("all vertices of the mesh coincide", where, "export the mesh again")
     cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)  # below 2**20 each
     keys = (cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]
-    _, first, index = np.unique(keys, return_index=True, return_inverse=True)
-    v, f = v[first], index.reshape(-1)[f]
+    _, first, index = _unique(keys)
+    v, f = v[first], index[f]
     distinct = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
     return v, f[distinct]
+
+
+def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The different keys (N,) in order, where each is first, and which of them each key is.
+
+    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a small mesh.
+    """
+    order = np.argsort(keys, kind="stable")
+    new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
+    first = order[new]
+    index = np.empty(len(keys), dtype=np.int64)
+    index[order] = np.cumsum(new) - 1
+    return keys[first], first, index
 
 
 def _without_copies(f: np.ndarray) -> np.ndarray:
@@ -151,8 +167,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     """Vertices and one apex more per hole; triangles that close it, from its edges to the apex."""
     keys, direction = _edges(f, len(v))
-    unique, index = np.unique(keys, return_inverse=True)
-    net = np.bincount(index.ravel(), weights=direction).astype(int)
+    unique, _, index = _unique(keys)
+    net = np.bincount(index, weights=direction).astype(int)
     count = np.abs(net)
     if not count.any():
         return v, np.empty((0, 3), dtype=np.int64)
@@ -215,5 +231,68 @@ def _moments(triangles: Array) -> tuple[float, Array, Array]:
         return 0.0, origin, np.zeros((3, 3))
     s = t.sum(axis=1)
     centroid = share @ s / (4 * volume)
-    second = np.einsum("f,fki,fkj->ij", share, t, t) + np.einsum("f,fi,fj->ij", share, s, s)
+    weighted = (share[:, None, None] * t).reshape(-1, 3)
+    second = weighted.T @ t.reshape(-1, 3) + (share[:, None] * s).T @ s
+    second = 0.5 * (second + second.T)
     return volume, origin + centroid, second / (20 * volume) - np.outer(centroid, centroid)
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """Convex hull of points: solid, flat, collinear or a single point."""
+
+    center: Array
+    """(3,) [m]"""
+    axes: Array
+    """(3, 3) principal axes as rows, those along which it extends first"""
+    normals: Array
+    """(faces, d) outward unit normals in the first d axes; d = 3 for a solid hull"""
+    offsets: Array
+    """(faces,) [m] the hull is where normals @ y <= offsets"""
+
+    @classmethod
+    def of(cls, points: ArrayLike) -> Self:
+        """Of points (V, 3) [m]. Raises `InputError` unless there is one and all are finite."""
+        P = np.asarray(points, dtype=float)
+        if P.ndim != 2 or P.shape[1:] != (3,) or not len(P) or not np.isfinite(P).all():
+            raise InputError(f"a hull needs finite points (V, 3), V >= 1, not an array of shape {P.shape}")
+        center = P.mean(axis=0)
+        axes = np.linalg.svd(P - center, full_matrices=len(P) < 3)[2]
+        along = (P - center) @ axes.T
+        sides = np.ptp(along, axis=0)
+        rounding = 32.0 * np.finfo(float).eps * float(np.abs(center).max())
+        d = int(np.sum(sides > max(FLAT * float(sides.max()), rounding)))
+        normals, offsets = _faces(along[:, :d], sides[:d])
+        return cls(center, axes, normals, offsets)
+
+    def depth(self, x: ArrayLike) -> float:
+        """Distance [m] from x (3,) to the nearest face, negative outside.
+
+        Outside it is that of the plane of the face that is violated most, which is the distance to the hull itself
+        only where the nearest point is inside that face, and less beside an edge or a corner. A flat hull has faces on
+        both sides: the depth is 0 on it, and off it minus the larger of the distances from its plane and beyond its
+        outline; likewise for collinear points, and minus the distance for a single point. The frame does not matter.
+
+        Raises `InputError` unless x is finite.
+        """
+        target = np.asarray(x, dtype=float)
+        if target.shape != (3,) or not np.isfinite(target).all():
+            raise InputError("a point to find in a hull is three finite numbers")
+        y, d = self.axes @ (target - self.center), self.normals.shape[1]
+        off = float(np.linalg.norm(y[d:]))  # from the plane or line of a flat hull, or from its one point
+        depth = float(np.min(self.offsets - self.normals @ y[:d])) if d else 0.0
+        return depth if d == 3 else min(depth, -off)
+
+
+def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
+    """Normals (faces, d) and offsets (faces,) of the solid hull of points (V, d), found where all `sides` are one."""
+    if len(sides) == 0:
+        return np.zeros((0, 0)), np.zeros(0)
+    if len(sides) == 1:
+        return np.array([[1.0], [-1.0]]), np.array([points.max(), -points.min()])
+    from scipy.spatial import ConvexHull
+
+    faces = ConvexHull(points / sides).equations
+    normals = faces[:, :-1] / sides
+    lengths = np.linalg.norm(normals, axis=1)
+    return normals / lengths[:, None], -faces[:, -1] / lengths

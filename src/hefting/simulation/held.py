@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.errors import InputError
 from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
-from hefting.shapes.checks import unit_scale
-from hefting.shapes.reading import read_mesh
+from hefting.shapes.reading import read_mesh, unit_scale
 from hefting.shapes.solid import Solid, solid_from_mesh
 from hefting.simulation.objects import SECTIONS, Assembly
 from hefting.simulation.wield import truth

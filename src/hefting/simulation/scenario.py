@@ -143,7 +143,7 @@ def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
         known = ", ".join(ARMS)
         raise InputError(f"there is no arm '{name}'{nearest(name, ARMS)}", fix=f"choose {known} or a .urdf file")
     if sensor_frame is None:
-        raise InputError("which link holds the sensor?", name, "give --sensor-frame NAME")
+        raise InputError("which link holds the sensor?", name, "give `sensor_frame`=NAME")
     return Arm.from_urdf(name, sensor_frame)
 
 

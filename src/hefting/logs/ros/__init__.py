@@ -9,6 +9,7 @@ from hefting.logs.ros.containers import BAG_SUFFIXES, Contents, is_bag, read_mes
 from hefting.logs.ros.frames import listing
 from hefting.logs.ros.messages import Collector, same_name
 from hefting.logs.ros.streams import Streams
+from hefting.messages import Message, warning
 from hefting.recording import Recording, Stream
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
@@ -69,26 +70,28 @@ def read_bag(
             raise InputError(
                 f"there is no topic '{name}'{nearest(name, present)}",
                 where=path,
-                fix=f"give --{role}-topic one of {_present(contents)}",
+                fix=f"give `{role}_topic` one of {_present(contents)}",
             )
     streams = Streams(path, gathered, named, _frame(world_frame), _frame(sensor_frame))
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite in the end is refused by name
         streams.build()
+    what = "{} of {} messages of {} do not fit their definition: left out"
     warnings = [
-        f"{topic.unreadable} of {topic.messages} messages of {topic.topic.name} do not fit their definition: left out"
+        warning("messages-unreadable", what.format(topic.unreadable, topic.messages, topic.topic.name))
         for topic in gathered
         if topic.unreadable
     ]
     silent = [f"topic {topic.topic.name} has no messages" for topic in gathered if not topic.messages]
     cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
     if wrench_needed and "wrench" not in streams.series:
-        raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with --wrench-topic")
+        raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with `wrench_topic`")
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or "record tf, PoseStamped or JointState along with it"
         raise InputError(f"{cut}holds no orientation and no joint positions, only {_present(contents)}", path, fix)
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
-        warnings.insert(0, f"{', '.join(contents.cuts)}: read up to {_seconds(collector.span):.2f} s{whole}")
+        what = f"{', '.join(contents.cuts)}: read up to {_seconds(collector.span):.2f} s{whole}"
+        warnings.insert(0, warning("bag-truncated", what))
     return _recording(streams, warnings)
 
 
@@ -104,7 +107,7 @@ def _present(contents: Contents) -> str:
     return listing([str(topic) for topic in contents.topics]) or "no topics"
 
 
-def _recording(streams: Streams, warnings: list[str]) -> Recording:
+def _recording(streams: Streams, warnings: list[Message]) -> Recording:
     """The recording of streams that overlap the wrench, if there is one, in time; what a pose or joints do not is an
     error."""
     series = streams.series
@@ -116,7 +119,7 @@ def _recording(streams: Streams, warnings: list[str]) -> Recording:
         apart = f"{name.replace('_', ' ')} and wrench have no time in common (stamps {_span(own)} and {_span(wrench)})"
         if name in ("orientation", "joint_positions"):
             raise InputError(apart, streams.path, "stamp both with one clock")
-        streams.warnings.append(f"{apart}: left out")
+        streams.warnings.append(warning("stream-left-out", f"{apart}: left out"))
         del series[name]
     start = min(own.time[0] for own in series.values())
     return Recording(

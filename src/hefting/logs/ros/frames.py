@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from hefting.errors import InputError, nearest
 from hefting.logs.ros.series import Series
+from hefting.messages import Message, warning
 from hefting.spatial import Array
 
 LONG_GAP = 10
@@ -105,7 +106,7 @@ class Tree:
 
         Empty when nothing links the two. `InputError` for a frame that is nowhere in the tree.
         """
-        for frame, option in ((world, "--world-frame"), (sensor, "--sensor-frame")):
+        for frame, option in ((world, "`world_frame`"), (sensor, "`sensor_frame`")):
             if frame is not None and frame not in self.frames:
                 raise InputError(
                     f"tf has no frame '{frame}'{nearest(frame, self.frames)}",
@@ -123,7 +124,7 @@ class Tree:
         return [(link, False) for link in up] + [(link, True) for link in reversed(down)] if ends[0] == ends[1] else []
 
 
-def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[str], None]) -> Series:
+def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[Message], None]) -> Series:
     """Pose (k, 7) along a chain of links, at the stamps of the moving link that has the most.
 
     The other moving links are interpolated to these, within their first and last stamp and not across long
@@ -143,7 +144,8 @@ def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[str]
         what = "the moving links between the frames never overlap in time"
         raise InputError(what, f"{where}, tf {route(chain)}", "record them together")
     if not inside.all():
-        warn(f"{(~inside).sum()} of {len(base)} stamps of {lead.child} lie where another link of the chain has none")
+        what = f"{(~inside).sum()} of {len(base)} stamps of {lead.child} lie where another link of the chain has none"
+        warn(warning("tf-stamps-uncovered", what))
     base = base[inside]
     position, rotation = np.zeros((len(base), 3)), Rotation.identity(len(base))
     for each, downward in chain:

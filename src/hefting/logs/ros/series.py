@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.errors import InputError
+from hefting.messages import Message, note, warning
 from hefting.spatial import Array
 
 FAR_BACK = 1_000_000_000
@@ -45,20 +46,24 @@ class Series:
         return cls(*(np.concatenate(column) for column in columns))
 
 
-def tidy(series: Series, what: str, where: str, note: Callable[[str], None], warn: Callable[[str], None]) -> Series:
+def tidy(
+    series: Series, what: str, where: str, tell: Callable[[Message], None], warn: Callable[[Message], None]
+) -> Series:
     """`series` with finite values and strictly increasing `time`; empty when no value is finite.
 
-    Messages without a stamp get the time they were logged at. `note` and `warn` are told what was done to
+    Messages without a stamp get the time they were logged at. `tell` and `warn` are told what was done to
     `what`. Raises `InputError` when time goes back by more than a second.
     """
     finite = np.logical_and.reduce(np.isfinite(series.values), axis=1)
     if not finite.all():
-        warn(f"{(~finite).sum()} of {len(finite)} messages of {what} hold values that are not finite: left out")
+        text = f"{(~finite).sum()} of {len(finite)} messages of {what} hold values that are not finite: left out"
+        warn(warning("messages-not-finite", text))
         series = series[finite]
     unstamped = np.equal(series.time, 0)
     if unstamped.any():
         count = "" if unstamped.all() else f"{unstamped.sum()} of {len(unstamped)} "
-        warn(f"{count}messages of {what} have no stamp: the times they were logged at are used")
+        text = f"{count}messages of {what} have no stamp: the times they were logged at are used"
+        warn(warning("messages-unstamped", text))
         series = Series(np.where(unstamped, series.logged, series.time), series.logged, series.rows, series.values)
     series = series[series.order()]
     steps = np.diff(series.time)
@@ -70,14 +75,16 @@ def tidy(series: Series, what: str, where: str, note: Callable[[str], None], war
             fix="cut the bag there, or record with one clock",
         )
     if (backward := int((steps < 0).sum())) > 0:
-        warn(f"{backward} messages of {what} came out of order: sorted by their stamps")
+        text = f"{backward} messages of {what} came out of order: sorted by their stamps"
+        warn(warning("messages-unordered", text))
         series = series[np.argsort(series.time, kind="stable")]
     repeated = np.append(False, np.diff(series.time) == 0)[: len(series)]
     if repeated.any():
         equal = np.append(False, (series.values[1:] == series.values[:-1]).all(axis=1))
         if exact := int((repeated & equal).sum()):
-            note(f"{exact} repeated messages of {what} dropped")
+            tell(note("messages-repeated", f"{exact} repeated messages of {what} dropped"))
         if other := int((repeated & ~equal).sum()):
-            warn(f"{other} messages of {what} have the stamp of the message before but other values: left out")
+            text = f"{other} messages of {what} have the stamp of the message before but other values: left out"
+            warn(warning("messages-conflicting", text))
         series = series[~repeated]
     return series

@@ -10,6 +10,7 @@ from hefting.errors import InputError
 from hefting.logs.ros.frames import Link, Tree, checked, compose, listing, route
 from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
+from hefting.messages import Message, note, warning
 from hefting.recording import JOINT_STREAMS
 
 WORLD, SENSOR = "world", "sensor"
@@ -38,8 +39,8 @@ class Streams:
         self.world, self.sensor = world_frame, sensor_frame
         self.asked_for_sensor = sensor_frame is not None
         self.series: dict[str, Series] = {}
-        self.notes: list[str] = []
-        self.warnings: list[str] = []
+        self.notes: list[Message] = []
+        self.warnings: list[Message] = []
         self.joint_names: tuple[str, ...] = ()
         self.hint: str | None = None
         self.tree = Tree(str(path))
@@ -64,9 +65,8 @@ class Streams:
         if self.sensor is None:
             self.sensor = frame
         elif frame and frame != self.sensor:
-            self.warnings.append(
-                f"the wrench says it is in frame {frame}; it is taken to be in {self.sensor}, as asked"
-            )
+            what = f"the wrench says it is in frame {frame}; it is taken to be in {self.sensor}, as asked"
+            self._warn("wrench-frame", what, "sensor_frame")
 
     def transforms(self) -> None:
         """The tree of all tf messages."""
@@ -82,7 +82,8 @@ class Streams:
                 continue
             if static:
                 if (raw.values != raw.values[0]).any():
-                    self.warnings.append(f"static tf {parent} -> {child} changes in the bag: the last one is taken")
+                    what = f"static tf {parent} -> {child} changes in the bag: the last one is taken"
+                    self._warn("static-tf-changes", what)
                 raw = raw[raw.order()[-1:]]
             self.tree.add(Link(parent, child, raw, static))
 
@@ -128,9 +129,10 @@ class Streams:
             self.world = frame
         if (not chain or not child) and (frame, self.sensor) != (WORLD, SENSOR):
             of = f" of {child}" if child else ""
-            self.warnings.append(
+            what = (
                 f"nothing tells where the poses{of} of {name} are on the sensor: they are taken to be the sensor's own"
             )
+            self._warn("pose-frame-assumed", what, "sensor_frame")
         self._split_pose(series)
 
     def _target(self, child: str) -> str:
@@ -141,10 +143,10 @@ class Streams:
         if not frames:
             return False
         if not self.sensor:
-            self.hint = f"give --sensor-frame one of {listing(frames)}"
+            self.hint = f"give `sensor_frame` one of {listing(frames)}"
             return False
         if self.sensor not in frames and not self.asked_for_sensor:
-            self.hint = f"tf does not hold its frame {self.sensor}; give --sensor-frame one of {listing(frames)}"
+            self.hint = f"tf does not hold its frame {self.sensor}; give `sensor_frame` one of {listing(frames)}"
             return False
         chain = self._chain(self.world, self.sensor)
         if all(each.static for each, _ in chain):
@@ -152,7 +154,7 @@ class Streams:
             return False
         series = compose(chain, str(self.path), self.warnings.append)
         self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child
-        self.notes.append(f"orientation and position from tf: {route(chain)}")
+        self.notes.append(note("pose-source", f"orientation and position from tf: {route(chain)}"))
         self._split_pose(series)
         return True
 
@@ -187,7 +189,8 @@ class Streams:
         self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:
-            self.notes.append(f"messages of {topic.topic.name} with other joints left out: {listing(others)}")
+            what = f"messages of {topic.topic.name} with other joints left out: {listing(others)}"
+            self.notes.append(note("joints-left-out", what))
 
     def imu(self) -> None:
         """Gyroscope and accelerometer, turned into the sensor's axes where tf says how."""
@@ -201,7 +204,7 @@ class Streams:
             if self.sensor and {frame, self.sensor} <= self.tree.frames:
                 chain = self._chain(self.sensor, frame)
             if any(not each.static for each, _ in chain):
-                self.warnings.append(f"{name} left out: its frame {frame} moves against {self.sensor}")
+                self._warn("imu-left-out", f"{name} left out: its frame {frame} moves against {self.sensor}")
                 return
             if chain:
                 pose = compose(chain, str(self.path), self.warnings.append).values[0]
@@ -209,11 +212,10 @@ class Streams:
                 accelerometer = distance <= LEVER_ARM
                 if not accelerometer:
                     far = f"{1000 * distance:.0f} mm from the origin of {self.sensor}"
-                    self.warnings.append(f"accelerometer of {name} left out: it is {far}")
+                    self._warn("accelerometer-left-out", f"accelerometer of {name} left out: it is {far}")
             else:
-                self.warnings.append(
-                    f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
-                )
+                what = f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
+                self._warn("imu-frame-assumed", what)
         self._note("imu", topic, frame)
         for what in ("gyroscope", "accelerometer") if accelerometer else ("gyroscope",):
             if any(key[0] == what for key in topic.series):
@@ -239,7 +241,8 @@ class Streams:
                 turned = [rotation.apply(series.values[:, part]) for part in (slice(0, 3), slice(3, 6))]
                 series = Series(series.time, series.logged, series.rows, np.concatenate(turned, axis=1))
         elif not frame or frame != self.world:
-            self.warnings.append(f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's")
+            what = f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's"
+            self._warn("velocities-left-out", what, "world_frame")
             return
         if not len(series):
             return
@@ -251,7 +254,7 @@ class Streams:
         """The topic of a role; `InputError` when there are several, or the one asked for gave nothing."""
         found = [topic for topic in self.gathered if topic.role == role and topic.series]
         if len(found) > 1:
-            fix = f"choose one with --{role}-topic" + ("" if role == "wrench" else ", or none")
+            fix = f"choose one with `{role}_topic`" + ("" if role == "wrench" else ", or none")
             names = ", ".join(str(topic.topic) for topic in found)
             raise InputError(f"{len(found)} topics could be the {role}: {names}", self.path, fix)
         if not found and self.named.get(role, "none") != "none":
@@ -289,4 +292,7 @@ class Streams:
 
     def _note(self, what: str, topic: Gathered, detail: str, kind: str = "frame ") -> None:
         detail = f", {kind}{detail}" if detail else ""
-        self.notes.append(f"{what} from {topic.topic.name} ({topic.topic.type}{detail})")
+        self.notes.append(note(f"{what}-source", f"{what} from {topic.topic.name} ({topic.topic.type}{detail})"))
+
+    def _warn(self, code: str, text: str, argument: str | None = None) -> None:
+        self.warnings.append(warning(code, text, argument))
