@@ -133,20 +133,22 @@ def contact(time: Array, rng: np.random.Generator) -> tuple[Array, Array]:
     return touched, push
 
 
-def identified(recording: Recording, gravity: Array, sign: float = 1.0) -> tuple[Array, Array]:
+def identified(
+    recording: Recording, gravity: Array, sign: float = 1.0, inflation: Array | None = None
+) -> tuple[Array, Array]:
     """Ten parameters and their deviations, by least squares beside a constant bias, as of any good recording."""
     measured = measure(recording, gravity)
     z = measured.measurements
     z = replace(z, force=sign * z.force, torque=sign * z.torque)
-    rough = fit_freely(z, True)
+    rough = fit_freely(z, True, inflation)
     weights = sample_weights(rough.vector, measured.motion, rough.noise.force, rough.noise.torque)
     fit = least_squares(Blend.of(replace(z, weights=weights / weights.mean())), True, rough.noise)
-    return fit.solution[:10], np.sqrt(rough.autocorrelation * fit.covariance.diagonal()[:10])
+    return fit.solution[:10], np.sqrt(rough.inflation[:10] * fit.covariance.diagonal()[:10])
 
 
 def identified_after(found: Conditioned, recording: Recording) -> tuple[Array, Array]:
     """The same of a recording as conditioned."""
-    return identified(found.corrected(recording), found.gravity, 1.0 if found.sign.on_object else -1.0)
+    return identified(found.corrected(recording), found.gravity, 1.0 if found.sign.on_object else -1.0, found.inflation)
 
 
 def errors(vector: Array, thing: InertialParameters) -> Array:

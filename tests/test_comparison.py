@@ -85,7 +85,7 @@ def test_without_a_shape_what_needs_one_is_left_out_with_a_reason(recording):
     assert list(found.results) == ["LMI", "OLS", "RTLS", "OLS-blended", "OLS-reduced"]
     for name, why in found.skipped.items():
         assert METHODS[name].needs in why
-        assert "--shape" in why
+        assert "`shape`" in why
     for name in found.skipped:  # asked for by name, it is an error
         with pytest.raises(InputError, match=METHODS[name].needs):
             compare(recording, None, ["LMI", name])
@@ -143,7 +143,7 @@ def test_which_is_recommended_and_when(everything, shape):
 
 def test_misfit_allows_for_correlated_residuals(everything):
     p, true = everything.ingested, replace(everything.results["OLS"], parameters=hammer().parameters)
-    tripled = replace(p, fit=replace(p.fit, autocorrelation=3 * p.fit.autocorrelation))
+    tripled = replace(p, fit=replace(p.fit, inflation=3 * p.fit.inflation))
     assert misfit(true, tripled) == pytest.approx(misfit(true, p) / 3, rel=1e-12)  # one division: rounding
 
 

@@ -19,7 +19,7 @@ DENSEST = 23_000.0
 UNEXPLAINED = 3.0
 """A residual this many times that of unconstrained least squares is not noise."""
 LARGEST_SHARE = 0.75
-"""Of the shape's sides, from the mean of its points, beyond which the COM is well outside: half would be its surface."""
+"""Of the shape's sides, from the mean of its points, beyond which the COM is well outside: half is its surface."""
 VAGUE_TILT = np.radians(10.0)
 """Standard deviation of gravity's direction beyond which it is not found [rad]."""
 

@@ -70,7 +70,7 @@ class Ingested:
     tool: Estimate | None
     """What was subtracted."""
     fit: FreeFit
-    """Unconstrained least squares of the object, with the bias that is to be found: what the data say before any prior."""
+    """Unconstrained least squares of the object, with the bias that is to be found: what data say before any prior."""
     beside_bias: FreeFit
     """The same of all that the sensor holds, beside a free bias whether or not that is kept."""
     alone: FreeFit
@@ -291,8 +291,8 @@ def _less_bias(recording: Recording, bias: str | ArrayLike) -> tuple[Recording, 
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:
-    """Weights (K,), one on average, by the samples of the log that each row stands for and by the spread of the smoothed
-    motion; None where the motion is exact and each row one sample."""
+    """Weights (K,), one on average, by the samples of the log that each row stands for and by the smoothed motion's
+    spread; None where the motion is exact and each row one sample."""
     smoothed = measured.motion is not None and measured.source != "orientation" and len(counts) > 1
     if not smoothed and (counts == 1.0).all():
         return None
@@ -318,11 +318,8 @@ def _motion_noise(measured: Measured) -> MotionNoise | None:
 
 
 def _sign(wrench: str, found: Conditioned, beside: FreeFit | None, alone: FreeFit) -> WrenchSign:
-    """Which way the sensor counts: as given, or as the robust fit says; of a bias that is known, as the free fit says."""
-    if beside is not None and found.sign.t:
-        sign = found.sign
-    else:
-        sign = wrench_sign(beside, alone)
+    """Which way the sensor counts: as given, or as the robust fit says, or with a known bias the free fit."""
+    sign = found.sign if beside is not None and found.sign.t else wrench_sign(beside, alone)
     return sign if wrench == "auto" else WrenchSign(wrench == "on-object", sign.t)
 
 
@@ -366,7 +363,7 @@ def _tilt_effect(
     across it; None where its direction was given."""
     from scipy.spatial.transform import Rotation
 
-    if found.tilt_std is None:
+    if found.tilt_std is None or not np.isfinite(found.tilt_std):
         return None
     changes = []
     for axis in np.linalg.svd(found.gravity[None])[2][1:]:  # across gravity

@@ -12,11 +12,12 @@ from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.inspection.advice import advice
-from hefting.inspection.movement import movement
+from hefting.inspection.movement import Movement, movement
 from hefting.inspection.result import GravityHint, Inspection
 from hefting.inspection.streams import stream_facts
 from hefting.inspection.wrench import wrench_facts
 from hefting.messages import Message, warning
+from hefting.motion import measure
 from hefting.plausibility import check_wrench
 from hefting.recording import Recording
 from hefting.spatial import STANDARD_GRAVITY, Array, frozen
@@ -34,14 +35,19 @@ def inspect(recording: Recording, gravity: ArrayLike | Literal["estimate"] = STA
     missing: dict[str, str] = {}
     found = None
     lacking = _lacking(recording)
-    if lacking:
-        missing |= dict.fromkeys(("conditioning", "motion") if lacking != EMPTY else ("conditioning",), lacking)
-    if not lacking:
-        try:
+    moved = None
+    try:
+        if not lacking:
             found = ingest(recording, gravity=gravity, hint=True)
-        except InputError as error:
-            missing |= dict.fromkeys(("conditioning", "motion"), _reason(error))
-    result = _inspection(recording, found, g, missing)
+            moved = movement(recording, found)
+        elif lacking == EMPTY:
+            missing["conditioning"] = lacking
+            moved = movement(recording, measure(recording, g))
+        else:
+            missing |= dict.fromkeys(("conditioning", "motion"), lacking)
+    except InputError as error:
+        missing |= dict.fromkeys(("conditioning", "motion"), _reason(error))
+    result = _inspection(recording, found, moved, g, missing)
     return replace(result, advice=advice(result, recording))
 
 
@@ -65,7 +71,13 @@ def _lacking(recording: Recording) -> str:
     return "" if recording["wrench"].values.any() else EMPTY
 
 
-def _inspection(recording: Recording, found: Ingested | None, gravity: Array, missing: dict[str, str]) -> Inspection:
+def _inspection(
+    recording: Recording,
+    found: Ingested | None,
+    moved: Movement | None,
+    gravity: Array,
+    missing: dict[str, str],
+) -> Inspection:
     """The findings, without advice."""
     facts = identifiable = hint = None
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
@@ -92,7 +104,7 @@ def _inspection(recording: Recording, found: Ingested | None, gravity: Array, mi
         notes=recording.notes if found is None else _notes(found),
         gravity=gravity if found is None else found.conditioned.gravity,
         quick_mass=_quick_mass(recording, gravity if found is None else found.conditioned.gravity),
-        movement=None if found is None else movement(recording, found),
+        movement=moved,
         conditioned=None if found is None else found.conditioned,
         gravity_hint=hint,
         sign=None if found is None else found.sign,

@@ -6,6 +6,7 @@ import numpy as np
 
 from hefting.ingest.ingest import Ingested
 from hefting.inspection.streams import GAP
+from hefting.motion import Measured
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.recording import Recording
 from hefting.regressor import dynamism
@@ -38,7 +39,7 @@ class Movement:
         return None if self.above_limit is None else self.above_limit == 0.0
 
 
-def movement(recording: Recording, found: Ingested) -> Movement:
+def movement(recording: Recording, found: Measured | Ingested) -> Movement:
     """How a recording moves, at the instants of its wrench."""
     z, motion = found.measurements, found.motion
     angular = np.linalg.norm(z.angular_velocity if motion is None else motion.angular_velocity, axis=1)

@@ -31,7 +31,8 @@ class SmoothedPoses:
     def at(self, time: ArrayLike, spread: bool = True) -> Motion:
         """Motion at times (L,) [s]; NaN, of infinite deviation, inside a gap too long to bridge.
 
-        Without `spread` the deviations are zero wherever the motion is known: they cost as much as the rest. Raises `InputError` for times outside the recording.
+        Without `spread` the deviations are zero wherever the motion is known: they cost as much as the rest.
+        Raises `InputError` for times outside the recording.
         """
         at = np.atleast_1d(np.asarray(time, dtype=float))
         if len(at) and (at.min() < self.first or at.max() > self.last):

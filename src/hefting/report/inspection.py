@@ -15,7 +15,7 @@ from hefting.report.printing import warning_lines
 from hefting.spatial import Array
 
 if TYPE_CHECKING:
-    from hefting.conditioning import Conditioned, Drift
+    from hefting.ingest import Conditioned, Drift
     from hefting.inspection import Inspection, Movement, StreamFacts, WrenchFacts
 
 EVERYDAY = "about 5 in everyday handling"

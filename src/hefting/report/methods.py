@@ -12,7 +12,7 @@ from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.inertia import EXPLANATIONS
 from hefting.ingest.free_fit import TYPICAL_SIZE
-from hefting.plausibility import MISFIT
+from hefting.plausibility import UNEXPLAINED
 from hefting.report.estimate import assumptions
 from hefting.report.printing import warning_lines
 
@@ -48,7 +48,8 @@ def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | Non
     table.add_column("consistent", overflow="fold")
     table.add_column("time\nms", justify="right", no_wrap=True)
     names = list(comparison.results)
-    noise, open_ = comparison.prepared.fit.noise, comparison.prepared.fit.open_parameters(TYPICAL_SIZE)
+    found = comparison.ingested
+    noise, open_ = found.noise, found.fit.open_parameters(TYPICAL_SIZE)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
         p, r = e.parameters, e.residual
@@ -56,7 +57,7 @@ def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | Non
         J = ", ".join(f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}" for x in moments)
         if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(open_):
             J = "open"
-        misfit = r is not None and bool((r > MISFIT * np.array((noise.force, noise.torque))).any())
+        misfit = r is not None and bool((r > UNEXPLAINED * np.array((noise.force, noise.torque))).any())
         row = [
             f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
             f"{p.mass:.4g}",
