@@ -115,7 +115,9 @@ class TimeSamples:
         information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
         noise = np.tensordot(variances, information, 1)
         signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
+        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (
+            float(signal.sum()) or 1.0
+        )
         rest = max(float((information[-1] * P.T).sum()), 0.0)
         fitted = float(variances[:-1] @ spent) + variances[-2] * rest
         size = G.diagonal()
