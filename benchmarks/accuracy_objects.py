@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.cramer_rao import Scale, bound
-from hefting.ingest.free_fit import fit_freely
 from hefting.estimate import Estimate
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.colour import coloured
 from hefting.evaluation.filtered import Observed, causal_filter, windows
 from hefting.evaluation.setting import C1, DURATION, OBJECTS, RATE, Thing, thing, wielded
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import NOISE_LEVELS, Measurements
 from hefting.motion import sample_weights
 from hefting.motion.spline import fit_poses

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from hefting.ingest.free_fit import fit_freely
-from hefting.ingest import Conditioned
 from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.inertia import InertialParameters
+from hefting.ingest import Conditioned
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import Noise
 from hefting.motion import measure, sample_weights
 from hefting.recording import Recording, Stream

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.ingest.free_fit import fit_freely
 from hefting.identifiability import identifiability
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import Measurements
 from hefting.spatial import PARAMETERS
 from random_problems import random_body, with_wrench

@@ -5,9 +5,9 @@ import pytest
 
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.identification import identify
-from hefting.messages import codes
+from hefting.ingest.ingest import ingest
 from hefting.measurements import NOISE_LEVELS, Noise
-from hefting.preparation import prepare
+from hefting.messages import codes
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from recordings import DATA, needs_recordings
@@ -42,7 +42,7 @@ def test_what_the_smoother_says_of_its_errors_is_so():
     recordings; and these last for some samples of the wrench, as their correlation shows."""
     ratios = []
     for seed in range(10):
-        prepared = prepare(recording(seed))
+        prepared = ingest(recording(seed))
         z, truth = prepared.measurements, wield(UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters)
         off = [
             np.sqrt(np.mean(np.square(getattr(z, name) - getattr(truth, name))))

@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hefting.ingest.free_fit import fit_freely
 from hefting.estimators import GEO, OLS, PMD, RTLS
 from hefting.estimators.blend import Blend
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
 from hefting.inertia import InertialParameters
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import Measurements, Noise
 from wielding import Method, Score, Thing, asymptotic, score, things, wielded
 

@@ -1,6 +1,7 @@
 """Conditioning: its linear model and drift against what they stand for, its laws, and inputs with nothing in them."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -353,8 +354,8 @@ def test_a_sensor_at_its_limit():
 
 
 def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
-    monkeypatch.setattr("hefting.ingest.condition.MOST_SAMPLES", 800)
-    monkeypatch.setattr("hefting.ingest.condition.MOST_BLOCKS", 400)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_SAMPLES", 800)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_BLOCKS", 400)
     d = disturbed("contact", 1.5, 0)
     found = condition(d.recording)
     assert len(found.rejected) == len(d.bad)

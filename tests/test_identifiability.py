@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.ingest.free_fit import fit_freely
 from hefting.identifiability import identifiability
+from hefting.ingest.free_fit import fit_freely
 from hefting.measurements import Noise
 from hefting.regressor import full_regressor
 from hefting.spatial import PARAMETERS

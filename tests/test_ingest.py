@@ -1,17 +1,15 @@
 """Ingest: what is understood of a recording, and what estimators are given of it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from disturbances import GRAVITY, NOISE, disturbed, with_wrench
-from hefting.ingest.free_fit import fit_freely
-from hefting.ingest import condition
 from hefting.errors import InputError
 from hefting.identification import calibrate, identify
-from hefting.motion import measure, sample_weights
+from hefting.ingest import condition
+from hefting.ingest.free_fit import fit_freely
 from hefting.ingest.ingest import ingest
+from hefting.motion import measure, sample_weights
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from hefting.tool import without_tool
@@ -66,7 +64,7 @@ def test_the_tool_is_in_the_spread(clean):
     tool = calibrate(disturbed("clean", 0.3, 1, duration=4.0).recording)
     assert tool.covariance is not None
     alone, beside = ingest(clean), ingest(clean, tool=tool)
-    own = fit_freely(without_tool(alone.measurements, tool), False, alone.fit.autocorrelation).covariance
+    own = fit_freely(without_tool(alone.measurements, tool), False, alone.fit.inflation).covariance
     np.testing.assert_allclose(beside.fit.covariance, own + tool.covariance, rtol=1e-9)
 
 

@@ -11,9 +11,9 @@ import pytest
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
-from hefting.ingest.ingest import ingest
 from hefting.cli import main
 from hefting.errors import InputError
+from hefting.ingest.ingest import ingest
 from hefting.inspection import Inspection, inspect
 from hefting.inspection.advice import advice
 from hefting.inspection.movement import movement, time_above

@@ -334,7 +334,7 @@ def test_motions_that_cannot_be():
         predict(estimate_of(InertialParameters(np.full(10, 1e308))), poses(OTHER))
     many = np.arange(MOST + 1.0)
     still = Recording({"orientation": Stream(many, np.tile((0.0, 0.0, 0.0, 1.0), (len(many), 1)))})
-    with pytest.raises(InputError, match="--duration"):
+    with pytest.raises(InputError, match="`duration`"):
         predict(estimate_of(), still)
 
 

@@ -14,8 +14,8 @@ from hefting.estimators import Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.identification import identify
 from hefting.inertia import InertialParameters
+from hefting.ingest.ingest import WIDE, ingest
 from hefting.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.preparation import WIDE, prepare
 from hefting.recording import Recording, Stream
 from hefting.regressor import full_regressor
 from hefting.shapes import PointMasses
@@ -178,7 +178,7 @@ def test_a_tool_widens_the_intervals():
     without = identify(recording, shape(), tool=replace(tool, covariance=None)).estimate
     np.testing.assert_allclose(variance(without), variance(one))  # not known: left out, with a warning
     assert any("has no standard deviations" in line for line in without.warnings)
-    assert prepare(recording, shape(), tool=sure).systematic is None
+    assert ingest(recording, tool=sure).systematic is None
 
 
 def test_intervals_hold_the_object_beside_a_tool():
@@ -191,7 +191,7 @@ def test_intervals_hold_the_object_beside_a_tool():
 def test_a_tool_whose_inertia_is_open():
     """As from static poses: mass and COM as ever, the inertia from the shape; a finite covariance goes in."""
     recording, tool = recorded(BOTH, 2), tool_drawn(2, open_inertia=True)
-    systematic = prepare(recording, shape(), tool=tool).systematic
+    systematic = ingest(recording, tool=tool).systematic
     assert systematic is not None
     np.testing.assert_allclose(systematic[:4, :4], tool.covariance[:4, :4], rtol=1e-12)  # type: ignore[index]
     np.testing.assert_allclose(systematic[4:, 4:], np.eye(6) * (WIDE * tool.parameters.mass) ** 2)
@@ -222,7 +222,7 @@ def tilted(seed: int) -> Array:
 def test_what_gravity_s_direction_does_to_the_parameters(bias):
     """Against a turn of the gravity in each sample itself, and least squares by another solver."""
     recording = recorded(hammer().parameters, 3, tilted(3))
-    prepared = prepare(recording, shape(), gravity="estimate", bias=bias)
+    prepared = ingest(recording, gravity="estimate", bias=bias)
     z, found = prepared.measurements, prepared.conditioned
     orientation = recording["orientation"]
     R = Slerp(orientation.time, Rotation.from_quat(orientation.values))(z.time)
@@ -249,7 +249,7 @@ def test_what_gravity_s_direction_does_to_the_parameters(bias):
         prepared.systematic / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.05
     )
     assert np.linalg.matrix_rank(prepared.systematic / np.outer(scale, scale), 1e-9) == 2
-    assert prepare(recording, shape(), gravity=found.gravity, bias=bias).systematic is None
+    assert ingest(recording, gravity=found.gravity, bias=bias).systematic is None
 
 
 def test_a_recording_that_had_to_be_put_right_is_no_different():
@@ -261,7 +261,7 @@ def test_a_recording_that_had_to_be_put_right_is_no_different():
     spoiled = replace(clean, streams={**clean.streams, "wrench": late})
     effects = []
     for recording in (clean, spoiled):
-        prepared = prepare(recording, shape(), gravity="estimate", bias="none")
+        prepared = ingest(recording, gravity="estimate", bias="none")
         assert prepared.systematic is not None
         assert prepared.conditioned.tilt_std is not None
         effects.append(np.sqrt(prepared.systematic.diagonal()) / prepared.conditioned.tilt_std)
@@ -271,7 +271,7 @@ def test_a_recording_that_had_to_be_put_right_is_no_different():
 
 def test_a_gravity_that_was_found_widens_the_intervals():
     recording = recorded(hammer().parameters, 4, tilted(4))
-    prepared = prepare(recording, shape(), gravity="estimate", bias="none")
+    prepared = ingest(recording, gravity="estimate", bias="none")
     assert prepared.systematic is not None
     found = identify(recording, shape(), gravity="estimate", bias="none").estimate
     given = identify(recording, shape(), gravity=prepared.conditioned.gravity, bias="none").estimate
@@ -288,9 +288,9 @@ def test_a_gravity_that_was_found_widens_the_intervals():
 
 def test_both_add_up():
     recording, tool = recorded(BOTH, 5, tilted(5)), tool_drawn(5)
-    beside = prepare(recording, shape(), bias="none", tool=tool).systematic
-    tilt = prepare(recording, shape(), bias="none", gravity="estimate").systematic
-    both = prepare(recording, shape(), bias="none", tool=tool, gravity="estimate").systematic
+    beside = ingest(recording, bias="none", tool=tool).systematic
+    tilt = ingest(recording, bias="none", gravity="estimate").systematic
+    both = ingest(recording, bias="none", tool=tool, gravity="estimate").systematic
     assert beside is not None
     assert tilt is not None
     assert both is not None

@@ -14,7 +14,7 @@ from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, m
 from hefting.estimators.geo import GAMMA
 from hefting.identifiability import identifiability
 from hefting.ingest.conditioned import WrenchSign
-from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.measurements import Measurements, Noise
 from hefting.messages import Message, warning
@@ -243,7 +243,7 @@ def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
     """
     if estimate.covariance is None or estimate.intervals is not None:
         return estimate.covariance
-    covariance = estimate.covariance * found.fit.autocorrelation
+    covariance = inflated(estimate.covariance, found.fit.inflation)
     if found.conditioned.tilt_std is not None:
         covariance = found.conditioned.covariance
     tool = found.tool

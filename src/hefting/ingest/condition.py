@@ -466,7 +466,7 @@ def _conclude(
         noise=_noise(raw, problem, fit, bad),
         rejected=bad.rejected,
         reasons={name: int(getattr(bad, name).sum()) for name in ("contact", "spike", "saturation")},
-        autocorrelation=spread.autocorrelation,
+        inflation=spread.inflation,
         findings=(),
         curves=curves,
     )

@@ -91,8 +91,8 @@ class Conditioned:
     """(K,) wrench samples left out"""
     reasons: dict[str, int]
     """how many for contact, as spikes, for saturation"""
-    autocorrelation: float
-    """variance of the parameters over that if the residuals were white"""
+    inflation: Array
+    """(16,) variance of each parameter, and of each component of a bias, over that if the residuals were white"""
     findings: tuple[Message, ...]
     """what was found and done, one plain sentence each"""
     warnings: tuple[Message, ...] = ()
@@ -101,11 +101,17 @@ class Conditioned:
     """the curves the motion was read from, where poses were smoothed"""
 
     def __post_init__(self):
-        for name in ("parameters", "covariance", "gravity"):
+        for name in ("parameters", "covariance", "gravity", "inflation"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         rejected = np.array(self.rejected, dtype=bool)
         rejected.setflags(write=False)
         object.__setattr__(self, "rejected", rejected)
+
+    @property
+    def autocorrelation(self) -> float:
+        """Variance of the parameters over that if the residuals were white, on average."""
+        known = np.isfinite(self.covariance.diagonal())
+        return float(np.mean(self.inflation[:10][known])) if known.any() else 1.0
 
     @property
     def std(self) -> Array:

@@ -34,8 +34,15 @@ class FreeFit:
     """(10, 10) or (16, 16), widened by the residuals' autocorrelation; infinite where undetermined"""
     noise: Noise
     """of the wrench: root-mean-square residuals of a sample of unit weight"""
-    autocorrelation: float
-    """variance of the parameters over that if the residuals were white"""
+    inflation: Array
+    """(16,) variance of each parameter, and of each component of a bias, over that if the residuals were white: at
+    least 1, and in `covariance` already"""
+
+    @property
+    def autocorrelation(self) -> float:
+        """The `inflation` of the determined parameters, on average."""
+        known = np.isfinite(self.covariance.diagonal()[:10])
+        return float(np.mean(self.inflation[:10][known])) if known.any() else 1.0
 
     @property
     def mass_t(self) -> float:
@@ -87,11 +94,11 @@ class FreeFit:
         return replace(self, vector=self.vector - vector, covariance=own)
 
 
-def free_fit(state: Blend, free_bias: bool, autocorrelation: float = 1.0) -> FreeFit:
+def free_fit(state: Blend, free_bias: bool, inflation: Array | None = None) -> FreeFit:
     """Ten parameters, and a constant bias if free, by least squares in two passes: plain, then whitened.
 
     The noise is the residual of the full model, so it holds what the motion's errors add to the wrench's own. The
-    covariance is multiplied by the `autocorrelation`.
+    covariance is that of white residuals, times the `inflation` (16,) where that is more than 1.
     """
     factor, rows = state.full.factor, float(max(state.full.samples, 1))
     regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
@@ -106,12 +113,19 @@ def free_fit(state: Blend, free_bias: bool, autocorrelation: float = 1.0) -> Fre
         levels = np.sqrt(np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent))
         noise = Noise(*(max(float(level), 1e-9 * size) for level in levels))
     bias = fit.solution[10:] if free_bias else None
-    return FreeFit(fit.solution[:10], bias, fit.covariance * autocorrelation, noise, autocorrelation)
+    ratio = np.ones(16) if inflation is None else np.maximum(inflation, 1.0)
+    return FreeFit(fit.solution[:10], bias, inflated(fit.covariance, ratio), noise, ratio)
 
 
-def fit_freely(measurements: Measurements, free_bias: bool, autocorrelation: float = 1.0) -> FreeFit:
+def inflated(covariance: Array, ratio: Array) -> Array:
+    """A covariance (q, q) whose variances are multiplied by the first q of `ratio`."""
+    root = np.sqrt(ratio[: len(covariance)])
+    return covariance * root * root[:, None]
+
+
+def fit_freely(measurements: Measurements, free_bias: bool, inflation: Array | None = None) -> FreeFit:
     """`free_fit` of `measurements` alone."""
-    return free_fit(Blend.of(measurements), free_bias, autocorrelation)
+    return free_fit(Blend.of(measurements), free_bias, inflation)
 
 
 def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:

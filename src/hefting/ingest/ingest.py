@@ -172,8 +172,8 @@ def ingest(
 
     z = replace(z, weights=_weights(found, measured, counts), motion_noise=_motion_noise(measured))
     state = Blend.of(z)
-    beside = free_fit(state, True, found.autocorrelation)
-    alone = free_fit(state, False, found.autocorrelation)
+    beside = free_fit(state, True, found.inflation)
+    alone = free_fit(state, False, found.inflation)
     sign = _sign(wrench, found, beside if may_be_biased else None, alone)
     if wrench == "auto" and not sign.certain:
         what = f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"

@@ -73,10 +73,15 @@ class Uncertainty:
         return float(np.sqrt(max(self.covariance[0, 0], 0.0)))
 
     @property
-    def autocorrelation(self) -> float:
-        """Variance over that of white residuals, of the determined parameters on average."""
-        known = np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
-        return float(np.mean(self.covariance.diagonal()[:10][known] / self.naive[:10][known])) if known.any() else 1.0
+    def inflation(self) -> Array:
+        """(16,) variance of each parameter, and of the six components of a bias, over that of white residuals.
+
+        1 where undetermined.
+        """
+        ratio, known = np.ones(16), np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
+        ratio[:10][known] = self.covariance.diagonal()[:10][known] / self.naive[:10][known]
+        ratio[10:] = self.slow
+        return ratio
 
 
 def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
