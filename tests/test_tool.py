@@ -121,7 +121,7 @@ def test_warnings_and_refusals(tmp_path):
     vague = replace(tool, covariance=None, method="PMD")
     found = identify(log(BOTH, 10.0, 2), method="OLS", tool=vague).estimate
     assert any("make it with hefting calibrate" in line for line in found.warnings)
-    with pytest.raises(NotIdentifiableError, match="beside the tool; check --tool: was it in the hand"):
+    with pytest.raises(NotIdentifiableError, match="beside the tool; check `tool`: was it in the hand"):
         identify(log(OBJECT, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()
     (tmp_path / "empty.json").write_text(json.dumps(data | {"vector": [0.0] * 10}))
