@@ -162,3 +162,28 @@ def test_input():
     for x in (np.zeros(2), (0.0, np.inf, 0.0)):
         with pytest.raises(InputError, match="three finite numbers"):
             depth_in_hull(CUBE, x)
+
+
+GRID = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 5)] * 3), axis=-1).reshape(-1, 3)
+SOLID = {
+    "ball": lambda rng: rng.normal(size=(200, 3)),
+    "sphere": lambda rng: (lambda u: u / np.linalg.norm(u, axis=1)[:, None])(rng.normal(size=(150, 3))),
+    "grid": lambda rng: GRID,
+    "cylinder": lambda rng: np.array([(*xy, z) for xy in disc(48)[:, :2] for z in (0.0, 0.1, 0.25)]),
+    "twice": lambda rng: np.vstack((GRID, GRID)),
+    "single precision": lambda rng: (GRID @ random_pose(rng)[:3, :3].T).astype(np.float32).astype(float),
+    "many corners": lambda rng: (lambda u: u / np.linalg.norm(u, axis=1)[:, None])(rng.normal(size=(1500, 3))),
+}
+
+
+@pytest.mark.parametrize("name", SOLID)
+@pytest.mark.parametrize("seed", range(3))
+def test_as_qhull_has_it(name, seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    pose, points = random_pose(rng), SOLID[name](rng) * rng.uniform(0.1, 1.0, 3)
+    points = points @ pose[:3, :3].T
+    own = Hull.of(points)
+    monkeypatch.setattr("hefting.shapes.solid.SMALL_HULL", 0)
+    other = Hull.of(points)
+    for x in rng.uniform(points.min(axis=0) - 0.1, points.max(axis=0) + 0.1, (50, 3)):
+        assert own.depth(x) == pytest.approx(other.depth(x), abs=1e-12)

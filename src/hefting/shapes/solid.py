@@ -7,12 +7,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.errors import InputError
-from hefting.spatial import Array, frozen
+from hefting.spatial import Array, Mask, frozen
 
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
 MAX_BOUNDARY = 500_000
 """Most boundary edges that are closed by caps."""
+SMALL_HULL, LARGEST_HULL = 3000, 400
+"""Points up to which a hull is found here, if it has no more than so many corners: that takes less time than importing
+`scipy.spatial`, which is a quarter of a second."""
+ROUNDING = 1e-13
+"""Distance from a plane, in a box of unit sides, that counts as none."""
 FLAT = 1e-9
 """Thickness of a hull, relative to its length, up to which it counts as flat (collinear, a single point)."""
 
@@ -290,9 +295,75 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
         return np.zeros((0, 0)), np.zeros(0)
     if len(sides) == 1:
         return np.array([[1.0], [-1.0]]), np.array([points.max(), -points.min()])
-    from scipy.spatial import ConvexHull
+    scaled = points / sides
+    faces = _planes(scaled) if len(sides) == 3 and len(scaled) <= SMALL_HULL else None
+    if faces is None:
+        from scipy.spatial import ConvexHull
 
-    faces = ConvexHull(points / sides).equations
+        faces = ConvexHull(scaled).equations
     normals = faces[:, :-1] / sides
     lengths = np.linalg.norm(normals, axis=1)
     return normals / lengths[:, None], -faces[:, -1] / lengths
+
+
+def _planes(points: Array) -> Array | None:
+    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b <= 0 inside, normals outward.
+
+    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point outside of a plane.
+
+    Point after point, those far out first: the faces that see it give way to a cone from their outline to it.
+    """
+    center = points.mean(axis=0)
+    start = _tetrahedron(points)
+    faces = np.array([(start[i], start[j], start[k]) for i, j, k in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))])
+    if np.einsum("i,i", np.cross(*(points[start[1:3]] - points[start[0]])), points[start[3]] - points[start[0]]) > 0.0:
+        faces = faces[:, ::-1]
+    planes, corners, count = np.zeros((12 * LARGEST_HULL, 4)), np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64), 4
+    planes[:4], corners[:4] = _plane(points, faces), faces
+    left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
+    while len(left := left[_outside(points[left], planes[:count])]):
+        for k in left[:64].tolist():
+            x, y, z = points[k].tolist()
+            known = planes[:count]
+            sees = np.flatnonzero(known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3] > ROUNDING)
+            if not len(sees):
+                continue
+            edges = {edge for a, b, c in corners[sees].tolist() for edge in ((a, b), (b, c), (c, a))}
+            cone = np.array([(a, b, k) for a, b in sorted(edges) if (b, a) not in edges])
+            if count + len(cone) > len(planes) or not len(cone):
+                return None
+            planes[sees] = 0.0, 0.0, 0.0, -1.0  # gone: they see nothing
+            planes[count : count + len(cone)], corners[count : count + len(cone)] = _plane(points, cone), cone
+            count += len(cone)
+        left = left[64:]
+    found = planes[:count][planes[:count, :3].any(axis=1)]
+    return None if _outside(points, found, 10.0 * ROUNDING).any() else found
+
+
+def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
+    """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
+    parts = np.array_split(planes[planes[:, :3].any(axis=1)], 1 + len(planes) * len(points) // 1_000_000)
+    return np.logical_or.reduce([(points @ part[:, :3].T + part[:, 3] > tolerance).any(axis=1) for part in parts])
+
+
+def _tetrahedron(points: Array) -> np.ndarray:
+    """Four of the points (V, 3), far from one another, not in a plane."""
+    first = int(np.argmin(points[:, 0]))
+    away = points - points[first]
+    second = int(np.argmax(np.einsum("vi,vi->v", away, away)))
+    off = np.cross(away, away[second])
+    third = int(np.argmax(np.einsum("vi,vi->v", off, off)))
+    fourth = int(np.argmax(np.abs(away @ off[third])))
+    return np.array((first, second, third, fourth))
+
+
+def _plane(points: Array, faces: np.ndarray) -> Array:
+    """Planes (F, 4) of triangles (F, 3) of points; one without a normal, and all points inside, where it is a line."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1)[:, None]
+    flat = length[:, 0] < 1e-14
+    normal = normal / np.where(length > 0.0, length, 1.0)
+    offset = -np.einsum("fi,fi->f", normal, a)
+    normal[flat], offset[flat] = 0.0, -1.0
+    return np.column_stack((normal, offset))
