@@ -361,10 +361,10 @@ def _tilt_effect(
 ) -> Array | None:
     """(10, 2) change of unconstrained least squares when gravity turns by its standard deviation about either axis
     across it; None where its direction was given."""
-    from scipy.spatial.transform import Rotation
-
     if found.tilt_std is None or not np.isfinite(found.tilt_std):
         return None
+    from scipy.spatial.transform import Rotation
+
     changes = []
     for axis in np.linalg.svd(found.gravity[None])[2][1:]:  # across gravity
         turned = Rotation.from_rotvec(found.tilt_std * axis).apply(np.array(found.gravity))

@@ -163,11 +163,17 @@ def _length(values: Array, scale: Array) -> Array:
 
 def _nearby(apart: Array, cell: Indices) -> Array:
     """(K, 2) robust spread of force and torque about each sample: it shakes more while it moves."""
-    from scipy.ndimage import median_filter
-
     size = np.repeat(np.linalg.norm(apart.reshape(-1, 2, 3), axis=2), 3, axis=1)
     typical = _cell_medians(size, cell)[0][:, [0, 3]] / MEDIAN_LENGTH
-    return median_filter(typical, size=(NEIGHBOURS, 1), mode="reflect")[cell]
+    return _running_median(typical)[cell]
+
+
+def _running_median(values: Array) -> Array:
+    """Medians (C, 2) of `NEIGHBOURS` cells about each, mirrored at the ends."""
+    half = NEIGHBOURS // 2
+    mirrored = np.pad(values, ((half, half), (0, 0)), mode="symmetric")
+    windows = np.lib.stride_tricks.sliding_window_view(mirrored, NEIGHBOURS, axis=0)
+    return np.partition(windows, half, axis=2)[:, :, half]
 
 
 def _lasting(size: Array) -> Mask:

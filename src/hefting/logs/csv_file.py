@@ -15,6 +15,7 @@ import numpy as np
 from hefting.errors import InputError
 from hefting.logs.layout import Layout
 from hefting.logs.table import Block, label
+from hefting.spatial import Array, Mask
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -123,11 +124,8 @@ class CsvTable:
             arrays = dict(zip(columns, batch.columns, strict=True))
             yield Block(
                 rows[first:last],
-                {j: array.to_numpy(zero_copy_only=False) for j, array in arrays.items()},
-                {
-                    j: array.is_null().to_numpy(zero_copy_only=False) if array.null_count else None
-                    for j, array in arrays.items()
-                },
+                {j: _numbers(array) for j, array in arrays.items()},
+                {j: _blanks(array) for j, array in arrays.items()},
             )
             first = last
         return lines
@@ -174,6 +172,20 @@ class CsvTable:
                     what = f"{cells[j][:40]!r} is not a number"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)
         return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=self.source)
+
+
+def _numbers(array: "pa.Array") -> Array:
+    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy` would import pandas, if installed."""
+    return np.frombuffer(array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset)
+
+
+def _blanks(array: "pa.Array") -> Mask | None:
+    """(R,) where a column is blank; None for nowhere."""
+    if not array.null_count:
+        return None
+    bits = np.frombuffer(array.buffers()[0], dtype=np.uint8)
+    known = np.unpackbits(bits, bitorder="little")[array.offset : array.offset + len(array)]
+    return known == 0
 
 
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:

@@ -16,7 +16,6 @@ from math import factorial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from hefting.spatial import Array
 
@@ -71,6 +70,8 @@ class Steady(NamedTuple):
 @lru_cache(maxsize=32)
 def steady_filter(n: int, step: float, lag: int) -> Steady:
     """The settled filter of `n` integrators for samples `step` apart [1/bandwidth], read out `lag` samples late."""
+    from scipy.linalg import solve_discrete_are  # slow to import, and not needed for finished recordings
+
     transition, noise = _integrators(step, n)
     observe = np.eye(n)[:, :1]
     predicted = solve_discrete_are(transition.T, observe, step * noise, np.eye(1))
