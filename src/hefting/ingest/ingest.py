@@ -63,6 +63,8 @@ class Ingested:
     """Whether that was found, not given."""
     bias: BiasModel
     """Whether a constant bias is to be found with the object."""
+    bias_found: bool
+    """Whether that was found out, not given."""
     given_bias: Array | None
     """(6,) subtracted, as recorded; None where none was given"""
     conditioned: Conditioned
@@ -114,6 +116,7 @@ class Ingested:
             "wrench": self.sign.name,
             "wrench_found": self.sign_found,
             "bias": "given" if self.given_bias is not None else self.bias,
+            "bias_searched": self.bias_found,
             "bias_subtracted": self.given_bias,
             "noise": {"force": self.noise.force, "torque": self.noise.torque},
             "motion": DESCRIPTIONS[self.source],
@@ -207,6 +210,7 @@ def ingest(
         sign=sign,
         sign_found=wrench == "auto",
         bias="estimate" if free_bias else "none",
+        bias_found=isinstance(bias, str) and bias == "auto",
         given_bias=given,
         conditioned=found,
         tool=tool,

@@ -27,6 +27,8 @@ STRETCH = 200_000
 """Samples of a long recording looked at together."""
 PASSES = 8
 """of finding outliers and fitting the rest"""
+SAME = 1e-3
+"""Share of the samples: so few more or less left out change nothing."""
 REFINEMENTS = 2
 """of the offset by generalised least squares"""
 FASTEST = 15.0
@@ -126,13 +128,18 @@ def sift(samples: Samples, problem: Problem, start: Fit, bad: Outliers | None = 
     before = none
     for k in range(PASSES):
         bad = outliers_of(samples, problem, fit)
-        if k and np.array_equal(bad.rejected, before.rejected):
+        if k and not _differ(bad, before):
             break
         if k > PASSES // 2:  # it wavers
             bad = bad.union(before)
         problem = _keeping(samples, problem, bad)
         fit, before = gauss_newton(problem, fit.start, knots, steps=5), bad
     return problem, fit, before
+
+
+def _differ(one: Outliers, other: Outliers) -> bool:
+    """Whether what is left out differs by more than does not matter."""
+    return float(np.mean(one.rejected != other.rejected)) > SAME
 
 
 def _keeping(samples: Samples, problem: Problem, bad: Outliers) -> Problem:
@@ -155,7 +162,7 @@ def settle(samples: Samples, gravity: Array, problem: Problem, fit: Fit, bad: Ou
         fit = gauss_newton(problem, replace(fit.start, offset=sharper), n, steps=3, hold=True)
         if samples.enough:  # the ends may now be known
             again = outliers_of(samples, problem, fit)
-            if not np.array_equal(again.rejected, bad.rejected):
+            if _differ(again, bad):
                 bad, problem = again, _keeping(samples, problem, again)
                 fit = gauss_newton(problem, fit.start, n, steps=3, hold=True)
         spread = uncertainty(fit, fastest)

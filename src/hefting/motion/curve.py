@@ -66,18 +66,23 @@ class Curve:
         name: str,
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
+        keep: bool = False,
     ) -> "Curve":
         """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
 
         `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
-        searched then.
+        searched then, and with `keep` it is taken as it is.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        if near is not None and keep:
+            h, normal = _spacing(data, near), None
+            smoothness, dt = near, _interval(time, h)
+        else:
+            smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = _normal(data, h, end)
         penalty = smoothness.penalty(normal, dt)
@@ -132,6 +137,13 @@ def tune(
     return _tuned(data, orders, name, near)[:3]
 
 
+def _spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
+    """Spacing of the knots [s] that suits a smoothness and is neither finer than the data nor too coarse for them."""
+    duration, dt = float(np.ptp(data[0].time)), float(np.median(np.diff(data[0].time)))
+    finest = min(float(np.median(np.diff(o.time))) for o in data)
+    return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
+
+
 def _tuned(
     data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None
 ) -> tuple[Smoothness, float, float, Normal | None]:
@@ -151,7 +163,7 @@ def _tuned(
     whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
-        orders, h = (near.order,), float(np.clip(0.6 / near.bandwidth, finest, coarsest))
+        orders, h = (near.order,), _spacing(data, near)
     middle, found = orders[len(orders) // 2], near
     for _ in range(4):
         normal = _normal(data, h)

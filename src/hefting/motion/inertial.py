@@ -80,7 +80,7 @@ def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPo
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _times_vector(q, readings.values - found.bias)
         variance = _variance(readings.time, z - rate, fitted.orientation.smoothness.bandwidth)
-        curve = _refitted(fitted.orientation, readings.time, z, 1, variance, "orientation")
+        curve = _refitted(fitted.orientation, readings.time, z, 1, variance, "orientation", round_)
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
     noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
@@ -115,7 +115,7 @@ def _with_accelerometer(
         assert fitted.position is not None
         _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
         variance = _variance(readings.time, z - acceleration, fitted.position.smoothness.bandwidth)
-        fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position"))
+        fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position", round_))
     noted = (
         f"accelerometer used: noise {np.sqrt(variance * raw / len(accelerometer)):.2g} m/s², bias {_listed(found.bias)} m/s², "
         f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
@@ -158,11 +158,16 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
     return stream[known], motion[known]
 
 
-def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str) -> Curve:
-    """The curve through its own samples and measured derivatives z of known variance."""
+def _refitted(
+    curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int
+) -> Curve:
+    """The curve through its own samples and measured derivatives z of known variance.
+
+    Its smoothness is found in the first round, kept on the way, and looked for near that in the last.
+    """
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
-    samples, again = curve.observations[0], len(curve.observations) > 1
-    return Curve.fit(samples.time, samples.values, name, (rates,), curve.smoothness if again else None)
+    samples, near = curve.observations[0], curve.smoothness if round_ else None
+    return Curve.fit(samples.time, samples.values, name, (rates,), near, keep=0 < round_ < ROUNDS - 1)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:
