@@ -113,7 +113,7 @@ class Bayes(Estimator):
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
-            sure = posterior.noise_known and not contradiction(posterior, nearest.distance)
+            sure = posterior.noise_known and not posterior.coloured and not contradiction(posterior, nearest.distance)
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
             method=self.name,
@@ -226,6 +226,7 @@ class Bayes(Estimator):
             disagreement=disagreement,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None or state.samples >= FEWEST,
+            coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=found.misfit(phi),
             settled=moved < UNSETTLED,

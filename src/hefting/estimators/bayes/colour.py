@@ -55,6 +55,12 @@ class Colour:
     """(J,) sums of squared residuals at each scale, whitened to a mean square of 1"""
     degrees: Array
     """(J,) their degrees of freedom"""
+    level: float
+    """mean square of the residuals, whitened by the covariance that is allowed for"""
+    signal: Array
+    """(J,) energy of the body's wrench at each scale"""
+    exceeds_claim: bool
+    """whether the noise was claimed to be white, and is not"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,41 +109,47 @@ class TimeSamples:
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
         `motion`: what errors of the motion put into the information (10, 10) of a sample, None where nothing, and how
-        many samples they last. Noise that is claimed to be white counts as white until a scale exceeds that.
+        many samples they last. Noise that is claimed to be white counts as white.
         """
         details = self.scales.counts
         spent = np.einsum("gij,ji->g", found.information, P)
         degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
         energies = found.energies / level
         variances = spectrum(energies, degrees, self.samples, self.free_bias)
-        if white_claimed and not exceeds(energies, degrees):
+        exceeds_claim = white_claimed and exceeds(energies, degrees)
+        if white_claimed:
             variances = np.ones(len(variances))
         information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
         noise = np.tensordot(variances, information, 1)
         signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
+        response = 0.0 if white_claimed else float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
         rest = max(float((information[-1] * P.T).sum()), 0.0)
         fitted = float(variances[:-1] @ spent) + variances[-2] * rest
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees)
+        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees, level, signal[:-1], exceeds_claim)
 
     def disagreement(self, W: Array, phi: Array, attenuation: Array | None, colour: Colour) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
 
         About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
-        them: their noise is what scales of at most a quarter of a stretch lead one to expect.
+        them: their noise is what the residuals tell without it, for a series as long as one of them. A difference in
+        the body has energy at the time scales where the motion has.
         """
         n = len(self.stretches.counts)
         if n < STRETCHES:
             return 0.0
         found = self.stretches.scores(W, phi, attenuation)
+        own = colour.signal / (float(colour.signal.sum()) or 1.0)
+        gain, parameters = found.gain(), 10.0
+        if self.free_bias:
+            gain, parameters = gain + float(colour.energies.sum()) * colour.level - float(found.energies.sum()), 16.0
+        energies = np.maximum(colour.energies - own * max(gain, 0.0) / colour.level, 0.0)
+        degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
         length = float(np.median(self.stretches.counts)) + 1.0
-        within = 4.0 * 2.0 ** np.arange(len(colour.energies)) <= length
-        degrees = np.where(within, colour.degrees, 0.0)
-        expected = spectrum(colour.energies, degrees, length, self.free_bias)
-        variance = float(expected[min(int(np.log2(length)), len(expected) - 1)])
-        return float(found.birge(np.full(n, max(variance, 1.0))).sum()) / (n - 1)
+        expected = spectrum(energies, degrees, length, self.free_bias)
+        variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
+        return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:

@@ -46,6 +46,8 @@ class Posterior:
     """(J + 1,) of the residuals at each time scale, over that of one sample"""
     noise_known: bool
     """whether there are enough samples to know the noise, or it was given"""
+    coloured: bool
+    """whether the noise was given as white, and the residuals are not"""
     motion: MotionErrors
     """errors of the accelerations"""
     misfit: float
@@ -99,6 +101,14 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             warning(
                 "noise-exceeds-claim",
                 f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that",
+                "noise",
+            )
+        )
+    if posterior.coloured:
+        warnings.append(
+            warning(
+                "noise-coloured",
+                "the residuals are no white noise as was given: without `noise` the intervals would allow for that",
                 "noise",
             )
         )
