@@ -175,8 +175,7 @@ class Bayes(Estimator):
                 P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
                 level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
-                lasting = equations.effect_of(motion.lasting), motion.memory
-                colour = time.colour(scores, equations.G, P, level, at, lasting, known is not None)
+                colour = time.colour(scores, equations.G, P, level, at, known is not None)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             own = mixture = Mixture.of(placed.prior, scale, found)
@@ -224,6 +223,7 @@ class Bayes(Estimator):
             contradicted=contradicted,
             autocorrelation=autocorrelation,
             disagreement=disagreement,
+            response=0.0 if colour is None else colour.response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None or state.samples >= FEWEST,
             coloured=colour is not None and known is not None and colour.exceeds_claim,
@@ -257,7 +257,7 @@ class Bayes(Estimator):
     ) -> Array:
         """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
         if known is None:
-            S, times = samples.noise_left(R), motion.memory - 1.0
+            S, times = samples.noise_left(R) + samples.unproven(FEWEST), motion.memory - 1.0
         else:
             S, times = known + np.diag(samples.floor**2), motion.memory
         if motion.variances is not None and times > 0.0:

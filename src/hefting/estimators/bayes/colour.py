@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.estimators.bayes.groups import Groups, Scores
-from hefting.estimators.bayes.spectrum import first_order, spectrum
+from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.blend import Blend
 from hefting.regressor import ONE
 from hefting.spatial import Array
 
-FEWEST = 50
-"""Samples before the noise counts as known."""
+FEWEST = 20
+"""Samples before the noise counts as known: some hundred residuals."""
 STRETCHES = 4
 """Fewest stretches that are compared."""
 DISAGREE = 3.0
@@ -101,15 +101,13 @@ class TimeSamples:
         P: Array,
         level: float,
         phi: Array,
-        motion: tuple[Array | None, float],
         white_claimed: bool,
     ) -> Colour:
         """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
-        `motion`: what errors of the motion put into the information (10, 10) of a sample, None where nothing, and how
-        many samples they last. Noise that is claimed to be white counts as white.
+        Noise that is claimed to be white counts as white.
         """
         details = self.scales.counts
         spent = np.einsum("gij,ji->g", found.information, P)
@@ -122,7 +120,7 @@ class TimeSamples:
         information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
         noise = np.tensordot(variances, information, 1)
         signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = 0.0 if white_claimed else float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (float(signal.sum()) or 1.0)
+        response = 0.0 if white_claimed else float(response_errors(found, variances[:-1], details, phi) @ signal) / (float(signal.sum()) or 1.0)
         rest = max(float((information[-1] * P.T).sum()), 0.0)
         fitted = float(variances[:-1] @ spent) + variances[-2] * rest
         size = G.diagonal()
@@ -158,24 +156,18 @@ def exceeds(energies: Array, degrees: Array) -> bool:
     return bool((energies > degrees + CONTRADICTED * np.sqrt(2.0 * degrees))[enough].any())
 
 
-def response_errors(
-    found: Scores, variances: Array, details: Array, phi: Array, effect: Array | None, memory: float
-) -> Array:
+def response_errors(found: Scores, variances: Array, details: Array, phi: Array) -> Array:
     """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
 
-    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
-    what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
-    A scale may itself show that its gain is off by less, `LIMIT` standard deviations above what it is off.
-    What errors of the motion explain is not the sensor's: known ones, of `effect` (10, 10) on the information of a
-    sample and lasting `memory` samples; and unknown white ones, which weaken the score of each detail alike.
+    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late,
+    motion that was smoothed: what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no
+    more than `FADE` an octave. A scale may itself show that its gain is off by less, `LIMIT` standard deviations above
+    what it is off. White errors of the motion weaken the score of each detail alike; that is not the sensor's.
     """
     signal = np.einsum("i,gij,j->g", phi, found.information, phi)
     score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
     unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
     explained = max(unknown, 0.0) * details
-    if effect is not None:
-        rho = (memory - 1.0) / (memory + 1.0)
-        explained = np.maximum(explained, float(phi @ effect @ phi) * details * first_order(rho, len(details)))
     score = np.maximum(np.abs(score) - explained, 0.0)
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances
