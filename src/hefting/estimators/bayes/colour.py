@@ -43,8 +43,6 @@ class Colour:
 
     noise: Array
     """(10, 10) covariance of the score of all samples, coloured noise allowed for"""
-    response: float
-    """relative error of the whole body by errors of the wrench in step with the motion"""
     autocorrelation: float
     """variance of the parameters over that with white noise, on average"""
     variances: Array
@@ -57,10 +55,10 @@ class Colour:
     """(J,) their degrees of freedom"""
     level: float
     """mean square of the residuals, whitened by the covariance that is allowed for"""
-    signal: Array
-    """(J,) energy of the body's wrench at each scale"""
+    white_claimed: bool
+    """whether the noise was claimed to be white"""
     exceeds_claim: bool
-    """whether the noise was claimed to be white, and is not"""
+    """whether that is contradicted"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,40 +92,38 @@ class TimeSamples:
             free_bias,
         )
 
-    def colour(
-        self,
-        found: Scores,
-        G: Array,
-        P: Array,
-        level: float,
-        phi: Array,
-        white_claimed: bool,
-    ) -> Colour:
-        """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
+    def colour(self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool) -> Colour:
+        """Of the noise that leaves what `found` says of the scales.
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
         Noise that is claimed to be white counts as white.
         """
-        details = self.scales.counts
-        spent = np.einsum("gij,ji->g", found.information, P)
-        degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
+        spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
+        degrees = np.maximum(6.0 * self.scales.counts - spent, 0.0)
         energies = found.energies / level
-        variances = spectrum(energies, degrees, self.samples, self.free_bias)
-        exceeds_claim = white_claimed and exceeds(energies, degrees)
+        rest = G - found.information.sum(axis=0)
         if white_claimed:
-            variances = np.ones(len(variances))
-        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
-        noise = np.tensordot(variances, information, 1)
-        signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = 0.0 if white_claimed else float(response_errors(found, variances[:-1], details, phi) @ signal) / (float(signal.sum()) or 1.0)
-        rest = max(float((information[-1] * P.T).sum()), 0.0)
-        fitted = float(variances[:-1] @ spent) + variances[-2] * rest
+            variances, noise = np.ones(len(degrees) + 1), G
+        else:
+            variances = spectrum(energies, degrees, self.samples, self.free_bias)
+            noise = np.tensordot(variances[:-1], found.information, 1) + variances[-1] * rest
+        fitted = float(variances[:-1] @ spent) + variances[-2] * max(float((rest * P.T).sum()), 0.0)
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees, level, signal[:-1], exceeds_claim)
+        exceeds_claim = white_claimed and exceeds(energies, degrees)
+        return Colour(noise, max(average, 1.0), variances, level * fitted, energies, degrees, level, white_claimed, exceeds_claim)
 
-    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, colour: Colour) -> float:
+    def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
+        """Relative error of the whole body by errors of the wrench in step with the motion (`response_errors`)."""
+        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
+        signal = information @ phi @ phi
+        errors = response_errors(found, colour.variances[:-1], self.scales.counts, phi)
+        return float(errors @ signal) / (float(signal.sum()) or 1.0)
+
+    def disagreement(
+        self, W: Array, phi: Array, attenuation: Array | None, scales: Scores, colour: Colour
+    ) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
 
         About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
@@ -135,10 +131,14 @@ class TimeSamples:
         the body has energy at the time scales where the motion has.
         """
         n = len(self.stretches.counts)
-        if n < STRETCHES:
+        if n < STRETCHES or colour.exceeds_claim:  # a claim that does not hold is no measure
             return 0.0
         found = self.stretches.scores(W, phi, attenuation)
-        own = colour.signal / (float(colour.signal.sum()) or 1.0)
+        white = float(found.birge(np.ones(n)).sum()) / (n - 1)
+        if colour.white_claimed and white < DISAGREE:
+            return white
+        signal = scales.information @ phi @ phi
+        own = signal / (float(signal.sum()) or 1.0)
         gain, parameters = found.gain(), 10.0
         if self.free_bias:
             gain, parameters = gain + float(colour.energies.sum()) * colour.level - float(found.energies.sum()), 16.0
@@ -147,6 +147,8 @@ class TimeSamples:
         length = float(np.median(self.stretches.counts)) + 1.0
         expected = spectrum(energies, degrees, length, self.free_bias)
         variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
+        if colour.white_claimed:
+            variance = max(variance, 1.0)
         return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
@@ -164,7 +166,7 @@ def response_errors(found: Scores, variances: Array, details: Array, phi: Array)
     more than `FADE` an octave. A scale may itself show that its gain is off by less, `LIMIT` standard deviations above
     what it is off. White errors of the motion weaken the score of each detail alike; that is not the sensor's.
     """
-    signal = np.einsum("i,gij,j->g", phi, found.information, phi)
+    signal = found.information @ phi @ phi
     score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
     unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
     explained = max(unknown, 0.0) * details

@@ -52,7 +52,7 @@ class Groups:
         u = (T @ r[:, :, None])[:, :, 0]
         if attenuation is not None:
             u = u + self.counts[:, None] * (attenuation @ phi)
-        return Scores(T @ A, u, np.einsum("gi,gi->g", r, r))
+        return Scores(T @ A, u, (r * r).sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
