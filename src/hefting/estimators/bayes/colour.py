@@ -78,7 +78,9 @@ class TimeSamples:
         if state.record is None:
             return None
         scales, stretches = state.record.complete
-        if not scales.counts:
+        if free_bias:  # else what is left holds the mean, and counts like the longest sums
+            scales = scales.closed()
+        if not any(scales.counts):
             return None
         mean = own = None
         parts = stretches.parts
