@@ -115,8 +115,9 @@ class Samples:
         return S + np.diag(self.floor**2)
 
     def unproven(self, enough: int) -> Array:
-        """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor."""
-        share = max(1.0 - self.K / enough, 0.0)
+        """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor, which
+        errs by the same in all of them."""
+        share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
         return share * np.diag((POOR_SENSOR / LEVEL_FLOOR * self.floor) ** 2)
 
     def bias(self, phi: Array) -> Array:
