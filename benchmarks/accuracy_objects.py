@@ -8,7 +8,6 @@ import numpy as np
 from benchmarks.cramer_rao import Scale, bound
 from hefting.estimate import Estimate
 from hefting.estimators import PMD, Bayes
-from hefting.estimators.bayes.colour import coloured
 from hefting.evaluation.filtered import Observed, causal_filter, windows
 from hefting.evaluation.setting import C1, DURATION, OBJECTS, RATE, Thing, thing, wielded
 from hefting.ingest.free_fit import fit_freely
@@ -55,8 +54,9 @@ def runs(speed: float, seed: int, duration: float = DURATION) -> dict[str, list[
         subject, exact = thing(name), wielded(name, speed, duration=duration)
         observed = Observed.of(exact, WRENCH_NOISE[NOISE], (seed, index, round(10 * speed)))
         for setting, window, z, motion in seen(observed):
-            told = informed(setting, subject, z, motion)
-            found[setting].append(compared(subject, told, z, least_errors(subject, exact.measurements[window], motion)))
+            z = informed(setting, z, motion)
+            bayes = Bayes(subject.shape)
+            found[setting].append(compared(subject, bayes, z, least_errors(subject, exact.measurements[window], motion)))
     return found
 
 
@@ -86,13 +86,9 @@ def _weights(z: Measurements, motion: Motion) -> Array:
     return weights / weights.mean()
 
 
-def informed(setting: str, subject: Thing, z: Measurements, motion: Motion) -> Bayes:
-    """Bayes with what it is told of the motion; the wrench's noise and its colour it finds."""
-    if setting == "smoothed":
-        return coloured(Bayes(subject.shape), z)
-    deviations = [float(np.sqrt(np.mean(square))) for square in _squares(motion)]
-    told = Bayes(subject.shape, motion_noise=(deviations[0], deviations[1]), motion_memory=memory(motion))
-    return coloured(told, z)
+def informed(setting: str, z: Measurements, motion: Motion) -> Measurements:
+    """The samples with what is known of their motion; the wrench's noise and its colour a state finds."""
+    return z if setting == "smoothed" else replace(z, motion_noise=motion.noise)
 
 
 def memory(motion: Motion) -> float:
@@ -116,9 +112,9 @@ def least_errors(subject: Thing, exact: Measurements, motion: Motion) -> tuple[A
     return scale.mean_errors(each[0]), scale.mean_errors(each[1])
 
 
-def compared(subject: Thing, told: Bayes, z: Measurements, bounds: tuple[Array, Array]) -> Run:
+def compared(subject: Thing, bayes: Bayes, z: Measurements, bounds: tuple[Array, Array]) -> Run:
     """Bayes beside PMD, which sees no weights; `bounds` are those of `least_errors`."""
-    estimate, truth = told.fit(z), subject.held.parameters
+    estimate, truth = bayes.fit(z), subject.held.parameters
     pmd = PMD(subject.shape, c1=C1).fit(replace(z, weights=None))
     assert estimate.intervals is not None
     held = []

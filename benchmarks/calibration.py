@@ -1,5 +1,8 @@
 """`python -m benchmarks.calibration [--objects N] [--runs N] [--cases ...]`: how often Bayes' intervals hold the truth.
 
+`--streamed`: samples come a few at a time, white or coloured, and the state alone must know its noise; it is looked at on
+the way and at the end.
+
 Random bodies of six kinds (`benchmarks.bodies`), each wielded several times: three kinds of motion, 150 to 1,000
 samples, three noise levels. Shares of 95 % and 50 % intervals of mass, COM and inertia about the sensor that hold the
 truth, and the median error over PMD's. Some minutes for 36 objects of each kind.
@@ -13,6 +16,8 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 
 NOISE = ("given", "estimated", "AR 0.9", "AR 0.97")
 SHAPES = ("box", "hull", "larger", "smaller", "misplaced", "noisy scan", "one side")
+STREAMS = ("white", "AR 0.9", "AR 0.97")
+"""Wrench noise of streams."""
 CASES = (*NOISE, *SHAPES)
 """What is known of the noise, or how it is coloured; or what is taken for the shape (`benchmarks.wrong_shapes`)."""
 
@@ -24,6 +29,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10, help="identifications of each object")
     parser.add_argument("--cases", nargs="+", choices=CASES, default=NOISE)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--streamed", action="store_true", help="streams: --runs of each object and noise")
     arguments = parser.parse_args()
 
     import numpy as np
@@ -32,6 +38,9 @@ def main() -> None:
     from benchmarks.calibration_runs import Run, identified
 
     bodies = [random_body(kind, arguments.seed * 1000 + i) for kind in FILLINGS for i in range(arguments.objects)]
+    if arguments.streamed:
+        streams(bodies, arguments.runs, arguments.seed)
+        return
     for case in arguments.cases:
         runs: list[Run] = []
         for i, body in enumerate(bodies):
@@ -55,6 +64,29 @@ def main() -> None:
         line("less even ones", [run for run in runs if run.body.kind != "homogeneous"])
         for kind in FILLINGS:
             line(kind, [run for run in runs if run.body.kind == kind])
+
+
+def streams(bodies: list, runs: int, seed: int) -> None:
+    """Print, for each noise and number of samples, the shares of 95 % intervals that hold."""
+    import numpy as np
+
+    from benchmarks.calibration_runs import LOOKS, SAMPLES, Run, streamed
+
+    print(f"{'noise':10}{'samples':>8}{'looks':>7}{'95 % holds':>12}   mass COM J (95 %)      widths [%]")
+    for case in STREAMS:
+        found: dict[str, list[Run]] = {}
+        for i, body in enumerate(bodies):
+            for run in range(runs):
+                for samples, judged in streamed(body, case, (seed, i, run)).items():
+                    found.setdefault("the end" if samples in SAMPLES else str(samples), []).append(judged)
+        for name in (*map(str, LOOKS), "the end"):
+            held = np.array([run.held95 for run in found.get(name, [])])
+            if not len(held):
+                continue
+            groups = [100.0 * held[:, part].mean() for part in (slice(1), slice(1, 4), slice(4, 10))]
+            width = np.median([run.widths for run in found[name]], axis=0)
+            print(f"{case:10}{name:>8}{len(held):7}{100.0 * held.mean():12.1f}   "
+                  f"{' '.join(f'{g:.1f}' for g in groups):22} {' '.join(f'{w:.2g}' for w in width)}", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -214,15 +214,16 @@ def test_what_bayes_is_told_of_the_motion():
     for setting, (window, z, motion) in found.items():
         assert len(z) == OBSERVATIONS
         np.testing.assert_array_equal(z.time, true.motion.time[window])
-        told = informed(setting, subject, z, motion)
-        assert (z.weights is not None) == (setting == "smoothed") == (told.motion_noise is None)
-        if told.motion_noise is not None:
+        z = informed(setting, z, motion)
+        known = z.motion_noise
+        assert (z.weights is not None) == (setting == "smoothed") == (known is None)
+        if known is not None:
             assert motion.linear_acceleration_std is not None
             claimed = np.square((motion.linear_acceleration_std, motion.angular_acceleration_std)).mean(axis=1)
-            np.testing.assert_allclose(np.square(told.motion_noise), claimed, rtol=1e-12)
-            assert told.motion_memory == pytest.approx(np.pi * 100.0 / motion.bandwidth)
+            np.testing.assert_allclose(np.square((known.linear, known.angular)), claimed, rtol=1e-12)
+            assert known.memory == pytest.approx(np.pi / motion.bandwidth)
         wrong[setting] = np.std(z.angular_acceleration - true.measurements[window].angular_acceleration)
-        pmd = compared(subject, told, z, least_errors(subject, true.measurements[window], motion)).pmd
+        pmd = compared(subject, Bayes(subject.shape), z, least_errors(subject, true.measurements[window], motion)).pmd
         wanted = subject.errors(PMD(subject.shape, c1=300.0).fit(replace(z, weights=None)))
         np.testing.assert_allclose(pmd, (wanted.mass, wanted.center_of_mass, wanted.inertia_at_origin))
     assert wrong["smoothed"] < 0.5 * wrong["warm"] < 0.5 * wrong["cold"]  # 0.1 and 0.2

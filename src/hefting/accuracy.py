@@ -52,6 +52,8 @@ class Accuracy:
     def of_draws(cls, draws: Array, body: InertialParameters, level: float) -> Self:
         """What the errors of `body` do not exceed with probability `level`, each by itself, if the truth is like
         `draws` (n, 10); infinite where too many of those have no positive mass."""
+        if not body.mass > 0.0:  # no COM, and no inertia about it
+            return cls(np.inf, np.inf, np.inf)
         m, c, J = draws[:, 0], draws[:, 1:4] / draws[:, :1], _about_com(draws)
         own = _about_com(body.vector[None])
         size = _frobenius(J)

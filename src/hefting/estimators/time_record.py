@@ -55,11 +55,11 @@ class TimeRecord:
 
     @cached_property
     def complete(self) -> tuple[TimeScales, Stretches]:
-        """Scales, closed, and stretches with the latest samples included."""
+        """Scales and stretches with the latest samples included."""
         if not self.buffered:
-            return self.scales.closed(), self.stretches
+            return self.scales, self.stretches
         rows = np.ascontiguousarray(np.concatenate(self.buffer))
-        return self.scales.fold(rows).closed(), self.stretches.fold(rows)
+        return self.scales.fold(rows), self.stretches.fold(rows)
 
     @property
     def motion_noise(self) -> MotionNoise | None:

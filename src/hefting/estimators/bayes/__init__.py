@@ -113,7 +113,7 @@ class Bayes(Estimator):
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
-            sure = posterior.noise_known and not contradiction(posterior, nearest.distance)
+            sure = posterior.noise_known and not posterior.coloured and not contradiction(posterior, nearest.distance)
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
             method=self.name,
@@ -154,18 +154,16 @@ class Bayes(Estimator):
         samples, time = Samples.of(state, self.bias == "estimate"), TimeSamples.of(state, self.bias == "estimate")
         _require_information(samples, state)
         known, motion = self._levels(state)
-        rough = samples.mass_scale(
-            float((samples.least_residual if known is None else known)[:3, :3].trace() / 3.0) ** 0.5
-        )
-        R = samples.least_residual
-        if start is None:
-            phi = rough * self._prior.mean
-        else:
-            phi = start.parameters.vector
-            R = samples.limited_to_noise(samples.residual_covariance(phi))
+        rough = samples.mass_scale(float((samples.least_residual if known is None else known)[:3, :3].trace() / 3.0) ** 0.5)
+        phi = rough * self._prior.mean if start is None else start.parameters.vector
+        R = at = left = None
+        if known is None:
+            at, left = (samples.least_squares, samples.least_residual)
+            if start is not None:
+                at, left = phi, samples.residual_covariance(phi)
+            R = samples.limited_to_noise(left)
         autocorrelation = 1.0
         S = self._covariance(samples, phi, known, R, motion, autocorrelation)
-        at, left = (phi, R) if start is not None else (samples.least_squares, samples.least_residual)
         excess, contradicted, count, P = 1.0, False, 0, None
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
@@ -173,23 +171,22 @@ class Bayes(Estimator):
             scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
             equations = Equations.of(samples, phi, excess * S, motion.white)
             colour = None
-            if time is not None:
+            if time is not None and known is None:
                 P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
                 level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
-                lasting = equations.effect_of(motion.lasting), motion.memory
-                colour = time.colour(scores, equations.G, P, level, at, lasting, known is not None)
+                colour = time.colour(scores, equations.G, P, level, False)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             own = mixture = Mixture.of(placed.prior, scale, found)
-            P = equations.spent(found, mixture.covariance)
+            P = None if known is not None else equations.spent(found, mixture.covariance)
             determined = mixture.determined(found) if colour is None else colour.fitted
             if self.systematic is not None:
                 found = found.blurred(self.systematic)
                 mixture = Mixture.of(placed.prior, scale, found)
             phi, at = mixture.mean, own.mean
             left = samples.residual_covariance(at, determined)
-            if samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
+            if known is None and samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
                 at = samples.least_squares
             before = excess * S
             if known is None:
@@ -206,16 +203,23 @@ class Bayes(Estimator):
                 break
             if moved >= MOVED:
                 placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
-        wide, disagreement = mixture, 0.0
-        if colour is not None:
-            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, colour)
+        wide, disagreement, response = mixture, 0.0, 0.0
+        if time is not None:
+            scores = time.scales.scores(equations.whitening, at, equations.attenuation)
+            if colour is None:
+                P = equations.spent(equations.white(), own.covariance)
+                level = max(float(np.trace(np.linalg.solve(before, left))) / 6.0, 1e-12)
+                colour = time.colour(scores, equations.G, P, level, True)
+            else:
+                response = time.response(scores, equations.G, at, colour)
+            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
             if disagreement > DISAGREE:
                 wider = equations.likelihood(disagreement * (colour.noise + equations.products))
                 if self.systematic is not None:
                     wider = wider.blurred(self.systematic)
                 wide = Mixture.of(placed.prior, scale, wider)
-            if colour.response:
-                wide = wide.scaled(colour.response)
+            if response:
+                wide = wide.scaled(response)
         return Posterior(
             mixture=wide,
             narrow=mixture,
@@ -226,8 +230,10 @@ class Bayes(Estimator):
             contradicted=contradicted,
             autocorrelation=autocorrelation,
             disagreement=disagreement,
+            response=response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None or state.samples >= FEWEST,
+            coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=found.misfit(phi),
             settled=moved < UNSETTLED,
@@ -258,7 +264,7 @@ class Bayes(Estimator):
     ) -> Array:
         """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
         if known is None:
-            S, times = samples.noise_left(R), motion.memory - 1.0
+            S, times = samples.noise_left(R) + samples.unproven(FEWEST), motion.memory - 1.0
         else:
             S, times = known + np.diag(samples.floor**2), motion.memory
         if motion.variances is not None and times > 0.0:

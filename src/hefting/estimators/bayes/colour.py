@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.estimators.bayes.groups import Groups, Scores
-from hefting.estimators.bayes.spectrum import first_order, spectrum
+from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.blend import Blend
 from hefting.regressor import ONE
 from hefting.spatial import Array
 
-FEWEST = 50
-"""Samples before the noise counts as known."""
+FEWEST = 20
+"""Samples before the noise counts as known: some hundred residuals."""
 STRETCHES = 4
 """Fewest stretches that are compared."""
 DISAGREE = 3.0
@@ -43,8 +43,6 @@ class Colour:
 
     noise: Array
     """(10, 10) covariance of the score of all samples, coloured noise allowed for"""
-    response: float
-    """relative error of the whole body by errors of the wrench in step with the motion"""
     autocorrelation: float
     """variance of the parameters over that with white noise, on average"""
     variances: Array
@@ -55,6 +53,12 @@ class Colour:
     """(J,) sums of squared residuals at each scale, whitened to a mean square of 1"""
     degrees: Array
     """(J,) their degrees of freedom"""
+    level: float
+    """mean square of the residuals, whitened by the covariance that is allowed for"""
+    white_claimed: bool
+    """whether the noise was claimed to be white"""
+    exceeds_claim: bool
+    """whether that is contradicted"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +78,9 @@ class TimeSamples:
         if state.record is None:
             return None
         scales, stretches = state.record.complete
-        if not scales.counts:
+        if free_bias:  # else what is left holds the mean, and counts like the longest sums
+            scales = scales.closed()
+        if not any(scales.counts):
             return None
         mean = own = None
         parts = stretches.parts
@@ -88,58 +94,64 @@ class TimeSamples:
             free_bias,
         )
 
-    def colour(
-        self,
-        found: Scores,
-        G: Array,
-        P: Array,
-        level: float,
-        phi: Array,
-        motion: tuple[Array | None, float],
-        white_claimed: bool,
-    ) -> Colour:
-        """Of the noise that leaves what `found` says of the scales at parameters phi (10,).
+    def colour(self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool) -> Colour:
+        """Of the noise that leaves what `found` says of the scales.
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
-        `motion`: what errors of the motion put into the information (10, 10) of a sample, None where nothing, and how
-        many samples they last. Noise that is claimed to be white counts as white until a scale exceeds that.
+        Noise that is claimed to be white counts as white.
         """
-        details = self.scales.counts
-        spent = np.einsum("gij,ji->g", found.information, P)
-        degrees = np.maximum(6.0 * details - np.maximum(spent, 0.0), 0.0)
+        spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
+        degrees = np.maximum(6.0 * self.scales.counts - spent, 0.0)
         energies = found.energies / level
-        variances = spectrum(energies, degrees, self.samples, self.free_bias)
-        if white_claimed and not exceeds(energies, degrees):
-            variances = np.ones(len(variances))
-        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
-        noise = np.tensordot(variances, information, 1)
-        signal = np.einsum("i,gij,j->g", phi, information, phi)
-        response = float(response_errors(found, variances[:-1], details, phi, *motion) @ signal) / (
-            float(signal.sum()) or 1.0
-        )
-        rest = max(float((information[-1] * P.T).sum()), 0.0)
-        fitted = float(variances[:-1] @ spent) + variances[-2] * rest
+        rest = G - found.information.sum(axis=0)
+        if white_claimed:
+            variances, noise = np.ones(len(degrees) + 1), G
+        else:
+            variances = spectrum(energies, degrees, self.samples, self.free_bias)
+            noise = np.tensordot(variances[:-1], found.information, 1) + variances[-1] * rest
+        fitted = float(variances[:-1] @ spent) + variances[-2] * max(float((rest * P.T).sum()), 0.0)
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
-        return Colour(noise, response, max(average, 1.0), variances, level * fitted, energies, degrees)
+        exceeds_claim = white_claimed and exceeds(energies, degrees)
+        return Colour(noise, max(average, 1.0), variances, level * fitted, energies, degrees, level, white_claimed, exceeds_claim)
 
-    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, colour: Colour) -> float:
+    def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
+        """Relative error of the whole body by errors of the wrench in step with the motion (`response_errors`)."""
+        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
+        signal = information @ phi @ phi
+        errors = response_errors(found, colour.variances[:-1], self.scales.counts, phi)
+        return float(errors @ signal) / (float(signal.sum()) or 1.0)
+
+    def disagreement(
+        self, W: Array, phi: Array, attenuation: Array | None, scales: Scores, colour: Colour
+    ) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
 
         About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
-        them: their noise is what scales of at most a quarter of a stretch lead one to expect.
+        them: their noise is what the residuals tell without it, for a series as long as one of them. A difference in
+        the body has energy at the time scales where the motion has.
         """
         n = len(self.stretches.counts)
-        if n < STRETCHES:
+        if n < STRETCHES or colour.exceeds_claim:  # a claim that does not hold is no measure
             return 0.0
         found = self.stretches.scores(W, phi, attenuation)
+        white = float(found.birge(np.ones(n)).sum()) / (n - 1)
+        if colour.white_claimed and white < DISAGREE:
+            return white
+        signal = scales.information @ phi @ phi
+        own = signal / (float(signal.sum()) or 1.0)
+        gain, parameters = found.gain(), 10.0
+        if self.free_bias:
+            gain, parameters = gain + float(colour.energies.sum()) * colour.level - float(found.energies.sum()), 16.0
+        energies = np.maximum(colour.energies - own * max(gain, 0.0) / colour.level, 0.0)
+        degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
         length = float(np.median(self.stretches.counts)) + 1.0
-        within = 4.0 * 2.0 ** np.arange(len(colour.energies)) <= length
-        degrees = np.where(within, colour.degrees, 0.0)
-        expected = spectrum(colour.energies, degrees, length, self.free_bias)
-        variance = float(expected[min(int(np.log2(length)), len(expected) - 1)])
-        return float(found.birge(np.full(n, max(variance, 1.0))).sum()) / (n - 1)
+        expected = spectrum(energies, degrees, length, self.free_bias)
+        variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
+        if colour.white_claimed:
+            variance = max(variance, 1.0)
+        return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:
@@ -148,24 +160,18 @@ def exceeds(energies: Array, degrees: Array) -> bool:
     return bool((energies > degrees + CONTRADICTED * np.sqrt(2.0 * degrees))[enough].any())
 
 
-def response_errors(
-    found: Scores, variances: Array, details: Array, phi: Array, effect: Array | None, memory: float
-) -> Array:
+def response_errors(found: Scores, variances: Array, details: Array, phi: Array) -> Array:
     """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
 
-    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late:
-    what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no more than `FADE` an octave.
-    A scale may itself show that its gain is off by less, `LIMIT` standard deviations above what it is off.
-    What errors of the motion explain is not the sensor's: known ones, of `effect` (10, 10) on the information of a
-    sample and lasting `memory` samples; and unknown white ones, which weaken the score of each detail alike.
+    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late,
+    motion that was smoothed: what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no
+    more than `FADE` an octave. A scale may itself show that its gain is off by less, `LIMIT` standard deviations above
+    what it is off. White errors of the motion weaken the score of each detail alike; that is not the sensor's.
     """
-    signal = np.einsum("i,gij,j->g", phi, found.information, phi)
+    signal = found.information @ phi @ phi
     score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
     unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
     explained = max(unknown, 0.0) * details
-    if effect is not None:
-        rho = (memory - 1.0) / (memory + 1.0)
-        explained = np.maximum(explained, float(phi @ effect @ phi) * details * first_order(rho, len(details)))
     score = np.maximum(np.abs(score) - explained, 0.0)
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances

@@ -29,6 +29,8 @@ D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
 LEVEL_FLOOR = 1e-6
 """Least noise that is believed, relative to the wrench: below it are the rounding and the model."""
+POOR_SENSOR = 0.05
+"""Noise of a sensor before anything is known of it, relative to its wrench."""
 FEW = 5.0
 """Samples of which least squares leaves next to nothing."""
 MISFIT = 10.0
@@ -112,6 +114,12 @@ class Samples:
         S = (self.K * R + PRIOR_SAMPLES * np.diag(levels)) / (self.K + PRIOR_SAMPLES)
         return S + np.diag(self.floor**2)
 
+    def unproven(self, enough: int) -> Array:
+        """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor, which
+        errs by the same in all of them."""
+        share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
+        return share * np.diag((POOR_SENSOR / LEVEL_FLOOR * self.floor) ** 2)
+
     def bias(self, phi: Array) -> Array:
         """(6,) the best beside parameters phi."""
         return self.b_mean - self.A_mean @ phi
@@ -194,13 +202,6 @@ class Equations:
         root = _root_of_inverse(V)
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
-
-    def effect_of(self, S_k: Array | None) -> Array | None:
-        """(10, 10) what errors of the accelerations, of variances S_k (6,), put into G for each sample."""
-        if S_k is None:
-            return None
-        rows = (self.whitening @ D).reshape(36, 10)
-        return (rows * np.repeat(S_k, 6)[:, None]).T @ rows
 
     def spent(self, found: Likelihood, covariance: Array) -> Array:
         """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on the fit.

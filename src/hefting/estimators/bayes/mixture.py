@@ -71,6 +71,11 @@ class Mixture:
         off = self.means - self.mean
         return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (off.T * self.weights) @ off
 
+    @property
+    def mass_std(self) -> float:
+        """Standard deviation of the mass [kg]."""
+        return float(self.covariance[0, 0]) ** 0.5
+
     def scaled(self, error: float) -> Self:
         """With a relative error, of this standard deviation, that all ten parameters share."""
         rows = np.concatenate((self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1)

@@ -32,8 +32,3 @@ class MotionErrors:
     def white(self) -> Array | None:
         """(6,) variances of white errors; None where they last, and so count as independent of the motion."""
         return self.variances if self.memory == 1.0 else None
-
-    @property
-    def lasting(self) -> Array | None:
-        """(6,) variances of errors that last; None where they are white, which the likelihood takes out itself."""
-        return self.variances if self.memory > 1.0 else None

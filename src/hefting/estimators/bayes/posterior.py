@@ -42,10 +42,14 @@ class Posterior:
     """variance of the parameters over that with white noise"""
     disagreement: float
     """variance between stretches over what they claim; 0 where there are too few"""
+    response: float
+    """relative error of the body by errors of the wrench in step with the motion"""
     variances: Array | None
     """(J + 1,) of the residuals at each time scale, over that of one sample"""
     noise_known: bool
     """whether there are enough samples to know the noise, or it was given"""
+    coloured: bool
+    """whether the noise was given as white, and the residuals are not"""
     motion: MotionErrors
     """errors of the accelerations"""
     misfit: float
@@ -60,7 +64,11 @@ class Posterior:
     @property
     def noise_found(self) -> dict[str, Any]:
         """What the state told of its noise, for an estimate's provenance."""
-        found: dict[str, Any] = {"autocorrelation": self.autocorrelation, "disagreement": self.disagreement}
+        found: dict[str, Any] = {
+            "autocorrelation": float(self.autocorrelation),
+            "disagreement": float(self.disagreement),
+            "response": float(self.response),
+        }
         if self.motion.variances is not None:
             linear, angular = np.sqrt(self.motion.variances[[0, 3]])
             found |= {"motion_noise": (float(linear), float(angular)), "motion_memory": self.motion.memory}
@@ -102,6 +110,14 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "noise",
             )
         )
+    if posterior.coloured:
+        warnings.append(
+            warning(
+                "noise-coloured",
+                "the residuals are no white noise as was given: without `noise` the intervals would allow for that",
+                "noise",
+            )
+        )
     if posterior.disagreement > DISAGREE:
         warnings.append(
             warning(
@@ -109,6 +125,14 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): "
                 f"its stretches differ {posterior.disagreement**0.5:.1f} times as much as they should; the intervals are "
                 "wider by that",
+            )
+        )
+    if posterior.response > 0.0 and posterior.response * posterior.narrow.mean[0] > posterior.narrow.mass_std:
+        warnings.append(
+            warning(
+                "response-uneven",
+                "fast and slow changes of the wrench contradict each other (is the sensor linear, its clock that of the "
+                f"motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %",
             )
         )
     far = contradiction(posterior, distance)
