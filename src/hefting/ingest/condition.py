@@ -35,7 +35,7 @@ from hefting.spatial import STANDARD_GRAVITY, Array, frozen
 
 MOST_SAMPLES = 100_000
 """Samples that are looked at one by one; of longer recordings blocks stand for them until the fit is done."""
-MOST_BLOCKS = 20_000
+MOST_BLOCKS = 10_000
 """Blocks worked on; of longer recordings only so many, evenly chosen."""
 FEWEST = 12
 """Samples below which there is nothing to condition."""

@@ -22,6 +22,7 @@ import numpy as np
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.path import MOTION, WORLD, Path, Reading
+from hefting.lapack import lapack
 from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
 from hefting.regressor import FULL_MAP
 from hefting.spatial import Array, Mask
@@ -41,6 +42,9 @@ SMALLEST_RESIDUAL = 1e-9
 """Of the wrench: residuals are not trusted to be smaller."""
 OPEN = 1e-11
 """Eigenvalues of the scaled normal equations below this part of the largest count as undetermined."""
+WELL_DETERMINED = 1e-6
+"""Square of the ratio of a Cholesky factor's pivots above which no eigenvalue is near `OPEN`: their product, of some
+hundred unknowns, would have to be."""
 FULL = FULL_MAP.reshape(12, 6, 10)
 
 
@@ -228,6 +232,12 @@ def invert(N: Array) -> tuple[Array, Mask]:
     usable = length > 1e-150
     length = np.where(usable, length, 1.0)
     scaled = N / length / length[:, None]
+    factor, failed = lapack.dpotrf(scaled, lower=1)
+    pivots = factor.diagonal()
+    if not failed and usable.all() and (pivots.min() / pivots.max()) ** 2 > WELL_DETERMINED:
+        inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
+        inverse += np.tril(inverse, -1).T
+        return inverse / length / length[:, None], np.zeros(len(N), dtype=bool)
     values, vectors = np.linalg.eigh(scaled)
     good = values > OPEN * values[-1] if values[-1] > 0.0 else np.zeros(len(values), dtype=bool)
     kept = vectors[:, good] / np.sqrt(values[good])

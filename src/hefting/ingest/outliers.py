@@ -24,6 +24,8 @@ FLOOR = 0.04
 """Of the wrench's changes: an imperfect sensor errs as much, and is not an outlier for that."""
 TIMING = 0.003
 """s of its rate of change, likewise: sensors lag and ring."""
+PLENTY = 20_000
+"""Rows that tell a median to a hundredth of a standard deviation."""
 LEAST = 1e-12
 """N, N m: no wrench is known better."""
 MOST = 0.6
@@ -150,9 +152,10 @@ def _running(values: Array, weights: Array, span: int) -> Array:
 
 
 def _spread(values: Array) -> Array:
-    """(2,) robust standard deviations of force and torque."""
+    """(2,) robust standard deviations of force and torque, of `PLENTY` rows at most."""
     if not len(values):
         return np.zeros(2)
+    values = values[:: -(-len(values) // PLENTY)]
     return 1.4826 * np.median(np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1), axis=1)
 
 
