@@ -5,8 +5,8 @@ import pytest
 
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.identification import identify
-from hefting.messages import codes
 from hefting.measurements import NOISE_LEVELS, Noise
+from hefting.messages import codes
 from hefting.preparation import prepare
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield

@@ -34,7 +34,7 @@ class MotionNoise:
     angular: float
     """The same of the angular acceleration [rad/s²]."""
     memory: float = 0.0
-    """Time over which those errors last [s]; 0 for white noise. pi over the bandwidth [rad/s] of a filter or smoother."""
+    """Time over which those errors last [s]: 0 for white noise, pi over the bandwidth [rad/s] of a filter."""
 
     def __post_init__(self):
         for name in ("linear", "angular", "memory"):

@@ -73,9 +73,7 @@ def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, A
     one = (1.0 + SIZES[:, None, None] * each).reshape(-1, levels + 1)
     pairs = [(i, k) for i in range(len(times)) for k in range(i + 2, len(times))]
     coarse = SIZES[::2]
-    two = [
-        1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None] for i, k in pairs
-    ]
+    two = [1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None] for i, k in pairs]
     parts = [np.ones((1, levels + 1)), one]
     prior = [np.array((LIKELY_WHITE,)), np.full(len(one), LIKELY_ONE / len(one))]
     if two:
@@ -88,7 +86,7 @@ def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, A
 
 def first_order(rho: float, levels: int) -> Array:
     """(levels,) variance of Haar details of a first-order process of variance 1."""
-    m = 2.0 ** np.arange(levels + 1)
+    m = np.exp2(np.arange(levels + 1, dtype=float))
     S = _sums(rho, m)
     return (4.0 * S[:-1] - S[1:]) / (2.0 * m[:-1])
 
