@@ -13,7 +13,7 @@ import hefting
 ROOT = Path(hefting.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = [
-    {"errors", "lapack"},
+    {"errors", "lapack", "messages"},
     {"spatial", "files", "quantity"},
     {"inertia"},
     {"metrics", "recording", "measurements", "accuracy"},
