@@ -56,7 +56,9 @@ def runs(speed: float, seed: int, duration: float = DURATION) -> dict[str, list[
         for setting, window, z, motion in seen(observed):
             z = informed(setting, z, motion)
             bayes = Bayes(subject.shape)
-            found[setting].append(compared(subject, bayes, z, least_errors(subject, exact.measurements[window], motion)))
+            found[setting].append(
+                compared(subject, bayes, z, least_errors(subject, exact.measurements[window], motion))
+            )
     return found
 
 

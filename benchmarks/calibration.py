@@ -1,7 +1,7 @@
 """`python -m benchmarks.calibration [--objects N] [--runs N] [--cases ...]`: how often Bayes' intervals hold the truth.
 
-`--streamed`: samples come a few at a time, white or coloured, and the state alone must know its noise; it is looked at on
-the way and at the end.
+`--streamed`: samples come a few at a time, white or coloured, and the state alone must know its noise; it is looked
+at on the way and at the end.
 
 Random bodies of six kinds (`benchmarks.bodies`), each wielded several times: three kinds of motion, 150 to 1,000
 samples, three noise levels. Shares of 95 % and 50 % intervals of mass, COM and inertia about the sensor that hold the
@@ -85,8 +85,10 @@ def streams(bodies: list, runs: int, seed: int) -> None:
                 continue
             groups = [100.0 * held[:, part].mean() for part in (slice(1), slice(1, 4), slice(4, 10))]
             width = np.median([run.widths for run in found[name]], axis=0)
-            print(f"{case:10}{name:>8}{len(held):7}{100.0 * held.mean():12.1f}   "
-                  f"{' '.join(f'{g:.1f}' for g in groups):22} {' '.join(f'{w:.2g}' for w in width)}", flush=True)  # fmt: skip
+            shares, widths = (
+                " ".join(f"{x:{how}}" for x in values) for values, how in ((groups, ".1f"), (width, ".2g"))
+            )
+            print(f"{case:10}{name:>8}{len(held):7}{100.0 * held.mean():12.1f}   {shares:22} {widths}", flush=True)
 
 
 if __name__ == "__main__":

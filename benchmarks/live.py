@@ -7,65 +7,10 @@ wrench's sign and a coarse box; the bias is found with the object. Prints how es
 
 import argparse
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-
-import numpy as np
-
-from hefting.estimate import Estimate
-from hefting.estimators import Bayes
-from hefting.logs import read_log
-from hefting.motion import PoseFilter
-from hefting.recording import Recording
-from hefting.shapes import PointMasses
-from hefting.spatial import Array
-
-TUNING = 1.0
-"""Time at the start, in which the filter is tuned [s]; it then sees those samples again."""
-PIECE = 50
-"""Samples that come at once."""
-GRAVITY = (0.0, 0.0, -9.81)
-BOX = (-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
-"""What is known of the object: a box [m] in sensor axes."""
-
-
-@dataclass(frozen=True)
-class Stream:
-    """Raw samples: time (K,) [s], position (K, 3) [m], orientation (K, 4) xyzw, wrench (K, 6) on the object."""
-
-    time: Array
-    position: Array
-    orientation: Array
-    wrench: Array
-
-    @classmethod
-    def of(cls, recording: Recording, sign: float = 1.0) -> "Stream":
-        """Of a recording whose poses and wrenches were sampled together."""
-        position, orientation, wrench = (recording[name] for name in ("position", "orientation", "wrench"))
-        return cls(wrench.time, position.values, orientation.values, sign * wrench.values)
-
-
-def replayed(stream: Stream, estimator: Bayes, every: float = 0.5) -> Iterator[tuple[float, Estimate]]:
-    """Time [s] since the start and the estimate, `every` so many seconds; the last one of all samples."""
-    time = stream.time - stream.time[0]
-    first = int(np.searchsorted(time, TUNING))
-    tuned = PoseFilter.tuned(stream.time[:first], stream.position[:first], stream.orientation[:first])
-    state, poses, estimate, due = estimator.start(), tuned.start(), None, every
-    for begin in range(0, len(time), PIECE):
-        new = slice(begin, begin + PIECE)
-        poses, motion = tuned.update(poses, stream.time[new], stream.position[new], stream.orientation[new])
-        near = slice(max(begin - 10 * PIECE, 0), begin + PIECE)
-        samples = motion.measurements(stream.time[near], stream.wrench[near], GRAVITY)
-        state = estimator.update(state, samples)
-        now = float(time[min(new.stop, len(time)) - 1])
-        if state.samples and (now >= due or new.stop >= len(time)):
-            estimate = estimator.estimate(state, start=estimate)
-            due += every
-            yield now, estimate
 
 
 def main() -> None:
@@ -77,6 +22,12 @@ def main() -> None:
     parser.add_argument("--until", default="mass=1%,com=2mm,inertia=20%")
     parser.add_argument("--every", type=float, default=0.5, help="s between estimates")
     arguments = parser.parse_args()
+
+    from benchmarks.live_replay import BOX, Stream, replayed
+    from hefting.estimators import Bayes
+    from hefting.logs import read_log
+    from hefting.shapes import PointMasses
+
     for file in arguments.files:
         stream = Stream.of(read_log(file))
         estimator = Bayes(PointMasses.from_box(*BOX), bias="estimate", until=arguments.until)

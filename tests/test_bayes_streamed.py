@@ -1,4 +1,4 @@
-"""Bayes on streams: what its state knows of the noise, however the samples come, and what that does to the intervals."""
+"""Bayes on streams: what its state knows of the noise, however samples come, and what that does to the intervals."""
 
 from dataclasses import replace
 
@@ -49,8 +49,11 @@ def test_how_samples_are_cut_makes_no_difference(rho, bias):
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_merged_states_know_as_much_as_one_pass(rho):
-    """Blocks that span the two parts are lost: as if the noise were known a little less well. Mass and first moment move
-    by a tenth of a deviation at most, the inertia, where the prior speaks, by a half; widths by a third."""
+    """Blocks that span the two parts are lost: as if the noise were known a little less well.
+
+    Mass and first moment move by a tenth of a deviation at most, the inertia, where the prior speaks, by a half; widths
+    by a third.
+    """
     z, estimator = coloured(2, rho), Bayes(shape())
     whole = estimator.fit(z)
     for cut in (333, 500, 871):

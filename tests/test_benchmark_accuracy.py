@@ -18,7 +18,7 @@ from benchmarks.cramer_rao import Scale, bound
 
 from hefting.errors import NotIdentifiableError
 from hefting.estimate import Estimate
-from hefting.estimators import OLS, PMD
+from hefting.estimators import OLS, PMD, Bayes
 from hefting.inertia import InertialParameters
 from hefting.measurements import Measurements, Noise
 from hefting.metrics import errors_between

@@ -17,6 +17,7 @@ _HOME = {
     "Measurements": "measurements",
     "Noise": "measurements",
     "NOISE_LEVELS": "measurements",
+    "MotionNoise": "measurements",
     "measure": "motion",
     "smooth": "motion",
     "PoseFilter": "motion",

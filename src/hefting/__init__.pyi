@@ -23,6 +23,7 @@ from hefting.logs import read_log as read_log
 from hefting.logs import write_log as write_log
 from hefting.measurements import NOISE_LEVELS as NOISE_LEVELS
 from hefting.measurements import Measurements as Measurements
+from hefting.measurements import MotionNoise as MotionNoise
 from hefting.measurements import Noise as Noise
 from hefting.metrics import errors_between as errors_between
 from hefting.moments import Moments as Moments

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from math import isfinite
 from typing import Self
 
 import numpy as np
@@ -33,7 +34,7 @@ class MotionNoise:
     angular: float
     """The same of the angular acceleration [rad/s²]."""
     memory: float = 0.0
-    """Time over which those errors last [s]; 0 for white noise. pi over the bandwidth [rad/s] of a filter or smoother."""
+    """Time over which those errors last [s]: 0 for white noise, pi over the bandwidth [rad/s] of a filter."""
 
     def __post_init__(self):
         for name in ("linear", "angular", "memory"):
@@ -82,18 +83,23 @@ class Measurements:
     """errors of the accelerations, where known; None: none, or those of `noise`"""
 
     def __post_init__(self):
+        count = None
         for name, dimensions in DIMENSIONS.items():
             values = getattr(self, name)
             if values is None:
                 continue
             array = frozen(values, dimensions)
-            object.__setattr__(self, name, array)
-            shape = (len(self.time),) if array.ndim == 1 else (len(self.time), 3)
-            if array.shape != shape:
+            if array is not values:
+                object.__setattr__(self, name, array)
+            if count is None:
+                count = len(array)
+            if array.shape != ((count,) if array.ndim == 1 else (count, 3)):
+                shape = (count,) if array.ndim == 1 else (count, 3)
                 raise InputError(f"has shape {array.shape}, expected {shape}", where=f"Measurements.{name}")
-            if not np.isfinite(array).all():
-                row = int(np.argwhere(~np.isfinite(array))[0][0])
-                raise InputError(f"sample {row} is not finite", where=f"Measurements.{name}")
+            if not isfinite(np.add.reduce(array, axis=None)):  # quick; a sum may overflow where no sample does
+                rows = np.argwhere(~np.isfinite(array))
+                if len(rows):
+                    raise InputError(f"sample {int(rows[0][0])} is not finite", where=f"Measurements.{name}")
         if self.weights is not None and (self.weights < 0.0).any():
             raise InputError("a weight is negative", where="Measurements.weights")
 

@@ -87,10 +87,14 @@ class Moments:
         if scale is not None:
             x = x * scale[:, None]
         factor = self.factor
-        for first in range(0, len(x), BLOCK):
-            factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[0]
-        start = min(self.start, float(np.minimum.reduce(time)))
-        end = max(self.end, float(np.maximum.reduce(time)))
+        if len(x) == 1:
+            factor = lapack.dtpqrt(0, REFLECTORS, factor, x)[0]
+            first = last = float(time[0])
+        else:
+            for first in range(0, len(x), BLOCK):
+                factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[0]
+            first, last = float(np.minimum.reduce(time)), float(np.maximum.reduce(time))
+        start, end = min(self.start, first), max(self.end, last)
         return type(self)(factor, self.samples + len(time), start, end)
 
     def merge(self, other: "Moments") -> Self:

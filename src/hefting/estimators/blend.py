@@ -58,9 +58,10 @@ class Blend:
         if isinstance(weight, float) and weight == 0.0:
             return type(self)(self.reduced.fold_features(x, time), self.full, samples, record)
         w = np.asarray(weight, dtype=float)
-        if w.shape not in ((), time.shape) or not ((w >= 0.0) & (w <= 1.0)).all():
+        if w.shape not in ((), time.shape) or (w.size and not 0.0 <= w.min() <= w.max() <= 1.0):
             raise InputError(f"weights are one number or one for each of {len(time)} samples, from 0 to 1")
-        w = np.broadcast_to(w, time.shape)
+        if not w.shape:
+            w = np.full(time.shape, w)
         reduced, full = self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w)
         return type(self)(reduced, full, samples, record)
 

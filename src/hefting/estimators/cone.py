@@ -95,7 +95,7 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
             continue
         floor = FLOOR * scale
         lowest, base, length = upper, s, 1.0
-        fixed = np.maximum(s * np.clip(norms, 0.05, 20.0), floor)
+        fixed = np.maximum(s * np.minimum(np.maximum(norms, 0.05), 20.0), floor)
         s = newton = _secular(s, norms, bounded.curvature(), floor)
     return ConeSolution(masses, feasible, s[:2], bound, total)
 
@@ -108,16 +108,18 @@ def _secular(s: Array, norms: Array, G: Array, floor: float) -> Array:
     """
     free, step = norms > 1e-9, floor - s
     while True:
-        H, right = G + 1e-12 * np.diag(G.diagonal()), norms * norms * (norms - 1.0)
-        if not free.all():
+        H, right = G.copy(), norms * norms * (norms - 1.0)
+        H.ravel()[:: len(s) + 1] *= 1.0 + 1e-12
+        if not np.logical_and.reduce(free):
             held = ~free
             right -= G[:, held] @ step[held]
             H[held], H[:, held], right[held] = 0.0, 0.0, step[held]
             H[held, held] = 1.0
         step = lapack.dgesv(H, right)[2]
-        low = free & (s + step < floor)
-        if not low.any():
-            return np.clip(s + step, 1e-4 * s, 20.0 * s)
+        new = s + step
+        low = free & (new < floor)
+        if not np.logical_or.reduce(low):
+            return np.minimum(np.maximum(new, 1e-4 * s), 20.0 * s)
         step[low] = floor - s[low]
         free &= ~low
 

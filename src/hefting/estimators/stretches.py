@@ -1,6 +1,7 @@
 """Stretches: the samples in four to eight consecutive parts, so that they can be held against one another."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -51,7 +52,7 @@ class Stretches:
         parts += [*zip(other.factors, other.counts, strict=True), (other.open_factor, other.open_count)]
         parts = [part for part in parts if part[1]]
         while len(parts) >= MOST:  # the two neighbours that are shortest together
-            sizes = [first[1] + second[1] for first, second in zip(parts[:-1], parts[1:], strict=True)]
+            sizes = [first[1] + second[1] for first, second in pairwise(parts)]
             at = int(np.argmin(sizes))
             parts[at : at + 2] = [_joined(parts[at], parts[at + 1])]
         length = max(self.length, other.length)

@@ -41,7 +41,7 @@ class TimeRecord:
         scales, stretches = self.scales.fold(rows[:whole]), self.stretches.fold(rows[:whole])
         return type(self)(scales, stretches, rest, count - whole, motion)
 
-    def merge(self, later: "TimeRecord") -> Self:
+    def merge(self, later: "TimeRecord") -> "TimeRecord":
         """With that of other samples; what follows continues the `later` ones."""
         motion = tuple(mine + theirs for mine, theirs in zip(self.motion, later.motion, strict=True))
         if not self.buffered and not self.scales.counts:

@@ -75,10 +75,9 @@ class Motion:
             raise InputError(f"has shape {values.shape}, expected {(len(time), 6)}", where="wrench")
         if g_world.shape != (3,):
             raise InputError(f"has shape {g_world.shape}, expected (3,)", where="gravity")
-        known = np.isfinite(self.angular_acceleration).all(axis=1)
-        if len(time):
-            known &= (self.time >= time[0]) & (self.time <= time[-1])
-        motion = self[known & bool(len(time))]
+        first, last = (time[0], time[-1]) if len(time) else (np.inf, -np.inf)
+        known = np.isfinite(self.angular_acceleration).all(axis=1) & (self.time >= first) & (self.time <= last)
+        motion = self[np.flatnonzero(known)]
         at = motion.time
         aligned = np.column_stack([np.interp(at, time, column) for column in values.T]) if len(at) else np.empty((0, 6))
         still = np.zeros((len(at), 3))

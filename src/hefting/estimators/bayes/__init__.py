@@ -154,16 +154,15 @@ class Bayes(Estimator):
         samples, time = Samples.of(state, self.bias == "estimate"), TimeSamples.of(state, self.bias == "estimate")
         _require_information(samples, state)
         known, motion = self._levels(state)
-        rough = samples.mass_scale(float((samples.least_residual if known is None else known)[:3, :3].trace() / 3.0) ** 0.5)
+        level = samples.least_residual if known is None else known
+        rough = samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
         phi = rough * self._prior.mean if start is None else start.parameters.vector
-        R = at = left = None
+        at, left = phi, level  # where the noise is judged, and the covariance of the residuals there
         if known is None:
-            at, left = (samples.least_squares, samples.least_residual)
-            if start is not None:
-                at, left = phi, samples.residual_covariance(phi)
-            R = samples.limited_to_noise(left)
+            at, left = (samples.least_squares, level) if start is None else (phi, samples.residual_covariance(phi))
+            level = samples.limited_to_noise(left)
         autocorrelation = 1.0
-        S = self._covariance(samples, phi, known, R, motion, autocorrelation)
+        S = self._covariance(samples, phi, known, level, motion, autocorrelation)
         excess, contradicted, count, P = 1.0, False, 0, None
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
@@ -172,10 +171,9 @@ class Bayes(Estimator):
             equations = Equations.of(samples, phi, excess * S, motion.white)
             colour = None
             if time is not None and known is None:
-                P = np.linalg.pinv(equations.G, rcond=1e-12, hermitian=True) if P is None else P
+                P = equations.inverse if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-                level = max(float(np.trace(np.linalg.solve(excess * S, left))) / 6.0, 1e-12)
-                colour = time.colour(scores, equations.G, P, level, False)
+                colour = time.colour(scores, equations.G, P, _mean_square(excess * S, left), False)
             found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             own = mixture = Mixture.of(placed.prior, scale, found)
@@ -193,7 +191,7 @@ class Bayes(Estimator):
                 S = self._covariance(samples, phi, known, samples.limited_to_noise(left), motion, autocorrelation)
             else:
                 S = self._covariance(samples, phi, known, left, motion, autocorrelation)
-                ratio = float(np.trace(np.linalg.solve(S, left))) / 6.0
+                ratio = _mean_square(S, left)
                 contradicted = ratio > 1.0 + CONTRADICTED * (autocorrelation / (3.0 * samples.K)) ** 0.5
                 excess = max(ratio / samples.excess_over_noise(left), 1.0) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
@@ -208,8 +206,7 @@ class Bayes(Estimator):
             scores = time.scales.scores(equations.whitening, at, equations.attenuation)
             if colour is None:
                 P = equations.spent(equations.white(), own.covariance)
-                level = max(float(np.trace(np.linalg.solve(before, left))) / 6.0, 1e-12)
-                colour = time.colour(scores, equations.G, P, level, True)
+                colour = time.colour(scores, equations.G, P, _mean_square(before, left), True)
             else:
                 response = time.response(scores, equations.G, at, colour)
             disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
@@ -232,7 +229,7 @@ class Bayes(Estimator):
             disagreement=disagreement,
             response=response,
             variances=None if colour is None else colour.variances,
-            noise_known=known is not None or state.samples >= FEWEST,
+            noise_known=known is not None or (state.record is not None and state.samples >= FEWEST),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=found.misfit(phi),
@@ -271,6 +268,11 @@ class Bayes(Estimator):
             E = motion_effect(phi)
             S = S + times / autocorrelation * (E * motion.variances) @ E.T
         return S
+
+
+def _mean_square(S: Array, R: Array) -> float:
+    """Mean square of residuals of covariance R (6, 6), whitened by S (6, 6)."""
+    return max(float(np.trace(np.linalg.solve(S, R))) / 6.0, 1e-12)
 
 
 def _require_information(samples: Samples, state: Blend) -> None:

@@ -98,7 +98,7 @@ class TimeSamples:
         """Of the noise that leaves what `found` says of the scales.
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
-        residuals' mean square is `level`: less than 1 where more is allowed for, such as errors of the motion that last.
+        residuals' mean square is `level`: less than 1 where more is allowed for, such as lasting errors of the motion.
         Noise that is claimed to be white counts as white.
         """
         spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
@@ -114,7 +114,9 @@ class TimeSamples:
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
         exceeds_claim = white_claimed and exceeds(energies, degrees)
-        return Colour(noise, max(average, 1.0), variances, level * fitted, energies, degrees, level, white_claimed, exceeds_claim)
+        return Colour(
+            noise, max(average, 1.0), variances, level * fitted, energies, degrees, level, white_claimed, exceeds_claim
+        )
 
     def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
         """Relative error of the whole body by errors of the wrench in step with the motion (`response_errors`)."""
@@ -123,9 +125,7 @@ class TimeSamples:
         errors = response_errors(found, colour.variances[:-1], self.scales.counts, phi)
         return float(errors @ signal) / (float(signal.sum()) or 1.0)
 
-    def disagreement(
-        self, W: Array, phi: Array, attenuation: Array | None, scales: Scores, colour: Colour
-    ) -> float:
+    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, scales: Scores, colour: Colour) -> float:
         """Variance of mass and first moment between stretches over what each claims (Birge 1932).
 
         About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse

@@ -42,8 +42,8 @@ class Groups:
         return cls(A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float))
 
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
-        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10, 10) a sample is what the motion's
-        white noise puts into G."""
+        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10, 10) a sample is what white
+        noise of the motion puts into G."""
         g = len(self.counts)
         A = np.ascontiguousarray((W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)).reshape(g, -1, 10)
         b = np.ascontiguousarray((W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)).reshape(g, -1)

@@ -208,15 +208,13 @@ class Equations:
 
         G^-1 where the samples alone decide; less where the prior, with the posterior `covariance` (10, 10), does.
         """
-        values, vectors = np.linalg.eigh(self.G / np.outer(*2 * (self._units,)))
-        kept = values > 1e-12 * values[-1]
-        root = vectors[:, kept] / np.sqrt(values[kept]) / self._units[:, None]
-        return root @ root.T @ (found.precision @ covariance)
+        return self.inverse @ (found.precision @ covariance)
 
     @property
-    def _units(self) -> Array:
-        units = np.sqrt(np.maximum(self.G.diagonal(), 0.0))
-        return np.where(units > 0.0, units, 1.0)
+    def inverse(self) -> Array:
+        """(10, 10) G^+"""
+        root = _root_of_inverse(self.G)
+        return root.T @ root
 
     def white(self, wider: float = 1.0) -> Likelihood:
         """With white noise, whose variance is so many times as large as claimed."""

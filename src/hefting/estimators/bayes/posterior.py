@@ -122,17 +122,17 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
         warnings.append(
             warning(
                 "stretches-disagree",
-                "the recording contradicts its own model (is the sensor linear, its bias constant, the object fixed?): "
-                f"its stretches differ {posterior.disagreement**0.5:.1f} times as much as they should; the intervals are "
-                "wider by that",
+                "the recording contradicts its own model (is the sensor linear, its bias constant, the object "
+                f"fixed?): its stretches differ {posterior.disagreement**0.5:.1f} times as much as they should; the "
+                "intervals are wider by that",
             )
         )
     if posterior.response > 0.0 and posterior.response * posterior.narrow.mean[0] > posterior.narrow.mass_std:
         warnings.append(
             warning(
                 "response-uneven",
-                "fast and slow changes of the wrench contradict each other (is the sensor linear, its clock that of the "
-                f"motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %",
+                "fast and slow changes of the wrench contradict each other (is the sensor linear, its clock that of "
+                f"the motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %",
             )
         )
     far = contradiction(posterior, distance)

@@ -86,7 +86,7 @@ def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, A
 
 def first_order(rho: float, levels: int) -> Array:
     """(levels,) variance of Haar details of a first-order process of variance 1."""
-    m = 2.0 ** np.arange(levels + 1)
+    m = np.exp2(np.arange(levels + 1, dtype=float))
     S = _sums(rho, m)
     return (4.0 * S[:-1] - S[1:]) / (2.0 * m[:-1])
 
