@@ -47,8 +47,11 @@ class Bayes(Estimator):
 
     The likelihood knows noise in wrench and motion (`likelihood`), the prior the shape (`prior`); how much the density
     varies is integrated out. The estimate is the non-negative mass distribution nearest to the posterior mean. The
-    more the motion tells, the less the shape matters; where it tells little, the intervals say so. The wrench's scale
-    does not matter where the noise is found.
+    more the motion tells, the less the shape matters; where it tells little, the intervals say so.
+
+    What is not given of the noise the state finds (`colour`): its size, how long it lasts, and whether parts of the
+    record agree. Samples come in order of time. The wrench's scale does not matter where the noise is found; the order
+    of samples, and how states are merged, where it is given.
     """
 
     needs = "a shape"
@@ -65,8 +68,8 @@ class Bayes(Estimator):
     shape_std: float | None = None
     """How well the shape itself is known, as a share of its size; None: as it says (`PointMasses.shape_std`)."""
     noise: WrenchNoise = None
-    """Known noise of the wrench: levels, with those of white noise in the accelerations, or a covariance (6, 6). None:
-    found from the residuals."""
+    """Known white noise of the wrench: levels, with those of the accelerations where samples do not tell them
+    (`Measurements.motion_noise`), or a covariance (6, 6). None: found from the residuals, with its colour."""
     systematic: Array | None = None
     """Covariance (10, 10) of an error in the parameters that more samples do not lessen: that of a tool whose wrench
     was subtracted, or of gravity's direction."""

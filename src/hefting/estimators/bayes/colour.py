@@ -30,6 +30,8 @@ FEWEST_DEGREES = 12.0
 """Degrees of freedom of an energy that may contradict a claim."""
 CONTRADICTED = 5.0
 """Standard deviations by which residuals may exceed noise that is claimed."""
+LEAST = 0.01
+"""Least noise of a stretch over what is allowed for: residuals of noise-free samples are rounding, and no doubt."""
 LIMIT = 2.0
 """Standard deviations within which a scale's own gain limits the error that faster scales suggest."""
 FADE = 0.5 ** (1.0 / 3.0)
@@ -149,8 +151,7 @@ class TimeSamples:
         length = float(np.median(self.stretches.counts)) + 1.0
         expected = spectrum(energies, degrees, length, self.free_bias)
         variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
-        if colour.white_claimed:
-            variance = max(variance, 1.0)
+        variance = max(variance, 1.0 if colour.white_claimed else LEAST)
         return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
@@ -188,4 +189,4 @@ def response_errors(found: Scores, variances: Array, details: Array, phi: Array)
 def _means(factors: Array) -> Array:
     """(g, 22) weighted mean features of triangular factors (g, 22, 22)."""
     ones = factors[:, :, ONE]
-    return np.einsum("gi,gij->gj", ones, factors) / np.einsum("gi,gi->g", ones, ones)[:, None]
+    return np.einsum("gi,gij->gj", ones, factors) / np.maximum((ones * ones).sum(axis=1), 1e-300)[:, None]
