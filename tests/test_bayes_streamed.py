@@ -171,6 +171,6 @@ def test_spectra_of_known_noise_are_found():
     d = 6.0 * np.array([2000.0, 1000, 500, 250, 125, 62, 31, 15, 7, 3, 1])
     for rho in (0.0, 0.5, 0.9, 0.97):
         v = first_order(rho, len(d) + 1)
-        found = spectrum(v[:-1] * d, d, 4000.0)
+        found = spectrum(v[:-1] * d, d, 4000.0)[0]
         assert (np.abs(np.log2(found[:-1] / v[:-1])) < 1.0).all(), rho
         assert found[-1] > 0.7 * v[-1]

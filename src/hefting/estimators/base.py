@@ -47,7 +47,7 @@ class Estimator:
     keeps_time_record: ClassVar[bool] = False
     """Whether its state keeps how the samples followed one another (`TimeRecord`), to judge their noise."""
     depends_on_count: ClassVar[bool] = False
-    """Whether twice as many samples of the same would change the estimate: averages then weigh as many as they are of."""
+    """Whether twice as many of the same samples would change the estimate: averages then weigh as many as they are."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""

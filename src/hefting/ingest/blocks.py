@@ -93,13 +93,13 @@ def medians(wrench: Array, starts: Indices | None) -> Array:
 
 
 def within_blocks(blocks: Blocks, wrench: Array, kept: Mask | None = None) -> Array:
-    """(2,) mean square of force and torque of the samples (K, 6) about the mean of their block, one axis each.
+    """(6, 6) covariance of the samples of the wrench (K, 6) about the mean of their block.
 
     `kept` (K,) are those the blocks average; all by default.
     """
     if blocks.starts is None:
-        return np.zeros(2)
-    square = (wrench - np.repeat(blocks.wrench, np.diff(np.append(blocks.starts, len(wrench))), axis=0)) ** 2
+        return np.zeros((6, 6))
+    apart = wrench - np.repeat(blocks.wrench, np.diff(np.append(blocks.starts, len(wrench))), axis=0)
     if kept is not None:
-        square = square[kept]
-    return square.sum(axis=0).reshape(2, 3).sum(axis=1) / max(3.0 * len(square), 1.0)
+        apart = apart[kept]
+    return apart.T @ apart / max(len(apart), 1)

@@ -80,7 +80,7 @@ class Ingested:
     noise: Noise
     """Root-mean-square residuals of `fit`, of one sample of the log."""
     within: Array
-    """(2,) mean square of force and torque within the averages: what to add to a residual to compare it with `noise`"""
+    """(6, 6) covariance of the wrench within the averages: what to add to a residual's to compare it with `noise`"""
     systematic: Array | None
     """(10, 10) covariance of what the tool and gravity's direction put into it, the same for all samples; None where
     nothing."""
@@ -173,7 +173,12 @@ def ingest(
         what = "a bias given, or none, leaves its drift in: `bias`='estimate' removes it"
         warnings.append(warning("drift-left-in", what, "bias"))
 
-    z = replace(z, weights=_weights(found, measured, counts), motion_noise=_motion_noise(measured))
+    z = replace(
+        z,
+        weights=_weights(found, measured, counts),
+        motion_noise=_motion_noise(measured),
+        averaged_noise=within if within.any() else None,
+    )
     state = Blend.of(z)
     beside = free_fit(state, True, found.inflation)
     alone = free_fit(state, False, found.inflation)
@@ -227,16 +232,16 @@ def ingest(
 
 def residual_size(residual: Array, counts: Array, within: Array) -> Array:
     """(2,) root mean square of force and torque, of one axis and one sample of the log, from the residual (K, 6) of
-    averages over so many samples (K,) and the mean square (2,) `within` them."""
-    square = counts @ np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2) / max(3.0 * float(counts.sum()), 1e-300)
-    return np.sqrt(square + within)
+    averages over so many samples (K,) and the covariance (6, 6) `within` them."""
+    square = counts @ residual**2 / max(float(counts.sum()), 1e-300) + within.diagonal()
+    return np.sqrt(square.reshape(2, 3).mean(axis=1))
 
 
 def measured_blocks(
     recording: Recording, found: Conditioned, motion: Source, drift: bool = True
 ) -> tuple[Measured, Array, Array]:
     """Motion and wrench put right, averaged where the sensor is fast; how many samples each row stands for (K,); and
-    the mean square (2,) of the wrench within the averages. The `drift` of the bias is removed."""
+    the covariance (6, 6) of the wrench within the averages. The `drift` of the bias is removed."""
     corrected = found.corrected(recording, drift)
     wrench = corrected["wrench"]
     smooth = not recording.static and motion in ("auto", "smooth") and found.curves is not None
@@ -244,7 +249,7 @@ def measured_blocks(
     blocks = Blocks.of(wrench.time, wrench.values, smooth=smooth)
     if blocks.starts is None:
         measured = measure(corrected, found.gravity, motion, found.curves)
-        return measured, np.ones(len(measured.measurements)), np.zeros(2)
+        return measured, np.ones(len(measured.measurements)), np.zeros((6, 6))
     averaged = Stream(blocks.time, blocks.wrench, np.arange(1, len(blocks) + 1))
     averaged_log = replace(corrected, streams={**corrected.streams, "wrench": averaged})
     measured = measure(averaged_log, found.gravity, motion, found.curves, counts=blocks.count)

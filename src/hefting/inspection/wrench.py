@@ -69,8 +69,8 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
     left = z.wrench - explained if fit.bias is None else z.wrench - explained - fit.bias
     channels = {}
     parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
-    for (name, unit, part), within in zip(parts, found.within, strict=True):
-        square = found.counts @ left[:, part] ** 2 / found.counts.sum() + within
+    for name, unit, part in parts:
+        square = found.counts @ left[:, part] ** 2 / found.counts.sum() + found.within.diagonal()[part]
         channels[name] = Channels(unit, _rms(explained[:, part]), np.sqrt(square))
     if found.motion is not None:
         channels |= _motion_channels(found.motion)

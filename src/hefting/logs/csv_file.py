@@ -175,7 +175,7 @@ class CsvTable:
 
 
 def _numbers(array: "pa.Array") -> Array:
-    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy` would import pandas, if installed."""
+    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy` would import pandas if it can."""
     return np.frombuffer(array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset)
 
 

@@ -158,9 +158,7 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
     return stream[known], motion[known]
 
 
-def _refitted(
-    curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int
-) -> Curve:
+def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int) -> Curve:
     """The curve through its own samples and measured derivatives z of known variance.
 
     Its smoothness is found in the first round, kept on the way, and looked for near that in the last.

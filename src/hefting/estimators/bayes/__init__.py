@@ -177,7 +177,9 @@ class Bayes(Estimator):
                 P = equations.inverse if P is None else P
                 scores = time.scales.scores(equations.whitening, at, equations.attenuation)
                 colour = time.colour(scores, equations.G, P, _mean_square(excess * S, left), False)
-            found = equations.white() if colour is None else equations.likelihood(colour.noise + equations.products)
+            found = (
+                equations.white() if colour is None else equations.likelihood(colour.noise_seen + equations.products)
+            )
             autocorrelation = 1.0 if colour is None else colour.autocorrelation
             own = mixture = Mixture.of(placed.prior, scale, found)
             P = None if known is not None else equations.spent(found, mixture.covariance)
@@ -213,8 +215,9 @@ class Bayes(Estimator):
             else:
                 response = time.response(scores, equations.G, at, colour)
             disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
-            if disagreement > DISAGREE:
-                wider = equations.likelihood(disagreement * (colour.noise + equations.products))
+            times = disagreement if disagreement > DISAGREE else 1.0
+            if known is None or times > 1.0:
+                wider = equations.likelihood(times * (colour.noise + equations.products))
                 if self.systematic is not None:
                     wider = wider.blurred(self.systematic)
                 wide = Mixture.of(placed.prior, scale, wider)

@@ -44,7 +44,9 @@ class Colour:
     """Noise of a record by time scale, at one body and one covariance of the wrench."""
 
     noise: Array
-    """(10, 10) covariance of the score of all samples, coloured noise allowed for"""
+    """(10, 10) covariance of the score of all samples, with coloured noise as it may be"""
+    noise_seen: Array
+    """(10, 10) the same with coloured noise as the record shows it"""
     autocorrelation: float
     """variance of the parameters over that with white noise, on average"""
     variances: Array
@@ -108,16 +110,25 @@ class TimeSamples:
         energies = found.energies / level
         rest = G - found.information.sum(axis=0)
         if white_claimed:
-            variances, noise = np.ones(len(degrees) + 1), G
+            variances, noise, seen = np.ones(len(degrees) + 1), G, G
         else:
-            variances = spectrum(energies, degrees, self.samples, self.free_bias)
-            noise = np.tensordot(variances[:-1], found.information, 1) + variances[-1] * rest
+            variances, likely = spectrum(energies, degrees, self.samples, self.free_bias)
+            noise, seen = (np.tensordot(v[:-1], found.information, 1) + v[-1] * rest for v in (variances, likely))
         fitted = float(variances[:-1] @ spent) + variances[-2] * max(float((rest * P.T).sum()), 0.0)
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
         exceeds_claim = white_claimed and exceeds(energies, degrees)
         return Colour(
-            noise, max(average, 1.0), variances, level * fitted, energies, degrees, level, white_claimed, exceeds_claim
+            noise,
+            seen,
+            max(average, 1.0),
+            variances,
+            level * fitted,
+            energies,
+            degrees,
+            level,
+            white_claimed,
+            exceeds_claim,
         )
 
     def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
@@ -149,7 +160,7 @@ class TimeSamples:
         energies = np.maximum(colour.energies - own * max(gain, 0.0) / colour.level, 0.0)
         degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
         length = float(np.median(self.stretches.counts)) + 1.0
-        expected = spectrum(energies, degrees, length, self.free_bias)
+        expected = spectrum(energies, degrees, length, self.free_bias)[0]
         variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
         variance = max(variance, 1.0 if colour.white_claimed else LEAST)
         return float(found.birge(np.full(n, variance)).sum()) / (n - 1)

@@ -57,6 +57,8 @@ class Samples:
     """(6, 10) mean regressor"""
     b_mean: Array
     """(6,) mean wrench"""
+    averaged: Array | float
+    """(6, 6) covariance of what averaging took from the noise; 0 where nothing was averaged"""
 
     @classmethod
     def of(cls, state: Blend, free_bias: bool) -> Self:
@@ -71,7 +73,17 @@ class Samples:
             K -= 1.0
         floor = LEVEL_FLOOR * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
         A_mean = full_rows(mean[None])[0]
-        return cls(full_rows(R), R[:, WRENCH], K, R[:, :3], np.maximum(floor, 1e-12), A_mean, mean[WRENCH])
+        averaged = None if state.record is None else state.record.averaged_noise
+        return cls(
+            full_rows(R),
+            R[:, WRENCH],
+            K,
+            R[:, :3],
+            np.maximum(floor, 1e-12),
+            A_mean,
+            mean[WRENCH],
+            0.0 if averaged is None else averaged,
+        )
 
     @cached_property
     def least_squares(self) -> Array:
@@ -109,10 +121,14 @@ class Samples:
         return R / self.excess_over_noise(R)
 
     def noise_left(self, R: Array) -> Array:
-        """(6, 6) noise covariance that residuals of covariance R bear out."""
+        """(6, 6) noise covariance that residuals of covariance R bear out.
+
+        What averaging took away is allowed for again: it tells how the channels' noise goes together, where what is
+        left is mostly what the model gets wrong.
+        """
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
         S = (self.K * R + PRIOR_SAMPLES * np.diag(levels)) / (self.K + PRIOR_SAMPLES)
-        return S + np.diag(self.floor**2)
+        return S + np.diag(self.floor**2) + self.averaged
 
     def unproven(self, enough: int) -> Array:
         """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor, which

@@ -28,10 +28,15 @@ MOST_DEGREES = 200.0
 """Degrees of freedom of an energy that count: no spectrum is like the family's to better than a tenth."""
 PRIOR_DEGREES = 10.0
 """Degrees of freedom that the family's mean is worth at a level beside the energy seen there."""
+SEEN_DEGREES = 1.0
+"""The same where nothing is to be allowed for beyond what was seen."""
 
 
-def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> Array:
-    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums.
+def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> tuple[Array, Array]:
+    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums: as possible, and as seen.
+
+    The first allow for what the record is too short to show, the others hardly: intervals follow from the first, the
+    balance of what was measured and what the shape says from the second.
 
     Parameters
     ----------
@@ -43,16 +48,18 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
     J = len(energies)
     log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST * samples, 1.0))), 0), free_bias)
     d = np.minimum(degrees, MOST_DEGREES)
-    seen = d > 0.0
-    E = np.where(seen, energies * d / np.where(seen, degrees, 1.0), 0.0)
+    some = d > 0.0
+    E = np.where(some, energies * d / np.where(some, degrees, 1.0), 0.0)
     total = float(d.sum())
     scale = ((1.0 / table[:, :J]) @ E + SCALE_DEGREES) / (total + SCALE_DEGREES)
     log = log_prior - 0.5 * (log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale))
     weights = np.exp(log - log.max())
     weights *= scale / weights.sum()
     mean = weights @ table
-    mean[:J] = (energies + PRIOR_DEGREES * mean[:J]) / (degrees + PRIOR_DEGREES)
-    return mean
+    possible, seen = mean.copy(), mean.copy()
+    for variances, worth in ((possible, PRIOR_DEGREES), (seen, SEEN_DEGREES)):
+        variances[:J] = (energies + worth * mean[:J]) / (degrees + worth)
+    return possible, seen
 
 
 SCALE_DEGREES = 4.0
