@@ -118,7 +118,7 @@ class Model:
     def at(
         cls, problem: Problem, offset: float, gravity: Array, reading: Reading | None = None, final: bool = True
     ) -> "Model":
-        """At an offset and gravity; from a `reading` of the motion if that is near enough for a `final` model, or not."""
+        """At an offset and gravity; from a `reading` of the motion if that is near enough for a `final` one or not."""
         path, blocks, free_offset = problem.path, problem.blocks, problem.free_offset
         wanted = blocks.time - offset if path.moves else blocks.time
         reach = REACH[path.smooth][final]

@@ -116,8 +116,9 @@ def _with_accelerometer(
         _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
         variance = _variance(readings.time, z - acceleration, fitted.position.smoothness.bandwidth)
         fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position", round_))
+    spread = np.sqrt(variance * raw / len(accelerometer))
     noted = (
-        f"accelerometer used: noise {np.sqrt(variance * raw / len(accelerometer)):.2g} m/s², bias {_listed(found.bias)} m/s², "
+        f"accelerometer used: noise {spread:.2g} m/s², bias {_listed(found.bias)} m/s², "
         f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
     )
     return fitted, [note("accelerometer-used", noted)], []

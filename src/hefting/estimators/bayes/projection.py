@@ -14,7 +14,7 @@ from hefting.spatial import Array
 
 FAITH = 1e4
 MAX_STEPS = 40
-CLOSE = 1e-6
+CLOSE = 1e-8
 """Standard deviations by which the answer may miss the nearest distribution."""
 
 
