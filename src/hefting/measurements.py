@@ -81,9 +81,6 @@ class Measurements:
     """(K,) weight of each sample's squared residuals, or None for ones"""
     motion_noise: MotionNoise | None = None
     """errors of the accelerations, where known; None: none, or those of `noise`"""
-    averaged_noise: Array | None = None
-    """(6, 6) covariance of the samples of a fast sensor about the averages that these are [N², N² m, N² m²]: how the
-    noise of its channels goes together; None where nothing was averaged"""
 
     def __post_init__(self):
         count = None

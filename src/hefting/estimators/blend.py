@@ -52,7 +52,7 @@ class Blend:
         x, time = features(measurements), measurements.time
         samples, record = self.samples + len(time), self.record
         if record is not None and len(time):
-            record = record.fold(x, measurements)
+            record = record.fold(x, measurements.weights, measurements.motion_noise)
         if isinstance(weight, float) and weight == 1.0:
             return type(self)(self.reduced, self.full.fold_features(x, time), samples, record)
         if isinstance(weight, float) and weight == 0.0:

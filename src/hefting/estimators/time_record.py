@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.estimators.stretches import Stretches
 from hefting.estimators.timescales import TimeScales
-from hefting.measurements import Measurements, MotionNoise
+from hefting.measurements import MotionNoise
 from hefting.spatial import Array
 
 BUFFER = 64
@@ -25,40 +25,32 @@ class TimeRecord:
     buffer: tuple[Array, ...] = ()
     """(k, 22) features of the latest samples, fewer than `BUFFER` in all, not yet in the other two"""
     buffered: int = 0
-    averaged: Array | None = None
-    """(6, 6) sum over samples, by weight, of `Measurements.averaged_noise`"""
     motion: tuple[float, ...] = (0.0,) * 5
     """sums over samples, by weight: 1 for all; and, of those whose motion's noise is known: 1, squared errors of linear
     [m²/s⁴] and of angular [rad²/s⁴] acceleration, the time for which those errors last [s]"""
 
-    def fold(self, x: Array, z: Measurements) -> Self:
-        """With samples `z` of features `x` (K, 22)."""
-        weight = float(len(x)) if z.weights is None else float(z.weights.sum())
-        motion, averaged = self._motion_with(weight, z.motion_noise), self.averaged
-        if z.averaged_noise is not None:
-            averaged = weight * z.averaged_noise + (0.0 if averaged is None else averaged)
+    def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
+        """With samples of features `x` (K, 22), their `weights` (K,) and the noise of their motion."""
+        motion = self._motion_with(float(len(x)) if weights is None else float(weights.sum()), noise)
         count = self.buffered + len(x)
         if count < BUFFER:
-            return replace(self, buffer=(*self.buffer, x), buffered=count, motion=motion, averaged=averaged)
+            return replace(self, buffer=(*self.buffer, x), buffered=count, motion=motion)
         rows = np.ascontiguousarray(np.concatenate((*self.buffer, x)) if self.buffer else x)
         whole = count - count % BUFFER
         rest = (rows[whole:].copy(),) if whole < count else ()
         scales, stretches = self.scales.fold(rows[:whole]), self.stretches.fold(rows[:whole])
-        return type(self)(scales, stretches, rest, count - whole, averaged, motion)
+        return type(self)(scales, stretches, rest, count - whole, motion)
 
     def merge(self, later: "TimeRecord") -> "TimeRecord":
         """With that of other samples; what follows continues the `later` ones."""
         motion = tuple(mine + theirs for mine, theirs in zip(self.motion, later.motion, strict=True))
-        averaged = self.averaged if later.averaged is None else later.averaged
-        if self.averaged is not None and later.averaged is not None:
-            averaged = self.averaged + later.averaged
         if not self.buffered and not self.scales.counts:
-            return replace(later, motion=motion, averaged=averaged)
+            return replace(later, motion=motion)
         if not later.buffered and not later.scales.counts:
-            return replace(self, motion=motion, averaged=averaged)
+            return replace(self, motion=motion)
         scales, stretches = self.complete
         return type(self)(
-            scales.merge(later.scales), stretches.merge(later.stretches), later.buffer, later.buffered, averaged, motion
+            scales.merge(later.scales), stretches.merge(later.stretches), later.buffer, later.buffered, motion
         )
 
     @cached_property
@@ -68,11 +60,6 @@ class TimeRecord:
             return self.scales, self.stretches
         rows = np.ascontiguousarray(np.concatenate(self.buffer))
         return self.scales.fold(rows), self.stretches.fold(rows)
-
-    @property
-    def averaged_noise(self) -> Array | None:
-        """(6, 6) mean over all samples; None where nothing was averaged."""
-        return None if self.averaged is None else self.averaged / self.motion[0]
 
     @property
     def motion_noise(self) -> MotionNoise | None:

@@ -177,7 +177,6 @@ def ingest(
         z,
         weights=_weights(found, measured, counts),
         motion_noise=_motion_noise(measured),
-        averaged_noise=within if within.any() else None,
     )
     state = Blend.of(z)
     beside = free_fit(state, True, found.inflation)

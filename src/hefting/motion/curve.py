@@ -66,23 +66,18 @@ class Curve:
         name: str,
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
-        keep: bool = False,
     ) -> "Curve":
         """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
 
         `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
-        searched then, and with `keep` it is taken as it is.
+        searched then.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        if near is not None and keep:
-            h, normal = _spacing(data, near), None
-            smoothness, dt = near, _interval(time, h)
-        else:
-            smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = _normal(data, h, end)
         penalty = smoothness.penalty(normal, dt)

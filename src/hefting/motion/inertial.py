@@ -162,11 +162,11 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
 def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int) -> Curve:
     """The curve through its own samples and measured derivatives z of known variance.
 
-    Its smoothness is found in the first round, kept on the way, and looked for near that in the last.
+    Its smoothness is found in the first round, and looked for near that in the others.
     """
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
-    return Curve.fit(samples.time, samples.values, name, (rates,), near, keep=0 < round_ < ROUNDS - 1)
+    return Curve.fit(samples.time, samples.values, name, (rates,), near)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:

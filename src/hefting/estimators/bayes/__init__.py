@@ -10,7 +10,7 @@ from hefting.errors import InputError, NotIdentifiableError
 from hefting.estimate import Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
-from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
+from hefting.estimators.bayes.likelihood import SEPARATE, Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
@@ -235,7 +235,8 @@ class Bayes(Estimator):
             disagreement=disagreement,
             response=response,
             variances=None if colour is None else colour.variances,
-            noise_known=known is not None or (state.record is not None and state.samples >= FEWEST),
+            noise_known=known is not None
+            or (state.record is not None and (state.samples >= FEWEST or samples.pace >= SEPARATE)),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=found.misfit(phi),

@@ -35,6 +35,8 @@ FEW = 5.0
 """Samples of which least squares leaves next to nothing."""
 MISFIT = 10.0
 """Mean square of the residuals over that of least squares that may still be noise."""
+SEPARATE = 0.5
+"""s between samples that are poses of their own: in less, slow errors of a sensor are the same."""
 PRIOR_SAMPLES = 12.0
 """Of the residuals' covariance: so many samples say that forces and torques err independently."""
 
@@ -57,8 +59,8 @@ class Samples:
     """(6, 10) mean regressor"""
     b_mean: Array
     """(6,) mean wrench"""
-    averaged: Array | float
-    """(6, 6) covariance of what averaging took from the noise; 0 where nothing was averaged"""
+    pace: float
+    """mean time between samples [s]"""
 
     @classmethod
     def of(cls, state: Blend, free_bias: bool) -> Self:
@@ -73,7 +75,6 @@ class Samples:
             K -= 1.0
         floor = LEVEL_FLOOR * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
         A_mean = full_rows(mean[None])[0]
-        averaged = None if state.record is None else state.record.averaged_noise
         return cls(
             full_rows(R),
             R[:, WRENCH],
@@ -82,7 +83,7 @@ class Samples:
             np.maximum(floor, 1e-12),
             A_mean,
             mean[WRENCH],
-            0.0 if averaged is None else averaged,
+            state.duration / max(state.samples - 1, 1),
         )
 
     @cached_property
@@ -121,18 +122,16 @@ class Samples:
         return R / self.excess_over_noise(R)
 
     def noise_left(self, R: Array) -> Array:
-        """(6, 6) noise covariance that residuals of covariance R bear out.
-
-        What averaging took away is allowed for again: it tells how the channels' noise goes together, where what is
-        left is mostly what the model gets wrong.
-        """
+        """(6, 6) noise covariance that residuals of covariance R bear out."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
         S = (self.K * R + PRIOR_SAMPLES * np.diag(levels)) / (self.K + PRIOR_SAMPLES)
-        return S + np.diag(self.floor**2) + self.averaged
+        return S + np.diag(self.floor**2)
 
     def unproven(self, enough: int) -> Array:
         """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor, which
-        errs by the same in all of them."""
+        errs by the same in all of them. Samples `SEPARATE` seconds apart or more are poses each by itself."""
+        if self.pace >= SEPARATE:
+            return np.zeros((6, 6))
         share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
         return share * np.diag((POOR_SENSOR / LEVEL_FLOOR * self.floor) ** 2)
 

@@ -14,8 +14,10 @@ from hefting.spatial import Array
 
 FAITH = 1e4
 MAX_STEPS = 40
-CLOSE = 1e-8
+CLOSE = 1e-6
 """Standard deviations by which the answer may miss the nearest distribution."""
+ROUNDING = 1e-13
+"""Relative change of the objective that is none."""
 
 
 def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass: float) -> tuple[Array, float]:
@@ -49,7 +51,8 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
         slope, length = float(gradient @ step), 1.0
         while True:
             trial = dual(z - length * step)
-            if trial[0] <= value - 1e-4 * length * slope or length < 1e-6:
+            enough = value - 1e-4 * length * slope + ROUNDING * (1.0 + abs(value))
+            if trial[0] <= enough or length < 1e-6:
                 break
             length *= 0.5
         z = z - length * step
