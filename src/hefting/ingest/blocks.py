@@ -68,8 +68,7 @@ class Blocks:
         step = -(-len(self) // most)
         if step <= 1:
             return self
-        chosen = (x[::step] for x in (self.time, self.variance, self.count, self.wrench))
-        return type(self)(*chosen)
+        return type(self)(self.time[::step], self.variance[::step], self.count[::step], self.wrench[::step])
 
 
 def block_starts(time: Array) -> Indices | None:

@@ -103,15 +103,15 @@ def free_fit(state: Blend, free_bias: bool, inflation: Array | None = None) -> F
     factor, rows = state.full.factor, float(max(state.full.samples, 1))
     regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
     size = float(np.sqrt(np.sum(wrench**2) / (6.0 * rows))) or 1.0
-    noise = None
-    for _ in range(3):
-        fit = least_squares(state, free_bias, noise)
+    fit, noise = least_squares(state, free_bias, None), Noise()
+    for _ in range(2):
         r = wrench - regressor @ fit.solution[:10]
         if free_bias:
             r = r - ones[:, None] * fit.solution[10:]
         spent = max(1.0 - (len(fit.solution) - len(fit.free)) / (6.0 * rows), 1.0 / (6.0 * rows))
         levels = np.sqrt(np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent))
         noise = Noise(*(max(float(level), 1e-9 * size) for level in levels))
+        fit = least_squares(state, free_bias, noise)
     bias = fit.solution[10:] if free_bias else None
     ratio = np.ones(16) if inflation is None else np.maximum(inflation, 1.0)
     return FreeFit(fit.solution[:10], bias, inflated(fit.covariance, ratio), noise, ratio)

@@ -275,7 +275,8 @@ def _averaged_motion(measured: Measured, found: Conditioned, variance: Array) ->
         return np.where(usable, 0.5 * (before + after), now)
 
     before, after = sides
-    changes = {"gravity": mean(*(in_sensor_axes(side.orientation, found.gravity) for side in sides), z.gravity)}
+    gravity = [in_sensor_axes(side.orientation, found.gravity) for side in sides]
+    changes = {"gravity": mean(gravity[0], gravity[1], z.gravity)}
     if measured.source != "orientation":
         changes |= {
             name: mean(getattr(before, name), getattr(after, name), getattr(z, name))

@@ -133,7 +133,7 @@ def _rows(a: Array | None, w: Array, alpha: Array, quaternions: Array) -> tuple[
     rows[:, WORLD] = _world(quaternions)
     if a is not None:
         rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = a, alpha, w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
-    known = np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1)
+    known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
     rows[~known] = 0.0
     return rows, known
 

@@ -159,14 +159,16 @@ def _tuned(
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
         orders, h = (near.order,), _spacing(data, near)
-    middle, found = orders[len(orders) // 2], near
-    for _ in range(4):
-        normal = _normal(data, h)
-        found = _most_likely(normal, middle, _interval(data[0].time, h), floor, found)
+    middle = orders[len(orders) // 2]
+    normal = _normal(data, h)
+    found = _most_likely(normal, middle, _interval(data[0].time, h), floor, near)
+    for _ in range(3):
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
+        normal = _normal(data, h)
+        found = _most_likely(normal, middle, _interval(data[0].time, h), floor, found)
     dt = _interval(data[0].time, normal.knots.h)
     best = found
     for m in orders:

@@ -53,7 +53,7 @@ class Measured:
     """What is not modelled, and many samples left out."""
     notes: tuple[Message, ...] = ()
     """What was found on the way, and a few samples left out."""
-    rows: NDArray[np.int64] | None = None
+    rows: NDArray[np.integer] | None = None
     """(K,) rows of the wrench's stream that the measurements are of; None where they are of other instants."""
 
 
