@@ -122,9 +122,11 @@ class Model:
         path, blocks, free_offset = problem.path, problem.blocks, problem.free_offset
         wanted = blocks.time - offset if path.moves else blocks.time
         reach = REACH[path.smooth][final]
-        if reading is None or len(reading.time) != len(wanted) or np.abs(wanted - reading.time).max() > reach:
+        inside = np.clip(wanted, path.first, path.last)
+        if reading is None or len(reading.time) != len(wanted) or np.abs(inside - reading.time).max() > reach:
             reading = path.at(wanted, rates=free_offset or bool(blocks.variance.any()))
-        apart = (wanted - reading.time)[:, None]
+        reading = replace(reading, known=~reading.in_gap & (inside == wanted))
+        apart = (inside - reading.time)[:, None]
         second = 0.5 * (apart * apart + blocks.variance[:, None])
         rows = reading.value + apart * reading.rate + second * reading.curvature
         rates = reading.rate + apart * reading.curvature

@@ -24,7 +24,7 @@ class Reading:
     """Motion at K instants in sensor axes, with its derivatives by time."""
 
     time: Array
-    """(K,) [s], of the motion"""
+    """(K,) [s] at which the motion was read: the nearest of its own time"""
     value: Array
     """(K, 21): see `MOTION` and `WORLD`"""
     rate: Array
@@ -33,8 +33,10 @@ class Reading:
     """(K, 21) second derivative by time; zero where it was not asked for"""
     variances: Array
     """(2, K) of the errors of linear [m²/s⁴] and angular [rad²/s⁴] acceleration, one axis each"""
+    in_gap: Mask
+    """(K,) True in gaps of the motion; the values there mean nothing"""
     known: Mask
-    """(K,) False outside the motion's time and in gaps; the values there mean nothing"""
+    """(K,) False in gaps, and outside the motion's time, where the values are those of its ends"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,20 +74,21 @@ class Path:
         Not known outside its own time.
         """
         inside = np.clip(time, self.first, self.last)
-        value, variances, known = self.read(inside, spread)
-        known = known & (inside == time)
+        value, variances, there = self.read(inside, spread)
+        known = there & (inside == time)
         if not (rates and self.moves):
-            return Reading(time, value, np.zeros_like(value), np.zeros_like(value), variances, known)
+            zero = np.zeros_like(value)
+            return Reading(inside, value, zero, zero, variances, ~there, known)
         earlier, later = np.maximum(inside - STEP, self.first), np.minimum(inside + STEP, self.last)
         before, _, known_before = self.read(earlier, False)
         after, _, known_after = self.read(later, False)
-        usable = (known_before & known_after & known)[:, None]
+        usable = (known_before & known_after & there)[:, None]
         back, forth = (inside - earlier)[:, None], (later - inside)[:, None]
         rate = np.where(usable, (after - before) / np.maximum(back + forth, 1e-12), 0.0)
         whole = usable & (back > 0.5 * STEP) & (forth > 0.5 * STEP)
         slopes = (after - value) / np.maximum(forth, 1e-12) - (value - before) / np.maximum(back, 1e-12)
         curvature = np.where(whole, 2.0 * slopes / np.maximum(back + forth, 1e-12), 0.0)
-        return Reading(time, value, rate, curvature, variances, known)
+        return Reading(inside, value, rate, curvature, variances, ~there, known)
 
 
 def path_of(recording: Recording, source: Source = "auto", gravity: ArrayLike = STANDARD_GRAVITY) -> Path | None:
