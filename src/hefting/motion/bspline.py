@@ -185,6 +185,7 @@ class Normal:
             fitted += self.rows[:, a, None] * coefficients[self.index + a]
         residual = self.values - fitted
         self.pilot = coefficients
+        self._rough_pilot: dict[int, Array] = {}
         self.pilot_rss = float(np.sum(self.count[:, None] * residual**2))
         self.gradient = np.zeros_like(coefficients)
         weighted = self.count[:, None] * residual
@@ -204,7 +205,9 @@ class Normal:
         factor, failed = lapack.dpbtrf(self.bands + penalty * roughness, lower=1)
         if failed:
             raise np.linalg.LinAlgError("the normal equations of the spline are not positive definite")
-        step = self.gradient - penalty * multiply(roughness, self.pilot)
+        if m not in self._rough_pilot:
+            self._rough_pilot[m] = multiply(roughness, self.pilot)
+        step = self.gradient - penalty * self._rough_pilot[m]
         return self.pilot + lapack.dpbtrs(factor, step, lower=1)[0], factor
 
     def residual_square(self, coefficients: Array) -> float:

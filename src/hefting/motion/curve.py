@@ -80,8 +80,8 @@ class Curve:
         smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = _normal(data, h, end)
+            normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
         penalty = smoothness.penalty(normal, dt)
-        normal.refine_pilot(smoothness.order, penalty)
         coefficients, factor = normal.solve(smoothness.order, penalty)
         return cls(normal.knots, coefficients, smoothness, data, factor)
 

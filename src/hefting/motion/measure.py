@@ -176,6 +176,8 @@ def smooth_poses(
         poses = fit_poses(orientation.time, position.values, orientation.values, position.time)
     streams = recording.streams
     accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
+    if accelerometer is None and "gyroscope" not in streams:
+        return Curves(poses, poses, "smooth", (), ())
     gravity_removed = not recording.has("accelerometer")
     fused, notes, warnings = fuse(poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed)
     return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
