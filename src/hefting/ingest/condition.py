@@ -149,7 +149,7 @@ def _tilted(samples: Samples, found: Settled, suspected: bool) -> Tilted | None:
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
     problem = replace(found.problem, blocks=typical, free_gravity=True).every(THIN)
-    fit = gauss_newton(problem, replace(found.fit.start, reading=None), found.fit.hats.n, robust=True, steps=20)
+    fit = gauss_newton(problem, found.fit.start, found.fit.hats.n, robust=True, steps=20)
     thin = Samples(problem.time, problem.wrench, static=False, smooth=False)
     blocks = Blocks(problem.time, np.zeros(len(problem.time)), np.ones(len(problem.time)), problem.wrench)
     problem = replace(problem, blocks=blocks)
