@@ -202,3 +202,27 @@ def test_the_projection_is_that_of_non_negative_least_squares(seed):
     # the evenness counts for a ten thousandth
     assert float(off @ off) <= least**2 * (1.0 + 1e-3) + 0.05
     assert distance == pytest.approx(float(off @ off), rel=2e-3, abs=1e-5)
+
+
+def test_distances_to_the_surface_are_scipys():
+    from scipy.ndimage import distance_transform_edt
+
+    from hefting.estimators.bayes.voxels import _distance_to_outside
+
+    rng, step = np.random.default_rng(0), np.array((0.01, 0.02, 0.005))
+    for size in ((5, 7, 9), (20, 30, 12), (3, 3, 60)):
+        filled = np.zeros(size, dtype=bool)
+        filled[1:-1, 1:-1, 1:-1] = rng.random(tuple(n - 2 for n in size)) < 0.97
+        expected = distance_transform_edt(filled, sampling=step)
+        np.testing.assert_allclose(_distance_to_outside(filled, step), expected, rtol=1e-12)  # rounding
+
+
+def test_normal_probabilities_and_quantiles_are_scipys():
+    from scipy.special import ndtr, ndtri
+
+    from hefting.estimators.bayes.mixture import _normal_below, _normal_quantile
+
+    t = np.linspace(-8.0, 8.0, 1001)
+    np.testing.assert_allclose(_normal_below(t, np.exp(-0.5 * t * t)), ndtr(t), atol=7.6e-8)  # as published
+    for p in (1e-6, 0.025, 0.5, 0.7, 0.975, 1 - 1e-6):
+        assert _normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)
