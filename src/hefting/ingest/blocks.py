@@ -91,14 +91,18 @@ def medians(wrench: Array, starts: Indices | None) -> Array:
     return 0.5 * (table[rows, (sizes - 1) // 2] + table[rows, sizes // 2])
 
 
-def within_blocks(blocks: Blocks, wrench: Array, kept: Mask | None = None) -> Array:
-    """(6, 6) covariance of the samples of the wrench (K, 6) about the mean of their block.
+def within_blocks(blocks: Blocks, time: Array, wrench: Array, kept: Mask | None = None) -> Array:
+    """(6, 6) covariance of the samples of the wrench (K, 6) at `time` (K,) about the mean of their block.
 
-    `kept` (K,) are those the blocks average; all by default.
+    What changes from block to block is no part of it. `kept` (K,) are those the blocks average; all by default.
     """
     if blocks.starts is None:
         return np.zeros((6, 6))
-    apart = wrench - np.repeat(blocks.wrench, np.diff(np.append(blocks.starts, len(wrench))), axis=0)
+    sizes = np.diff(np.append(blocks.starts, len(wrench)))
+    apart = wrench - np.repeat(blocks.wrench, sizes, axis=0)
+    if len(blocks) > 1:
+        rate = np.gradient(blocks.wrench, blocks.time, axis=0)
+        apart -= np.repeat(rate, sizes, axis=0) * (time - np.repeat(blocks.time, sizes))[:, None]
     if kept is not None:
         apart = apart[kept]
     return apart.T @ apart / max(len(apart), 1)

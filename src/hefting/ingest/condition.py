@@ -225,7 +225,7 @@ def _noise(raw: Samples, problem: Problem, fit: Fit, bad: Outliers) -> Noise:
     square = count @ np.sum(fit.residual.reshape(-1, 2, 3) ** 2, axis=2) / max(3.0 * count.sum(), 1e-300)
     square = np.maximum(square, problem.floor**2) * spent
     if problem.blocks.starts is not None and len(raw.time) == len(bad.rejected):
-        within = within_blocks(problem.blocks, raw.wrench, ~bad.rejected)
+        within = within_blocks(problem.blocks, raw.time, raw.wrench, ~bad.rejected)
         square = square + within.diagonal().reshape(2, 3).mean(axis=1)
     variances = fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)
     effect = effect_of_acceleration_errors(fit.phi) @ variances / 3.0

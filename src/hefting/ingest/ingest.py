@@ -255,7 +255,7 @@ def measured_blocks(
     assert measured.rows is not None
     rows = measured.rows - 1
     measured = _averaged_motion(measured, found, blocks.variance[rows])
-    return measured, blocks.count[rows], within_blocks(blocks, wrench.values)
+    return measured, blocks.count[rows], within_blocks(blocks, wrench.time, wrench.values)
 
 
 def _averaged_motion(measured: Measured, found: Conditioned, variance: Array) -> Measured:
