@@ -222,7 +222,7 @@ def test_a_tilted_base_is_a_hint():
     found = found_of(gravity=tuple(tilted))
     assert np.degrees(found.gravity_hint.angle) == pytest.approx(12.0, abs=2.0)
     assert found.gravity_hint.serious
-    assert any("--gravity estimate" in line for line in found.advice)
+    assert any("`gravity` estimate" in line for line in found.advice)
     np.testing.assert_array_equal(found.gravity, (0.0, 0.0, -9.80665))  # only a hint
     level = found_of()
     assert not level.gravity_hint.serious
@@ -281,7 +281,7 @@ def odd_logs() -> dict[str, tuple[Recording, str]]:
     joints = Stream(wrench.time, np.random.default_rng(9).normal(size=(len(wrench), 6)))
     held = Stream(wrench.time, np.repeat(orientation.values[:1], len(wrench), axis=0))
     return {
-        "joints": (Recording({"joint_positions": joints, "wrench": wrench}), "--urdf robot.urdf --sensor-frame NAME"),
+        "joints": (Recording({"joint_positions": joints, "wrench": wrench}), "`urdf` robot.urdf `sensor_frame` NAME"),
         "wrench": (Recording({"wrench": wrench}), "qx qy qz qw"),
         "poses": (Recording({"orientation": orientation}), "record the wrench"),
         "three poses": (Recording({"orientation": orientation[:3], "wrench": wrench[:3]}), "too few"),

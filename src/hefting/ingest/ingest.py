@@ -85,8 +85,13 @@ class Ingested:
     """(10, 10) covariance of what the tool and gravity's direction put into it, the same for all samples; None where
     nothing."""
     warnings: tuple[Message, ...]
-    notes: tuple[Message, ...]
-    """What reader, smoother and conditioning found and did."""
+    read_notes: tuple[Message, ...]
+    """What reader and smoother chose and found."""
+
+    @property
+    def notes(self) -> tuple[Message, ...]:
+        """What reader, smoother and conditioning found and did."""
+        return (*self.read_notes, *self.conditioned.findings)
 
     @property
     def weighted_by_count(self) -> Measurements:
@@ -225,7 +230,7 @@ def ingest(
         within=within,
         systematic=_systematic(tilts, tool),
         warnings=tuple(warnings),
-        notes=(*recording.notes, *measured.notes, *found.findings),  # type: ignore[arg-type]
+        read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
     )
 
 

@@ -37,7 +37,7 @@ def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]
     reason = found.missing["object"]
     if not recording.has("orientation"):
         if recording.has("joint_positions"):
-            return ("joint angles: give --urdf robot.urdf --sensor-frame NAME",)
+            return ("joint angles: give `urdf` robot.urdf `sensor_frame` NAME",)
         return ("record the orientation of the sensor (qx qy qz qw), or joint angles",)
     if not recording.has("wrench"):
         return ("record the wrench (fx fy fz tx ty tz)",)
@@ -62,7 +62,7 @@ def _obstacles(found: Inspection) -> list[str]:
         else:
             said.append("record other orientations: a bias cannot be told from the object's weight in this one")
     if sign is not None and not sign.certain:
-        said.append("the wrench's sign is not certain: give --wrench on-object or on-sensor")
+        said.append("the wrench's sign is not certain: give `wrench` on-object or on-sensor")
     said.extend(found.identifiability.summary)
     if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):
         said.append(
@@ -71,7 +71,7 @@ def _obstacles(found: Inspection) -> list[str]:
         )
     if any(name.startswith("J") for name in open_):
         how = f"hefting identify {found.log} --shape MESH"
-        said.append(f"give --shape: it says of the inertia what the motion does not ({how})")
+        said.append(f"give `shape`: it says of the inertia what the motion does not ({how})")
     return said
 
 
@@ -84,7 +84,7 @@ def _improvements(found: Inspection) -> list[str]:
     if hint is not None and hint.serious and known:
         said.append(
             f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
-            "give --gravity estimate"
+            "give `gravity` estimate"
         )
     if m.above_limit and m.linear_speed is not None:
         said.append(f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218")

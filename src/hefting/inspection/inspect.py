@@ -101,7 +101,7 @@ def _inspection(
         duration=recording.duration,
         static=recording.static,
         streams={name: stream_facts(stream, recording.static) for name, stream in recording.streams.items()},
-        notes=recording.notes if found is None else _notes(found),
+        notes=recording.notes if found is None else found.read_notes,
         gravity=gravity if found is None else found.conditioned.gravity,
         quick_mass=_quick_mass(recording, gravity if found is None else found.conditioned.gravity),
         movement=moved,
@@ -119,11 +119,6 @@ def _inspection(
 def _without_bias(found: Ingested) -> FreeFit:
     """The free fit without a bias, in the project's sign."""
     return found.fit if found.bias == "none" else found.alone
-
-
-def _notes(found: Ingested) -> tuple[str, ...]:
-    """Notes of the reader and the smoother; what conditioning found stands elsewhere."""
-    return tuple(line for line in found.notes if line not in found.conditioned.findings)
 
 
 def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
