@@ -226,11 +226,11 @@ def test_a_tilted_base_is_a_hint():
     np.testing.assert_array_equal(found.gravity, (0.0, 0.0, -9.80665))  # only a hint
     level = found_of()
     assert not level.gravity_hint.serious
-    assert not any("--gravity" in line for line in level.advice)
+    assert not any("`gravity`" in line for line in level.advice)
     estimated = inspect(log_of(gravity=tuple(tilted)), "estimate")
     assert estimated.gravity_hint.adopted
     assert np.degrees(np.arccos(estimated.gravity @ tilted / 9.80665**2)) < 2.0
-    assert not any("--gravity" in line for line in estimated.advice)
+    assert not any("`gravity`" in line for line in estimated.advice)
 
 
 # advice

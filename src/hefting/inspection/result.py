@@ -11,6 +11,7 @@ from hefting.ingest import Conditioned, WrenchSign
 from hefting.inspection.movement import SPEED_LIMIT, Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts
+from hefting.messages import Message
 from hefting.spatial import Array
 
 
@@ -77,6 +78,7 @@ class Inspection:
     ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
     ``missing``             why there is no ``motion``, ``conditioning``, ``object``
     ``advice``, ``warnings`` one sentence each
+    ``messages``            notes, findings and warnings with their codes: see `hefting.messages.Message.to_dict`
     ======================= ==========================================================================================
     """
 
@@ -125,6 +127,8 @@ class Inspection:
         out["identifiability"] = None if self.identifiability is None else self.identifiability.to_dict()
         out["wrench"] = self.sign and ("on-object" if self.sign.on_object else "on-sensor")
         out["wrench_t"] = self.sign and self.sign.t
+        said = (*self.notes, *self.findings, *self.warnings)
+        out["messages"] = [line.to_dict() for line in said if isinstance(line, Message)]
         return json_ready(out | self._movement() | self._conditioned() | self._facts())
 
     def _movement(self) -> dict[str, Any]:
