@@ -75,6 +75,14 @@ def median(values: NDArray) -> float:
     return float((low + high) / 2)
 
 
+def check_gravity(gravity: ArrayLike) -> Array:
+    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for what is none."""
+    g = frozen(gravity)
+    if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
+        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}")
+    return g
+
+
 def skew(vector: ArrayLike) -> Array:
     """Cross-product matrices: vectors (..., 3) to matrices (..., 3, 3) with ``skew(u) @ v == cross(u, v)``."""
     v = np.asarray(vector, dtype=float)

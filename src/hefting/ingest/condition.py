@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.conditioned import Conditioned, Tilted, WrenchSign, mass_over_std
 from hefting.ingest.drift import Drift, candidates
@@ -31,7 +30,7 @@ from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 from hefting.recording import Recording
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen
+from hefting.spatial import STANDARD_GRAVITY, Array, check_gravity
 
 MOST_SAMPLES = 100_000
 """Samples that are looked at one by one; of longer recordings blocks stand for them until the fit is done."""
@@ -72,9 +71,7 @@ def condition(
     What cannot be found counts as absent, and `warnings` say so. Raises `InputError` where
     `hefting.motion.measure.measure` does.
     """
-    g = frozen(gravity)
-    if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
-        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}")
+    g = check_gravity(gravity)
     wrench = recording["wrench"]
     path = path_of(recording, source, g)
     moving = path is not None

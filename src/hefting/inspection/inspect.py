@@ -20,7 +20,7 @@ from hefting.messages import Message, warning
 from hefting.motion import measure
 from hefting.plausibility import check_wrench
 from hefting.recording import Recording
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen
+from hefting.spatial import STANDARD_GRAVITY, Array, check_gravity
 
 EMPTY = "the wrench is zero throughout"
 
@@ -55,10 +55,7 @@ def _checked(gravity: ArrayLike | str) -> Array:
     """Gravity (3,) as given, or straight down; `InputError` for what is none."""
     if isinstance(gravity, str) and gravity != "estimate":
         raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
-    g = frozen(STANDARD_GRAVITY if isinstance(gravity, str) else gravity)
-    if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
-        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}")
-    return g
+    return check_gravity(STANDARD_GRAVITY if isinstance(gravity, str) else gravity)
 
 
 def _lacking(recording: Recording) -> str:

@@ -15,7 +15,7 @@ from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
 from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, Array, Mask, frozen, in_sensor_axes
+from hefting.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
@@ -80,9 +80,7 @@ def measure(
     With orientation and an accelerometer (specific force a - g), the latter gives the acceleration.
     Raises `InputError` when wrench or orientation is missing, or what `source` asks for is.
     """
-    g_world = frozen(gravity)
-    if g_world.shape != (3,) or not np.isfinite(g_world).all() or not g_world.any():
-        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g_world.tolist()}")
+    g_world = check_gravity(gravity)
     if source not in SOURCES:
         raise InputError(f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}")
     wrench, orientation = recording["wrench"], recording["orientation"]
