@@ -13,7 +13,7 @@ from hefting.estimate import Estimate
 from hefting.estimators.base import BiasModel
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.blend import Blend
-from hefting.ingest.blocks import Blocks, within_blocks
+from hefting.ingest.averages import measured_blocks, residual_size
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed, wrench_sign
@@ -24,7 +24,7 @@ from hefting.motion import Measured, measure
 from hefting.motion.measure import DESCRIPTIONS, Source
 from hefting.motion.state import Motion
 from hefting.motion.weighting import acceleration_variances, sample_weights
-from hefting.recording import Recording, Stream
+from hefting.recording import Recording
 from hefting.regressor import predict_wrench
 from hefting.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
 from hefting.tool import tool_warnings, without_tool
@@ -232,62 +232,6 @@ def ingest(
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
     )
-
-
-def residual_size(residual: Array, counts: Array, within: Array) -> Array:
-    """(2,) root mean square of force and torque, of one axis and one sample of the log, from the residual (K, 6) of
-    averages over so many samples (K,) and the covariance (6, 6) `within` them."""
-    square = counts @ residual**2 / max(float(counts.sum()), 1e-300) + within.diagonal()
-    return np.sqrt(square.reshape(2, 3).mean(axis=1))
-
-
-def measured_blocks(
-    recording: Recording, found: Conditioned, motion: Source, drift: bool = True
-) -> tuple[Measured, Array, Array]:
-    """Motion and wrench put right, averaged where the sensor is fast; how many samples each row stands for (K,); and
-    the covariance (6, 6) of the wrench within the averages. The `drift` of the bias is removed."""
-    corrected = found.corrected(recording, drift)
-    wrench = corrected["wrench"]
-    smooth = not recording.static and motion in ("auto", "smooth") and found.curves is not None
-    smooth = smooth and (recording.has("position") or not recording.has("accelerometer"))
-    blocks = Blocks.of(wrench.time, wrench.values, smooth=smooth)
-    if blocks.starts is None:
-        measured = measure(corrected, found.gravity, motion, found.curves)
-        return measured, np.ones(len(measured.measurements)), np.zeros((6, 6))
-    averaged = Stream(blocks.time, blocks.wrench, np.arange(1, len(blocks) + 1))
-    averaged_log = replace(corrected, streams={**corrected.streams, "wrench": averaged})
-    measured = measure(averaged_log, found.gravity, motion, found.curves, counts=blocks.count)
-    assert measured.rows is not None
-    rows = measured.rows - 1
-    measured = _averaged_motion(measured, found, blocks.variance[rows])
-    return measured, blocks.count[rows], within_blocks(blocks, wrench.time, wrench.values)
-
-
-def _averaged_motion(measured: Measured, found: Conditioned, variance: Array) -> Measured:
-    """With the motion averaged over samples whose times have this variance (K,) [s²]: at one deviation to either side,
-    which is exact to third order."""
-    motion, z, curves = measured.motion, measured.measurements, found.curves
-    if motion is None or curves is None:
-        return measured
-    apart = np.sqrt(variance)
-    inside = (z.time - apart >= curves.poses.first) & (z.time + apart <= curves.poses.last)
-    apart = np.where(inside, apart, 0.0)
-    sides = [curves.poses.at(z.time + side * apart, spread=False) for side in (-1.0, 1.0)]
-    known = [np.isfinite(side.angular_acceleration).all(axis=1) for side in sides]
-    usable = (known[0] & known[1] & inside)[:, None]
-
-    def mean(before: Array, after: Array, now: Array) -> Array:
-        return np.where(usable, 0.5 * (before + after), now)
-
-    before, after = sides
-    gravity = [in_sensor_axes(side.orientation, found.gravity) for side in sides]
-    changes = {"gravity": mean(gravity[0], gravity[1], z.gravity)}
-    if measured.source != "orientation":
-        changes |= {
-            name: mean(getattr(before, name), getattr(after, name), getattr(z, name))
-            for name in ("linear_acceleration", "angular_velocity", "angular_acceleration")
-        }
-    return replace(measured, measurements=replace(z, **changes))
 
 
 def _less_bias(recording: Recording, bias: str | ArrayLike) -> tuple[Recording, Array | None]:

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.ingest.averages import residual_size
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.ingest import Ingested, residual_size
+from hefting.ingest.ingest import Ingested
 from hefting.measurements import Measurements
 from hefting.motion.state import Motion
 from hefting.regressor import predict_wrench
