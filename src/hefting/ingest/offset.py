@@ -18,6 +18,9 @@ REACH = 0.2
 DOUBLINGS = 3
 UNEXPLAINED = 0.5
 """Part of the wrench's changes: with residuals as large, one looks further."""
+APART, CLEAR = 0.1, 25.0
+"""s between offsets that are not near each other; and the logarithm of the ratio of likelihoods that is no chance, with
+coloured noise allowed for."""
 MOST = 0.15
 """of the recording's duration"""
 SAMPLES = 200
@@ -57,7 +60,8 @@ def scan(problem: Problem, gravity: Array, knots: int) -> Start:
         found = _trials(chosen, gravity, knots, offsets, by_orientation=measured)
         best = int(np.argmax(found.likelihood))
         explained = bool((found.scale[best] < UNEXPLAINED * changes).all())
-        if (explained and 1 < best < len(found.offsets) - 2) or reach >= limit:
+        inside = 1 < best < len(found.offsets) - 2
+        if reach >= limit or (inside and (explained or _stands_out(found, len(chosen.time)))):
             break
         reach = min(2.0 * reach, limit)
     if problem.free_offset and measured:  # an accelerometer feels vibrations: look closely
@@ -69,6 +73,13 @@ def scan(problem: Problem, gravity: Array, knots: int) -> Start:
     tilted = tilted * (np.linalg.norm(gravity) / np.linalg.norm(tilted))
     at = HatFunctions.over(chosen.time, knots).knots
     return Start(found.phi[best], float(found.offsets[best]), tilted, found.scale[best], at, found.bias[best])
+
+
+def _stands_out(found: _Trials, samples: int) -> bool:
+    """Whether the best offset is far more likely than all that are not near it, whatever noise leaves unexplained."""
+    best = int(np.argmax(found.likelihood))
+    others = found.likelihood[np.abs(found.offsets - found.offsets[best]) > APART]
+    return len(others) > 0 and samples * float(found.likelihood[best] - others.max()) > CLEAR
 
 
 def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_orientation: bool = False) -> _Trials:
