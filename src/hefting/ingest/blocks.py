@@ -15,6 +15,8 @@ from hefting.spatial import Array, Indices, Mask
 
 LENGTH = 0.01
 """s, of a block"""
+PIECE = 10_000
+"""Blocks looked at together where that bounds the memory."""
 FEWEST = 3
 """Samples a block must have on average; of slower sensors each sample stays by itself."""
 
@@ -98,11 +100,16 @@ def within_blocks(blocks: Blocks, time: Array, wrench: Array, kept: Mask | None 
     """
     if blocks.starts is None:
         return np.zeros((6, 6))
-    sizes = np.diff(np.append(blocks.starts, len(wrench)))
-    apart = wrench - np.repeat(blocks.wrench, sizes, axis=0)
-    if len(blocks) > 1:
-        rate = np.gradient(blocks.wrench, blocks.time, axis=0)
-        apart -= np.repeat(rate, sizes, axis=0) * (time - np.repeat(blocks.time, sizes))[:, None]
-    if kept is not None:
-        apart = apart[kept]
-    return apart.T @ apart / max(len(apart), 1)
+    ends = np.append(blocks.starts, len(wrench))
+    rate = np.gradient(blocks.wrench, blocks.time, axis=0) if len(blocks) > 1 else np.zeros((1, 6))
+    total, count = np.zeros((6, 6)), 0
+    for begins in range(0, len(blocks), PIECE):
+        part = slice(begins, begins + PIECE)
+        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + PIECE, len(blocks))])
+        since = time[samples] - np.repeat(blocks.time[part], sizes)
+        apart = wrench[samples] - np.repeat(blocks.wrench[part], sizes, axis=0)
+        apart -= np.repeat(rate[part], sizes, axis=0) * since[:, None]
+        if kept is not None:
+            apart = apart[kept[samples]]
+        total, count = total + apart.T @ apart, count + len(apart)
+    return total / max(count, 1)
