@@ -4,25 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
+from benchmarks.accuracy_tools import NAMES
 
 DATA = Path(os.environ.get("HEFTING_DATA") or "no-recordings")
 """Folder that the environment variable HEFTING_DATA names."""
-TOOLS = (
-    "allen-key",
-    "bent-jaw-pliers",
-    "box-wrench",
-    "c-clamp",
-    "electronic-caliper",
-    "file",
-    "machinist-hammer",
-    "measuring-tape",
-    "pliers",
-    "ruler",
-    "socket-wrench",
-    "vise-clamp",
-)
+TOOL_FOLDERS = tuple(DATA / "workshop-tools" / name for name in NAMES)
 """Folders of the simulated workshop tools."""
-TOOL_FOLDERS = tuple(DATA / "workshop-tools" / name for name in TOOLS)
 LOGS = (
     *(DATA / f"panda-optoforce/{name}.csv" for name in ("run1", "run3")),
     *(DATA / f"kuka-ati/{name}.csv" for name in ("baseline", "static_poses", "vibrations")),
