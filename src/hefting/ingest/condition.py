@@ -85,7 +85,7 @@ def condition(
     free_offset, free_gravity = clock and moving and long, tilt and long and not path.gravity_measured
     if not enough:
         few = Problem(path, raw.blocks(), False, False, knots)
-        return _conclude(recording, raw, plain_fit(few, g), None, clock, tilt, few=True)
+        return _conclude(recording, raw, plain_fit(raw, few, g), None, clock, tilt, few=True)
     working = raw
     if len(raw.time) > MOST_SAMPLES:
         blocks = raw.blocks()
@@ -218,10 +218,15 @@ def _noise(raw: Samples, problem: Problem, fit: Fit, bad: Outliers) -> Noise:
     """Of one sample of the wrench, what the residuals hold beside the motion's errors; of the accelerations, those."""
     used = fit.weights > 0.0
     spent = used.sum() / max(used.sum() - len(fit.phi) / 6.0 - fit.hats.n, 1.0)
-    count = np.where(used, problem.blocks.count, 0.0)
-    square = count @ np.sum(fit.residual.reshape(-1, 2, 3) ** 2, axis=2) / max(3.0 * count.sum(), 1e-300)
+    count, residual = np.where(used, problem.blocks.count, 0.0), fit.residual
+    averaged = problem.blocks.starts is not None
+    if not averaged and len(raw.time) > len(problem.time):  # medians stood for the samples: of those beside them
+        beside = np.minimum(np.searchsorted(raw.time, problem.time), len(raw.time) - 1)
+        residual = raw.wrench[beside] - (problem.wrench - fit.residual)
+        count = np.where(bad.rejected[beside], 0.0, count)
+    square = count @ np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2) / max(3.0 * count.sum(), 1e-300)
     square = np.maximum(square, problem.floor**2) * spent
-    if problem.blocks.starts is not None and len(raw.time) == len(bad.rejected):
+    if averaged:
         within = within_blocks(problem.blocks, raw.time, raw.wrench, ~bad.rejected)
         square = square + within.diagonal().reshape(2, 3).mean(axis=1)
     variances = fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)

@@ -240,12 +240,12 @@ def fastest_frequency(problem: Problem) -> float:
     return min(FASTEST * float(np.median(np.diff(problem.time))), 0.5)
 
 
-def plain_fit(problem: Problem, gravity: Array) -> Settled:
+def plain_fit(samples: Samples, problem: Problem, gravity: Array) -> Settled:
     """Of too few samples: nothing is conditioned."""
     time = problem.time
     start = Start(np.zeros(10), 0.0, gravity, np.maximum(problem.floor, 1e-12), time[:1], np.zeros((1, 6)))
     fit = gauss_newton(problem, start, 1, steps=4)
-    return Settled(problem, fit, uncertainty(fit), no_outliers(len(time)))
+    return Settled(problem, fit, uncertainty(fit), no_outliers(len(samples.time)))
 
 
 def outliers_of(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
