@@ -151,15 +151,18 @@ def test_band_algebra_equals_dense(m):
     h_wc = 0.5
     penalty = 2.0 * h_wc ** (-2 * m)
     n = knots.size
-    B = np.zeros((len(normal.count), n))
+    per_interval, first = np.nonzero(normal.weight)
+    weight, y = normal.weight[per_interval, first], normal.values[:, per_interval, first].T
+    B = np.zeros((len(weight), n))
     for a in range(6):
-        B[np.arange(len(B)), normal.index + a] = normal.rows[:, a]
+        B[np.arange(len(B)), first + a] = normal.rows[a, per_interval, first]
     D = block_diag(*[np.diff(np.eye(k + 5), m, axis=0) for k in knots.intervals])
-    A = B.T @ (normal.count[:, None] * B) + penalty * D.T @ D
+    A = B.T @ (weight[:, None] * B) + penalty * D.T @ D
     c, factor = normal.solve(m, penalty)
-    np.testing.assert_allclose(c, np.linalg.solve(A, B.T @ (normal.count[:, None] * normal.values)), atol=1e-7)
-    residual = normal.values - B @ c
-    assert normal.residual_square(c) == pytest.approx(np.sum(normal.count[:, None] * residual**2), rel=1e-9)
+    np.testing.assert_allclose(c, np.linalg.solve(A, B.T @ (weight[:, None] * y)), atol=1e-7)
+    assert normal.averages == len(weight)
+    objective = np.sum(weight[:, None] * (y - B @ c) ** 2) + penalty * np.sum((D @ c) ** 2)
+    assert normal.objective(c, m, penalty) == pytest.approx(objective, rel=1e-9)
     inverse, bands = np.linalg.inv(A), inverse_bands(factor, int(12 / h_wc))
     for b in range(6):  # cut into stretches: a few times exp(-2 * 12 sin(pi/2m)), 0.06 % for m = 5
         scale = np.sqrt(np.diag(inverse)[b:] * np.diag(inverse)[: n - b])
@@ -185,7 +188,8 @@ def test_likelihood_equals_that_of_the_dense_gaussian():
     likelihood = Likelihood(normal, m, dt, 1, 0.0)
     B = np.zeros((len(t), knots.size))
     for a in range(6):
-        B[np.arange(len(t)), normal.index + a] = normal.rows[:, a]
+        place, first = np.nonzero(normal.weight.T)[::-1]
+        B[np.arange(len(t)), first + a] = normal.rows[a, place, first]
     D = np.diff(np.eye(knots.size), m, axis=0)
     contrasts = np.linalg.svd(np.vander(t, m).T)[2][m:]  # orthonormal, blind to polynomials of degree < m
 

@@ -52,11 +52,22 @@ def _piece_coefficients() -> Array:
 PIECES = _piece_coefficients()
 
 
-def basis(u: Array, derivative: int = 0) -> Array:
-    """The six functions (K, 6) that live on a knot interval, or a derivative by u, at u (K,) in [0, 1]."""
-    powers = np.vander(u, SUPPORT - derivative, increasing=True)
+def _derivative_pieces(derivative: int) -> Array:
+    """(6, 6 - derivative): `PIECES` differentiated, transposed."""
     factors = np.array([perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float)
-    return powers @ (factors[:, None] * PIECES[derivative:])
+    return np.ascontiguousarray((factors[:, None] * PIECES[derivative:]).T)
+
+
+DERIVATIVES = tuple(_derivative_pieces(k) for k in range(SUPPORT))
+
+
+def basis(u: Array, derivative: int = 0) -> Array:
+    """The six functions (6, K) that live on a knot interval, or a derivative by u, at u (K,) in [0, 1]."""
+    powers = np.empty((SUPPORT - derivative, len(u)))
+    powers[0] = 1.0
+    for p in range(1, len(powers)):
+        np.multiply(powers[p - 1], u, out=powers[p])
+    return DERIVATIVES[derivative] @ powers
 
 
 @dataclass(frozen=True)
@@ -93,9 +104,10 @@ class Knots:
         covered = (time >= self.first[segment]) & (time <= self.last[segment])
         return self.offset[segment] + interval, x - interval, covered
 
-    def differences(self, coefficients: Array, m: int) -> Array:
-        """D^m c, segment by segment."""
-        return np.concatenate([np.diff(c, m, axis=0) for c in np.split(coefficients, self.offset[1:-1].tolist())])
+    def roughness(self, coefficients: Array, m: int) -> float:
+        """|D^m c|² of coefficients (n, d), segment by segment."""
+        pieces = np.split(coefficients.T, self.offset[1:-1].tolist(), axis=1)
+        return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
     def penalty(self, m: int) -> Array:
         """Lower bands (6, n) of D^m' D^m."""
@@ -119,12 +131,13 @@ class Knots:
 
 
 def multiply(bands: Array, x: Array) -> Array:
-    """Product of a symmetric matrix, given by its lower bands (6, n), and x (n, d)."""
-    product = bands[0][:, None] * x
+    """Product (n, d) of a symmetric matrix, given by its lower bands (6, n), and x (n, d); as columns in memory."""
+    columns = np.ascontiguousarray(x.T)
+    product = bands[0] * columns
     for b in range(1, min(SUPPORT, len(x))):
-        product[b:] += bands[b, :-b, None] * x[:-b]
-        product[:-b] += bands[b, :-b, None] * x[b:]
-    return product
+        product[:, b:] += bands[b, :-b] * columns[:, :-b]
+        product[:, :-b] += bands[b, :-b] * columns[:, b:]
+    return product.T
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,50 +161,49 @@ class Normal:
     """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a pilot fit.
 
     Samples are averaged in blocks against coloured noise, and the basis with them, so that averaging bends
-    nothing. `block` is in seconds.
+    nothing. `block` is in seconds. The averages stand in a grid, P to a knot interval and one column for each
+    coefficient that is an interval's first; those without a sample weigh nothing.
     """
 
     def __init__(self, knots: Knots, data: tuple[Observation, ...], block: float):
         self.knots = knots
         self._penalties: dict[int, Array] = {}
         per_interval = max(round(knots.h / block), 1)
-        weight, index, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
-        self.count, self.index = np.concatenate(weight), np.concatenate(index)
-        self.rows, self.values = np.concatenate(rows), np.concatenate(values)
-        if len(data) > 1:  # in order of their coefficients
-            order = np.argsort(self.index, kind="stable")
-            self.count, self.index = self.count[order], self.index[order]
-            self.rows, self.values = self.rows[order], self.values[order]
-        self._starts = np.flatnonzero(np.diff(self.index, prepend=-1))
-        self._first = self.index[self._starts]
+        weight, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
+        self.weight = np.concatenate(weight)
+        """(P, n)"""
+        self.rows = np.concatenate(rows, axis=1)
+        """(6, P, n) the basis"""
+        self.values = np.concatenate(values, axis=1)
+        """(d, P, n)"""
+        self.averages = int(np.count_nonzero(self.weight))
         self._rates = [(o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]]
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
-        pairs = [(a, b) for a in range(SUPPORT) for b in range(a, SUPPORT)]
-        first, second = (list(side) for side in zip(*pairs, strict=True))
-        products = (self.count[:, None] * self.rows)[:, first] * self.rows[:, second]
-        for (a, b), sums in zip(pairs, np.add.reduceat(products, self._starts, axis=0).T, strict=True):
-            self.bands[b - a, self._first + a] += sums
-        self.pilot = np.zeros((n, self.values.shape[1]))
-        self._set_pilot(self.pilot)
+        weighted = self.weight * self.rows
+        for a in range(SUPPORT):
+            for b in range(a, SUPPORT):
+                products = (weighted[a] * self.rows[b]).sum(axis=0)
+                self.bands[b - a, a:] += products[: n - a]
+        self._set_pilot(np.zeros((self.values.shape[0], n)).T)
 
     def lift(self, bandwidth: float, dt: float) -> float:
         """Information at a frequency [rad/s] over that of the samples alone, dt apart: 1 without derivatives."""
         return 1.0 + dt * sum(rate * bandwidth ** (2 * k) for k, rate in self._rates)
 
     def _set_pilot(self, coefficients: Array) -> None:
-        fitted = np.zeros_like(self.values)
+        columns, n = coefficients.T[:, None], len(coefficients)
+        residual = self.values.copy()
         for a in range(SUPPORT):
-            fitted += self.rows[:, a, None] * coefficients[self.index + a]
-        residual = self.values - fitted
+            residual[:, :, : n - a] -= self.rows[a, :, : n - a] * columns[:, :, a:]
+        weighted = self.weight * residual
         self.pilot = coefficients
         self._rough_pilot: dict[int, Array] = {}
-        self.pilot_rss = float(np.sum(self.count[:, None] * residual**2))
-        self.gradient = np.zeros_like(coefficients)
-        weighted = self.count[:, None] * residual
+        self._pilot_square = float(np.vdot(weighted, residual))
+        gradient = np.zeros(coefficients.T.shape)
         for a in range(SUPPORT):
-            sums = np.add.reduceat(self.rows[:, a, None] * weighted, self._starts, axis=0)
-            self.gradient[self._first + a] += sums
+            gradient[:, a:] += (self.rows[a] * weighted).sum(axis=1)[:, : n - a]
+        self.gradient = gradient.T
 
     def refine_pilot(self, m: int, penalty: float) -> None:
         """Take the fit with this penalty as the pilot, so that sums of squares near it do not cancel."""
@@ -207,30 +219,33 @@ class Normal:
             raise np.linalg.LinAlgError("the normal equations of the spline are not positive definite")
         if m not in self._rough_pilot:
             self._rough_pilot[m] = multiply(roughness, self.pilot)
-        step = self.gradient - penalty * self._rough_pilot[m]
-        return self.pilot + lapack.dpbtrs(factor, step, lower=1)[0], factor
+        descent = self.gradient - penalty * self._rough_pilot[m]
+        return self.pilot + lapack.dpbtrs(factor, descent, lower=1)[0], factor
 
-    def residual_square(self, coefficients: Array) -> float:
-        """Weighted sum of squared residuals of a fit."""
+    def objective(self, coefficients: Array, m: int, penalty: float) -> float:
+        """Weighted sum of squared residuals of a fit, and penalty |D c|²."""
         step = coefficients - self.pilot
-        return self.pilot_rss + float(np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient)))
+        change = float(np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient)))
+        return max(self._pilot_square + change, 0.0) + penalty * self.knots.roughness(coefficients, m)
 
 
-def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Integers, Array, Array]:
-    """Weight (N,), first coefficient (N,), basis (N, 6) and values (N, d) of the averages over blocks.
+def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Array, Array]:
+    """Weight (P, n), basis (6, P, n) and values (d, P, n) of the averages over the P blocks of each knot interval.
 
     The basis is averaged too, to second order: its value at the mean time, and half its second derivative times the
     variance of the times. Within a quarter of a knot interval what is left out is below 1e-4 of that.
     """
+    P, n, d = per_interval, knots.size, data.values.shape[1]
+    grids = np.zeros((P, n)), np.zeros((SUPPORT, P, n)), np.zeros((d, P, n))
     index, u, covered = knots.locate(data.time)
     values = data.values
     if not covered.all():
         index, u, values = index[covered], u[covered], values[covered]
-    cell = index * per_interval + np.minimum((u * per_interval).astype(int), per_interval - 1)
-    starts = np.flatnonzero(np.diff(cell, prepend=-1))
+    block = np.minimum((u * P).astype(int), P - 1)
+    starts = np.flatnonzero(np.diff(index * P + block, prepend=-1))
     if not len(starts):
-        return np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, SUPPORT)), values
-    count = np.diff(np.append(starts, len(cell))).astype(float)
+        return grids
+    count = np.diff(np.append(starts, len(u))).astype(float)
     if len(starts) == len(u):
         rows = basis(u, data.derivative)
     else:
@@ -238,10 +253,14 @@ def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array
         variance = np.maximum(np.add.reduceat(u * u, starts) / count - mean**2, 0.0)
         rows = basis(mean, data.derivative)
         if DEGREE - data.derivative >= 2:
-            rows += 0.5 * variance[:, None] * basis(mean, data.derivative + 2)
+            rows += 0.5 * variance * basis(mean, data.derivative + 2)
         values = np.add.reduceat(values, starts, axis=0) / count[:, None]
-    rows /= knots.h**data.derivative
-    return data.weight * count, index[starts], rows, values
+    place = block[starts], index[starts]
+    weight, basis_grid, value_grid = grids
+    weight[place] = data.weight * count
+    basis_grid[:, *place] = rows / knots.h**data.derivative
+    value_grid[:, *place] = values.T
+    return grids
 
 
 def inverse_bands(factor: Array, overlap: int) -> Array:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from hefting.motion.bspline import (
     CHUNK,
     FEWEST,
     SUPPORT,
+    Integers,
     Knots,
     Mask,
     Normal,
@@ -26,6 +28,8 @@ KNOT_SPACING = 0.02
 """s, to begin with; it then follows the bandwidth, so that h wc stays between 0.3 and 1."""
 LOWEST, HIGHEST = 0.15, 2.5
 """Bounds of h wc in the search."""
+Search = Literal["all", "bandwidth", "none"]
+"""What is looked for near a smoothness that is about right."""
 TUNED_COEFFICIENTS = 10_000
 """Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
 
@@ -66,18 +70,19 @@ class Curve:
         name: str,
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
+        search: Search = "all",
     ) -> "Curve":
         """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
 
-        `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
-        searched then.
+        `near` is a smoothness that is about right, as that of a fit without these rates; `search` says what of it is
+        looked for anew.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near, search)
         if normal is None or end > data[0].time[-1]:
             normal = _normal(data, h, end)
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
@@ -96,29 +101,30 @@ class Curve:
 
         Without `spread` these are infinite wherever the curve is not known, else zero: they cost as much again.
         """
-        out = [np.empty((len(at), self.coefficients.shape[1])) for _ in range(3)]
-        std = [np.empty(len(at)) for _ in range(2)]
+        out = np.empty((3, self.coefficients.shape[1], len(at)))
+        std = np.empty((2, len(at)))
+        columns = np.ascontiguousarray(self.coefficients.T)
         for begin in range(0, len(at), CHUNK):
             part = slice(begin, begin + CHUNK)
             index, u, covered = self.knots.locate(at[part])
-            neighbours = self.coefficients[index[:, None] + np.arange(SUPPORT)]
+            neighbours = columns[:, index + np.arange(SUPPORT)[:, None]]
             rows = [basis(u, k) / self.knots.h**k for k in range(3)]
             for k in range(3):
-                out[k][part] = np.einsum("lj,ljd->ld", rows[k], neighbours)
-                out[k][part][~covered] = np.nan
-            variance = np.zeros((2, len(u)))
-            if not spread:
-                for k in range(2):
-                    std[k][part] = np.where(covered, 0.0, np.inf)
-                continue
-            for a in range(SUPPORT):
-                for b in range(a, SUPPORT):
-                    covariance = (1.0 if a == b else 2.0) * self.covariance[b - a, index + a]
-                    for k in (1, 2):
-                        variance[k - 1] += covariance * rows[k][:, a] * rows[k][:, b]
-            for k in range(2):
-                std[k][part] = np.where(covered, np.sqrt(np.maximum(variance[k], 0.0)), np.inf)
-        return (*out, *std)
+                np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
+            out[:, :, part][:, :, ~covered] = np.nan
+            std[:, part] = np.sqrt(self._variances(index, rows)) if spread else 0.0
+            std[:, part][:, ~covered] = np.inf
+        return (*np.swapaxes(out, 1, 2), *std)
+
+    def _variances(self, index: Integers, rows: list[Array]) -> Array:
+        """(2, L) of the first and the second derivative where the basis and its derivatives are `rows`, three (6, L)."""
+        variances = np.zeros((2, len(index)))
+        for a in range(SUPPORT):
+            for b in range(a, SUPPORT):
+                covariance = (1.0 if a == b else 2.0) * self.covariance[b - a, index + a]
+                for k in (1, 2):
+                    variances[k - 1] += covariance * rows[k][a] * rows[k][b]
+        return np.maximum(variances, 0.0)
 
 
 def tune(
@@ -140,7 +146,11 @@ def _spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
 
 
 def _tuned(
-    data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None
+    data: tuple[Observation, ...],
+    orders: tuple[int, ...],
+    name: str,
+    near: Smoothness | None,
+    search: Search = "bandwidth",
 ) -> tuple[Smoothness, float, float, Normal | None]:
     """As `tune`, with the normal equations of all data, where they were made on the way."""
     time = data[0].time
@@ -158,7 +168,11 @@ def _tuned(
     whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
-        orders, h = (near.order,), _spacing(data, near)
+        h = _spacing(data, near)
+        if search == "none":
+            return near, h, _interval(time, h), None
+        if search == "bandwidth":
+            orders = (near.order,)
     middle = orders[len(orders) // 2]
     normal = _normal(data, h)
     found = _most_likely(normal, middle, _interval(data[0].time, h), floor, near)

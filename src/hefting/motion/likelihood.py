@@ -43,7 +43,7 @@ class Likelihood:
 
     def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):
         self.normal, self.order, self.dt, self.d, self.floor = normal, m, dt, d, floor
-        self.degrees = len(normal.count) - m * len(normal.knots.first)
+        self.degrees = normal.averages - m * len(normal.knots.first)
         self.rank = normal.knots.size - m * len(normal.knots.first)
         self.log_det = normal.knots.log_penalty_determinant(m)
         self.free_score = 0.0
@@ -62,8 +62,7 @@ class Likelihood:
         trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
         penalty = trial.penalty(self.normal, self.dt)
         c, factor = self.normal.solve(self.order, penalty)
-        roughness = float(np.sum(self.normal.knots.differences(c, self.order) ** 2))
-        square = max(self.normal.residual_square(c), 0.0) + penalty * roughness
+        square = self.normal.objective(c, self.order, penalty)
         variance = max(square / (self.d * self.degrees), self.floor)
         log_det = 2.0 * float(np.sum(np.log(factor[0]))) - self.rank * np.log(penalty) - self.log_det
         score = -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det) + self.free_score
