@@ -117,7 +117,7 @@ class Curve:
         return (*np.swapaxes(out, 1, 2), *std)
 
     def _variances(self, index: Integers, rows: list[Array]) -> Array:
-        """(2, L) of the first and the second derivative where the basis and its derivatives are `rows`, three (6, L)."""
+        """(2, L) of the first and the second derivative whose basis and its derivatives are `rows`, three (6, L)."""
         variances = np.zeros((2, len(index)))
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
