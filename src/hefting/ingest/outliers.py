@@ -72,7 +72,7 @@ def find_outliers(
     known = known & ~limit
     r = np.where(known[:, None], wrench - predicted, np.nan) / spread[:, None]
     width = max(CELL, FEWEST * float(np.median(np.diff(time))))
-    cell = np.unique(np.floor((time - time[0]) / width).astype(int), return_inverse=True)[1]
+    cell = np.cumsum(np.diff(np.floor((time - time[0]) / width), prepend=0.0) > 0.0)
     floor = _imperfection(time, predicted, cell, changes)
     medians, samples = _cell_medians(r, cell)
     contact = np.zeros(len(medians), dtype=bool)

@@ -113,17 +113,14 @@ def _rough(samples: Samples, problem: Problem, gravity: Array) -> Fit:
     return gauss_newton(robust, scan(robust, gravity, min(knots, 9)), knots, robust=True)
 
 
-def sift(samples: Samples, problem: Problem, start: Fit, bad: Outliers | None = None) -> tuple[Problem, Fit, Outliers]:
+def sift(samples: Samples, problem: Problem, start: Fit) -> tuple[Problem, Fit, Outliers]:
     """A fit to the samples that are not outliers, with the most freely drifting bias, and the outliers."""
     knots = problem.knots[-1]
     none = no_outliers(len(samples.time))
     if not samples.enough:
         return problem, gauss_newton(problem, start.start, knots, steps=5), none
     fit = start
-    if bad is not None:
-        problem = _keeping(samples, problem, bad)
-        fit = gauss_newton(problem, start.start, knots, steps=5)
-    elif len(start.weights) != len(problem.blocks) or (start.model.layout.offset is None and problem.free_offset):
+    if len(start.weights) != len(problem.blocks) or (start.model.layout.offset is None and problem.free_offset):
         fit = gauss_newton(problem, start.start, knots, robust=True, steps=2)
     before = none
     for k in range(PASSES):
@@ -189,14 +186,11 @@ def _without_bias(samples: Samples, gravity: Array, found: Settled) -> Settled:
 
 def without_offset(samples: Samples, problem: Problem, found: Settled, gravity: Array) -> Settled:
     """The fit without the clock offset that was found but does not count."""
-    near = abs(found.fit.offset) < NEAR
-    problem = replace(problem, free_offset=False)
-    if not near:  # what was found there may be wrong
-        return settle(samples, gravity, *from_scratch(samples, problem, gravity))
-    fit = gauss_newton(
-        replace(found.problem, free_offset=False), replace(found.fit.start, offset=0.0), found.fit.hats.n
-    )
-    return settle(samples, gravity, *sift(samples, problem, fit, found.bad))
+    if abs(found.fit.offset) >= NEAR:  # what was found there may be wrong
+        return settle(samples, gravity, *from_scratch(samples, replace(problem, free_offset=False), gravity))
+    problem = replace(found.problem, free_offset=False)
+    fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), problem.knots[-1])
+    return settle(samples, gravity, problem, fit, found.bad)
 
 
 def _bias_knots(problem: Problem, fit: Fit, slow: float) -> int:

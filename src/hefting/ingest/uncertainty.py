@@ -16,6 +16,7 @@ it gets wrong slowly, and a clock shows best in what is fast.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,10 +36,10 @@ TYPES = (slice(0, 3), slice(3, 6))
 class Uncertainty:
     """How far the solution of a fit may be off."""
 
-    layout: Layout
-    """where each of the q unknowns stands"""
-    covariance: Array
-    """(q, q) of phi, offset and tangents of gravity; infinite where undetermined"""
+    fit: Fit
+    """what it is of"""
+    spectrum: Array
+    """(F, 6) of its whitened residuals"""
     naive: Array
     """(q,) variances as if the residuals were white"""
     slow: float
@@ -49,6 +50,24 @@ class Uncertainty:
     """(q,) from the fit to that of generalised least squares"""
     step_std: Array
     """(q,) standard deviations there; infinite where undetermined"""
+
+    @property
+    def layout(self) -> Layout:
+        """Where each of the q unknowns stands."""
+        return self.fit.model.layout
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(q, q) of phi, offset and tangents of gravity; infinite where undetermined."""
+        q, parts = self.layout.core, _parts(len(self.fit.weights))
+        covariance = np.zeros((q, q))
+        for part in parts:
+            covariance += _sum(self.spectrum, _transform(_influences(self.fit, part)))
+        covariance *= _cover(self.fit, parts)
+        open_ = np.isinf(self.naive)
+        covariance[open_], covariance[:, open_] = 0.0, 0.0
+        covariance[open_, open_] = np.inf
+        return covariance
 
     @property
     def offset_std(self) -> float:
@@ -87,9 +106,8 @@ class Uncertainty:
 def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     """Covariance of what a fit found; generalised least squares heeds frequencies up to `fastest` [1/sample]."""
     q, inverse, undetermined = fit.model.layout.core, fit.solution.inverse, fit.solution.undetermined
-    own, bias = inverse[:q, :q], inverse[q:, :q]
-    stretches = [_Stretch.of(fit, part, own, bias) for part in _parts(len(fit.weights))]
-    cover = len(fit.weights) / sum(s.length for s in stretches)
+    own = inverse[:q, :q]
+    stretches = [_Stretch.of(fit, part) for part in _parts(len(fit.weights))]
     root = _root(own)
     power, left = np.zeros_like(stretches[0].count), np.zeros_like(stretches[0].count)
     for s in stretches:
@@ -102,9 +120,8 @@ def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     S = np.repeat(np.stack(spectra, axis=1), 3, axis=1)
     floor = np.maximum(S, 1e-6 * max(float(S.max()), 1e-300))
     floor[np.arange(len(S)) > fastest * 2 * (len(S) - 1)] = np.inf
-    covariance, N, b = np.zeros((q, q)), np.zeros((q, q)), np.zeros(q)
+    N, b = np.zeros((q, q)), np.zeros(q)
     for s in stretches:
-        covariance += cover * _sum(S, s.plain)
         N += _sum(1.0 / floor, s.tapered)
         b += np.einsum("fcq,fc->q", s.tapered, s.residual.conj() / floor).real
     length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
@@ -113,51 +130,61 @@ def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     step_variance = np.einsum("ij,jk,ik->i", own, inner, own)
     naive = own.diagonal().copy()
     open_ = undetermined[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~undetermined))
-    covariance[open_], covariance[:, open_] = 0.0, 0.0
-    covariance[open_, open_] = np.inf
     naive[open_] = np.inf
     step_std = np.where(open_, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
     slow = float(S[: FEWEST_BINS + 1].mean())
     std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
     std[undetermined[q:]] = np.inf
-    return Uncertainty(fit.model.layout, covariance, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
+    return Uncertainty(fit, S, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
 
 
 @dataclass(frozen=True, eq=False)
 class _Stretch:
     """Transforms of a row of samples; frequencies but the first and last stand for their negatives too."""
 
-    length: int
     residual: Array
     """(F, 6) whitened residuals, tapered"""
-    plain: Array
-    """(F, 6, q) influences Z"""
     tapered: Array
     """(F, 6, q) influences, tapered"""
     count: Array
     """(F, 6) what unit white residuals' power would be"""
 
     @classmethod
-    def of(cls, fit: Fit, part: slice, own: Array, bias: Array) -> "_Stretch":
-        """Samples `part` of a fit; `own` (q, q) and `bias` (6 n, q) are the inverse normal matrix's columns."""
-        q = len(own)
+    def of(cls, fit: Fit, part: slice) -> "_Stretch":
+        """Samples `part` of a fit."""
         length = part.stop - part.start
         weights = fit.weights[part]
-        root = np.sqrt(weights)[:, None] / np.repeat(fit.scale, 3)
-        taper = _taper(length)
-        Z = (fit.columns[part].reshape(-1, q) @ own).reshape(length, 6, q)
-        Z += fit.hats.part(part).combine(bias.reshape(fit.hats.n, 6, q))
-        Z *= root[:, :, None]
+        taper = _taper(length)[:, None]
         count = np.full((length // 2 + 1, 6), 2.0 * float(np.sum(taper[weights > 0.0] ** 2)) / length)
         count[0] *= 0.5
-        residual = _transform(fit.residual[part] * root * taper[:, None])
-        return cls(length, residual, _transform(Z), _transform(Z * taper[:, None, None]), count)
+        residual = _transform(fit.residual[part] * _whitening(fit, part) * taper)
+        return cls(residual, _transform(_influences(fit, part) * taper[:, :, None]), count)
+
+
+def _whitening(fit: Fit, part: slice) -> Array:
+    """(K, 6) by which residuals of some samples become unit ones."""
+    return np.sqrt(fit.weights[part])[:, None] / np.repeat(fit.scale, 3)
+
+
+def _influences(fit: Fit, part: slice) -> Array:
+    """(K, 6, q) change of the q unknowns by each whitened sample: Z."""
+    q = fit.model.layout.core
+    own, bias = fit.solution.inverse[:q, :q], fit.solution.inverse[q:, :q]
+    Z = (fit.columns[part].reshape(-1, q) @ own).reshape(-1, 6, q)
+    Z += fit.hats.part(part).combine(bias.reshape(fit.hats.n, 6, q))
+    Z *= _whitening(fit, part)[:, :, None]
+    return Z
 
 
 def _parts(K: int) -> list[slice]:
     """Stretches of one length, of nearly all samples."""
     length = min(K, LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
+
+
+def _cover(fit: Fit, parts: list[slice]) -> float:
+    """Number of samples over that in the stretches."""
+    return len(fit.weights) / sum(part.stop - part.start for part in parts)
 
 
 def _taper(length: int) -> Array:
