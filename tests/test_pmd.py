@@ -160,6 +160,23 @@ def test_every_start_gives_the_one_answer(shape, z, bias, regularization):
     assert warm.certificate.iterations < cold.certificate.iterations
 
 
+@pytest.mark.parametrize("bias", ["none", "estimate"])
+def test_one_more_sample_takes_one_step(shape, z, bias):
+    """Most estimates that start from the one before solve one linear system, and are those from a cold start."""
+    pmd = PMD(shape, c1=10.0, bias=bias)
+    state = pmd.start()
+    for _ in range(10):
+        state = pmd.update(state, z)
+    found, systems = pmd.estimate(state), []
+    for k in range(50):
+        state = pmd.update(state, z[k : k + 1])
+        found = pmd.estimate(state, start=found)
+        assert_same(found, pmd.estimate(state))
+        assert found.certificate.converged
+        systems.append(found.certificate.iterations)
+    assert np.median(systems) == 1
+
+
 def test_a_start_over_another_shape_is_refused(shape, z):
     other = PMD(PointMasses(shape.positions[:10])).fit(z)
     pmd = PMD(shape)

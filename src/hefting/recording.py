@@ -166,7 +166,7 @@ class Recording:
         norm = np.empty(len(q))
         with np.errstate(over="ignore"):
             for part in parts(len(q)):
-                norm[part] = np.linalg.norm(q[part], axis=1)
+                norm[part] = np.sqrt(np.einsum("ki,ki->k", q[part], q[part]))
         off = np.abs(norm - 1)
         if off.max() > 1e-2:
             k = np.argmax(off > 1e-2)

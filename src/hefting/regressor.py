@@ -98,7 +98,7 @@ def reduced_regressor(measurements: Measurements) -> Array:
 def dynamism(measurements: Measurements) -> Array:
     """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 4, n1 = n2 = 1, n3 = 0.5)."""
     a, alpha, w = measurements.linear_acceleration, measurements.angular_acceleration, measurements.angular_velocity
-    return (a * a + alpha * alpha + 4.0 * (w * w)) @ np.ones(3)
+    return np.add.reduce(a * a + alpha * alpha + 4.0 * (w * w), axis=1)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:

@@ -71,14 +71,20 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
     if float(b @ b) <= (4e-15 * size) ** 2:  # no wrench that a bias does not explain: nothing is held
         return ConeSolution(np.zeros(len(start)), np.zeros(len(b)), np.ones(2), 0.0, 0)
     r = problem.A @ (problem.M @ start) - b
-    squares = [max(square, (1e-3 * size) ** 2) for square in (K @ (r * r)).tolist()]
+    squares = (K @ (r * r)).tolist()
+    bounded: _Newton | _ActiveSet
     if lam > 0.0:
-        squares.append(max(lam * lam * float(start @ start), 1e-200))
-    logs = [0.5 * math.log(square) for square in squares]
-    bounded = _Newton(problem, start > 0.0) if lam > 0.0 else _ActiveSet(problem)
+        squares.append(lam * lam * float(start @ start))
+        bounded = _Newton(problem, start > 0.0)
+        near = bounded.step_from(r, np.sqrt(squares))
+        if near is not None:
+            return near
+    else:
+        bounded = _ActiveSet(problem)
+    s = np.sqrt([max(square, least) for square, least in zip(squares, 2 * [1e-6 * size**2] + [1e-200], strict=False)])
 
     total, lowest, length = 0, np.inf, 1.0
-    s = base = newton = fixed = np.exp(logs)
+    base = newton = fixed = s
     while True:
         v, masses, norms, count = bounded.solve(s)
         total += count
@@ -140,6 +146,46 @@ class _Newton:
     def _activate(self, active: Mask) -> None:
         chosen = self._N[:, active]
         self._active, self._square = active.tobytes(), chosen @ chosen.T
+
+    def step_from(self, r: Array, s: Array) -> ConeSolution | None:
+        """The solution, where one step from masses that solve nearly the same problem leads there, else None.
+
+        `r` (r,) are their residuals and `s` (3,) all three norms. With v = r / d and t = masses / sigma the
+        dual is stationary and all norms are one; a Newton step in v, t and s together makes t that of v as well.
+        """
+        K, b, lam, N = self._problem.K, self._problem.b, self._problem.regularization, self._N
+        square = lam * lam
+        first, second, third = s.tolist()
+        if not (min(first, second) > FLOOR * self._problem.size and third > 0.0):
+            return None
+        sigma, d = third / square, s[:2] @ K
+        v = r / d
+        Nt = (r + b) / -sigma
+        J = sigma * self._square
+        J.ravel()[:: len(d) + 1] += d
+        right = np.empty((4, len(v)))
+        right[0], right[1:3], right[3] = sigma * (self._square @ v - Nt), K * v, Nt / square
+        W = right[1:]
+        solved, failed = lapack.dposv(J, right.T)[1:]
+        change = W @ solved  # (3, 4)
+        change[2, 0] += 1.0 - float(W[2] @ v)
+        ds, singular = lapack.dgesv(change[:, 1:], change[:, 0])[2:]
+        s = s - ds
+        if failed or singular or not min(s.tolist()) > 0.0:
+            return None
+        v = v - solved[:, 0] + solved[:, 1:] @ ds
+        t = np.maximum(v @ N, 0.0)
+        largest = max(1.0, *(K @ (v * v)).tolist(), float(t @ t) / square)
+        feasible = v / math.sqrt(largest)
+        masses = (float(s[2]) / square) * t
+        residual = N @ masses + b
+        norms = np.sqrt(K @ (residual * residual))
+        primal = sum(norms.tolist()) + lam * math.sqrt(masses @ masses)
+        bound = max(0.0, -float(b @ feasible))
+        scale = max(primal, 1e-6 * self._problem.size)
+        if primal - bound > TOLERANCE * scale:
+            return None
+        return ConeSolution(masses, feasible, np.maximum(norms, FLOOR * scale), bound, 1)
 
     def solve(self, s: Array) -> tuple[Array, Array, Array, int]:
         """v, the masses, the three norms over their bounds, and the linear systems solved, at scales `s` (3,)."""

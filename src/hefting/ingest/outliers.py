@@ -127,9 +127,9 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
-    """Medians (C, 6) of the samples known in each cell, and their number (C,)."""
+    """Medians (C, d) of the samples r (K, d) known in each cell, and their number (C,)."""
     order = np.arange(len(cell)) - np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))[cell]
-    table = np.full((cell[-1] + 1, int(order.max()) + 1, 6), np.nan)
+    table = np.full((cell[-1] + 1, int(order.max()) + 1, r.shape[1]), np.nan)
     table[cell, order] = r
     table = np.sort(table, axis=1)  # NaN last
     n = np.sum(np.isfinite(table[:, :, 0]), axis=1)
@@ -166,8 +166,9 @@ def _length(values: Array, scale: Array) -> Array:
 
 def _nearby(apart: Array, cell: Indices) -> Array:
     """(K, 2) robust spread of force and torque about each sample: it shakes more while it moves."""
-    size = np.repeat(np.linalg.norm(apart.reshape(-1, 2, 3), axis=2), 3, axis=1)
-    typical = _cell_medians(size, cell)[0][:, [0, 3]] / MEDIAN_LENGTH
+    square = apart * apart
+    size = np.sqrt(np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1))))
+    typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH
     return _running_median(typical)[cell]
 
 

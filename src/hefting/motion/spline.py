@@ -124,7 +124,7 @@ def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array
         row = int(np.argmax(np.diff(time) <= 0)) + 1
         raise InputError(f"row {row} is not later than the row before it", where="time", fix="sort it, drop doubles")
     orientation = arrays["orientation"][0]
-    norm = np.linalg.norm(orientation, axis=1, keepdims=True)
+    norm = np.sqrt(np.einsum("ki,ki->k", orientation, orientation))[:, None]
     if (norm < 1e-6).any():
         raise InputError(f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero", where="orientation")
     return time, arrays["position"][0] if position is not None else None, orientation / norm
