@@ -92,11 +92,12 @@ def condition(
         chosen = replace(blocks, wrench=medians(raw.wrench, blocks.starts)).every(MOST_BLOCKS)
         working = Samples(chosen.time, chosen.wrench, raw.static, smooth=False)
     problem = Problem(path, working.blocks(), free_offset, free_gravity, knots)
-    found = settle(working, g, *from_scratch(working, problem, g))
+    first = from_scratch(working, problem, g)
+    found = settle(working, g, *first)
     late = None
     if problem.free_offset and not offset_counts(found):
         late = found.fit.offset, found.spread.offset_std
-        found = without_offset(working, problem, found, g)
+        found = without_offset(working, g, first, found)
     tilted = None
     if not free_gravity and long and not path.gravity_measured and not raw.static:
         poor = _is_poor(working, found)
@@ -146,7 +147,7 @@ def _tilted(samples: Samples, found: Settled, suspected: bool) -> Tilted | None:
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
     problem = replace(found.problem, blocks=typical, free_gravity=True).every(THIN)
-    fit = gauss_newton(problem, found.fit.start, found.fit.hats.n, robust=True, steps=20)
+    fit = gauss_newton(problem, found.fit.start, found.fit.hats.n, robust=True, steps=8)
     thin = Samples(problem.time, problem.wrench, static=False, smooth=False)
     blocks = Blocks(problem.time, np.zeros(len(problem.time)), np.ones(len(problem.time)), problem.wrench)
     problem = replace(problem, blocks=blocks)

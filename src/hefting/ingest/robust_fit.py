@@ -184,13 +184,19 @@ def _without_bias(samples: Samples, gravity: Array, found: Settled) -> Settled:
     return Settled(bare, alone, uncertainty(alone, fastest_frequency(bare)), bad)
 
 
-def without_offset(samples: Samples, problem: Problem, found: Settled, gravity: Array) -> Settled:
-    """The fit without the clock offset that was found but does not count."""
-    if abs(found.fit.offset) >= NEAR:  # what was found there may be wrong
-        return settle(samples, gravity, *from_scratch(samples, replace(problem, free_offset=False), gravity))
-    problem = replace(found.problem, free_offset=False)
-    fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), problem.knots[-1])
-    return settle(samples, gravity, problem, fit, found.bad)
+def without_offset(samples: Samples, gravity: Array, first: tuple[Problem, Fit, Outliers], found: Settled) -> Settled:
+    """The fit without the clock offset that was `found`, after a `first` fit from scratch, but does not count."""
+    problem = replace(first[0], free_offset=False)
+    if abs(found.fit.offset) >= NEAR:  # what was left out there may be wrong
+        everything = replace(problem, blocks=samples.blocks())
+        return settle(samples, gravity, *from_scratch(samples, everything, gravity))
+    bad, knots = first[2], problem.knots[-1]
+    fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), knots)
+    if samples.enough:
+        bad = outliers_of(samples, problem, fit)
+        problem = _keeping(samples, problem, bad)
+        fit = gauss_newton(problem, fit.start, knots, steps=5)
+    return settle(samples, gravity, problem, fit, bad)
 
 
 def _bias_knots(problem: Problem, fit: Fit, slow: float) -> int:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
@@ -28,8 +27,6 @@ KNOT_SPACING = 0.02
 """s, to begin with; it then follows the bandwidth, so that h wc stays between 0.3 and 1."""
 LOWEST, HIGHEST = 0.15, 2.5
 """Bounds of h wc in the search."""
-Search = Literal["all", "bandwidth", "none"]
-"""What is looked for near a smoothness that is about right."""
 TUNED_COEFFICIENTS = 10_000
 """Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
 
@@ -70,19 +67,18 @@ class Curve:
         name: str,
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
-        search: Search = "all",
     ) -> "Curve":
         """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
 
-        `near` is a smoothness that is about right, as that of a fit without these rates; `search` says what of it is
-        looked for anew.
+        `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
+        searched then.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near, search)
+        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = _normal(data, h, end)
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
@@ -150,7 +146,6 @@ def _tuned(
     orders: tuple[int, ...],
     name: str,
     near: Smoothness | None,
-    search: Search = "bandwidth",
 ) -> tuple[Smoothness, float, float, Normal | None]:
     """As `tune`, with the normal equations of all data, where they were made on the way."""
     time = data[0].time
@@ -168,11 +163,7 @@ def _tuned(
     whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
-        h = _spacing(data, near)
-        if search == "none":
-            return near, h, _interval(time, h), None
-        if search == "bandwidth":
-            orders = (near.order,)
+        orders, h = (near.order,), _spacing(data, near)
     middle = orders[len(orders) // 2]
     normal = _normal(data, h)
     found = _most_likely(normal, middle, _interval(data[0].time, h), floor, near)

@@ -162,12 +162,11 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
 def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int) -> Curve:
     """The curve through its own samples and measured derivatives z of known variance.
 
-    Its smoothness is looked for in the first round, held in those between, and settled in the last.
+    Its smoothness is found in the first round, and looked for near that in the others.
     """
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
-    samples = curve.observations[0]
-    search = "all" if round_ == 0 else "bandwidth" if round_ == ROUNDS - 1 else "none"
-    return Curve.fit(samples.time, samples.values, name, (rates,), curve.smoothness, search)
+    samples, near = curve.observations[0], curve.smoothness if round_ else None
+    return Curve.fit(samples.time, samples.values, name, (rates,), near)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:
