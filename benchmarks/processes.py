@@ -166,7 +166,7 @@ class Processes:
         for mass in MASSES:
             works |= self._works(mass, *_Shaped(str(self.folder / f"{mass}.csv"), box).command)
         ratios = [
-            Ratio(f"{LIGHT} over {HEAVY}, now", f"identify, {LIGHT}/{HEAVY}", f"{LIGHT}, now", f"{HEAVY}, now", 1.1),
+            Ratio(f"{LIGHT} over {HEAVY}, now", f"identify, {LIGHT}/{HEAVY}", f"{LIGHT}, now", f"{HEAVY}, now", 1.0),
             Ratio(f"{LIGHT} over {HEAVY}, before", "", f"{LIGHT}, before", f"{HEAVY}, before"),
             *(Ratio(f"{m} over before", f"identify, {m}/before", f"{m}, now", f"{m}, before") for m in MASSES),
         ]
