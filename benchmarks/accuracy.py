@@ -128,7 +128,7 @@ def _show_errors(what: str, found: "Sequence[Cell]", methods: tuple[str, ...]) -
 def show_objects(seeds: int, quick: bool) -> None:
     """Errors, ratios and coverage by setting and speed."""
     from benchmarks.accuracy_objects import NOISE, SETTINGS, SPEEDS, runs
-    from hefting.evaluation.setting import DURATION, OBJECTS
+    from hefting.reproduction.setting import DURATION, OBJECTS
 
     speeds, duration = ((QUICK_SPEED,), QUICK_MOTION) if quick else (SPEEDS, DURATION)
     found: dict[tuple[str, float], list[Run]] = {(name, speed): [] for name in SETTINGS for speed in speeds}
@@ -178,7 +178,7 @@ def _show_coverage(found: "dict[tuple[str, float], list[Run]]") -> None:
 
 def three(values: Iterable[float]) -> str:
     """Three numbers in three columns."""
-    from hefting.evaluation.experiment import shown
+    from hefting.reproduction.experiment import shown
 
     return " ".join(f"{shown(float(value)):>8}" for value in values)
 

@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.cramer_rao import Scale, bound
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import NOISE_LEVELS, Measurements
+from hefting.core.spatial import Array, tensor_to_vector
 from hefting.estimators import PMD, Bayes
-from hefting.evaluation.filtered import Observed, causal_filter, windows
-from hefting.evaluation.setting import C1, DURATION, OBJECTS, RATE, Thing, thing, wielded
 from hefting.ingest.free_fit import fit_freely
-from hefting.measurements import NOISE_LEVELS, Measurements
 from hefting.motion import sample_weights
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
+from hefting.reproduction.filtered import Observed, causal_filter, windows
+from hefting.reproduction.setting import C1, DURATION, OBJECTS, RATE, Thing, thing, wielded
 from hefting.simulation import WRENCH_NOISE
-from hefting.spatial import Array, tensor_to_vector
 
 NOISE = "moderate"
 """Of the wrench."""

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cramer_rao import Scale, bound
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.core.metrics import errors_between
+from hefting.core.spatial import Array
 from hefting.estimators import HPS, OLS, PMD, Bayes
-from hefting.inertia import InertialParameters
 from hefting.logs import read_log
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.metrics import errors_between
 from hefting.motion import measure
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 GRAVITY = (0.0, 0.0, 9.81)
 """In the recordings' world, which is upside down [m/s²]."""

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial.transform import Rotation
 
-from hefting.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array
 from hefting.shapes import PointMasses
 from hefting.simulation import Assembly, Part
-from hefting.spatial import Array
 
 FINE = 6000
 """Voxels of the true body."""

@@ -7,16 +7,16 @@ import numpy as np
 
 from benchmarks.bodies import Body
 from benchmarks.wrong_shapes import WRONG
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
+from hefting.core.metrics import errors_between
+from hefting.core.spatial import Array
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.estimators.blend import Blend
-from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
-from hefting.metrics import errors_between
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
 from hefting.simulation.arm import SensorMotion
-from hefting.spatial import Array
 
 RATE = 100.0
 SAMPLES = (150, 500, 1000)

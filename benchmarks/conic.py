@@ -7,9 +7,9 @@ from benchmarks.problem import shape, wielded
 from benchmarks.report import Row, Section, faster
 from benchmarks.timing import Party, compare
 from hefting import PMD
-from hefting.measurements import Measurements
-from hefting.regressor import full_model_weight, full_regressor, reduced_regressor
-from hefting.spatial import Array
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import full_model_weight, full_regressor, reduced_regressor
+from hefting.core.spatial import Array
 
 TARGETS = {150: (300.0, 150.0), 3500: (5000.0, 2000.0)}
 """By the number of samples: how many times faster from the moments, and with the samples folded in."""

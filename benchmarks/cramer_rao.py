@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import NotIdentifiableError
-from hefting.estimate import com_jacobian
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
-from hefting.regressor import full_regressor
-from hefting.spatial import Array, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.errors import NotIdentifiableError
+from hefting.core.estimate import com_jacobian
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import full_regressor
+from hefting.core.spatial import Array, skew, tensor_to_vector, vector_to_tensor
 
 OPEN = 1e-10
 """Singular value, relative to the largest, of a direction that the motion does not tell."""
@@ -54,7 +54,7 @@ def bound(
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """What turns deviations of the ten parameters into the paper's errors (`hefting.metrics`), to first order."""
+    """What turns deviations of the ten parameters into the paper's errors (`hefting.core.metrics`), to first order."""
 
     body: InertialParameters
     """the truth"""

@@ -16,13 +16,13 @@ from benchmarks.problem import RATE, shape, wielded
 from benchmarks.report import Row, Section, faster
 from benchmarks.timing import Party, compare
 from hefting import GEO, HPS, LMI, OLS, RTLS
+from hefting.core.measurements import DIMENSIONS, NOISE_LEVELS, Measurements
+from hefting.core.regressor import full_regressor
+from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator
 from hefting.estimators.geo import GAMMA, weight_by_rule
-from hefting.measurements import DIMENSIONS, NOISE_LEVELS, Measurements
-from hefting.regressor import full_regressor
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, sinusoids, wield
-from hefting.spatial import Array
 
 NOISE = NOISE_LEVELS["moderate"]
 REFERENCE = 2.4e-3

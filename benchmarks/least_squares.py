@@ -7,8 +7,8 @@ from benchmarks.problem import wielded
 from benchmarks.report import Row, Section, faster
 from benchmarks.timing import Party, compare
 from hefting import OLS
-from hefting.measurements import Measurements
-from hefting.spatial import Array
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
 
 FROM_PINOCCHIO = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
 """Pinocchio has Ixx Ixy Iyy Ixz Iyz Izz, the project Jxx Jxy Jxz Jyy Jyz Jzz."""

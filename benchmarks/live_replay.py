@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.motion import PoseFilter
-from hefting.recording import Recording
-from hefting.spatial import Array
 
 TUNING = 1.0
 """Time at the start, in which the filter is tuned [s]; it then sees those samples again."""

@@ -34,8 +34,8 @@ class Identified:
 
 def write(rows: int, path: Path) -> None:
     """Write the log of an arm that wields a hammer, with noise and a constant bias."""
+    from hefting.core.measurements import Noise
     from hefting.logs import write_log
-    from hefting.measurements import Noise
     from hefting.simulation import UR5, hammer, random_smooth, simulate
 
     motion = UR5.motion(random_smooth(rows / RATE, RATE, 1.0, seed=1))

@@ -31,7 +31,7 @@ class Folding:
 def fold(samples: int) -> Folding:
     """Fold so many samples into the state of PMD, block by block."""
     from hefting import PMD, PointMasses
-    from hefting.measurements import Measurements
+    from hefting.core.measurements import Measurements
 
     pmd = PMD(PointMasses.from_box(-0.05, 0.05, -0.05, 0.05, 0.0, 0.3))
     rng = np.random.default_rng(0)

@@ -4,7 +4,7 @@ from benchmarks.problem import shape, wielded
 from benchmarks.report import Row, Section
 from benchmarks.timing import Party, compare
 from hefting import Bayes
-from hefting.measurements import NOISE_LEVELS
+from hefting.core.measurements import NOISE_LEVELS
 
 NOISE = NOISE_LEVELS["moderate"]
 

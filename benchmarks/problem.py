@@ -2,8 +2,7 @@
 
 from functools import cache
 
-from hefting.measurements import NOISE_LEVELS, Measurements
-from hefting.shapes import PointMasses
+from hefting import NOISE_LEVELS, Measurements, PointMasses
 from hefting.simulation import UR5, hammer, sinusoids, wield
 
 RATE = 100.0

@@ -221,9 +221,9 @@ class _Shaped:
 
 def _box_recordings(folder: Path) -> str:
     """Write the logs of a light and a heavy box, and say where the box is."""
-    from hefting.inertia import InertialParameters
+    from hefting.core.inertia import InertialParameters
+    from hefting.core.measurements import NOISE_LEVELS
     from hefting.logs import write_log
-    from hefting.measurements import NOISE_LEVELS
     from hefting.simulation import UR5, random_smooth, simulate
 
     motion = UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=5))

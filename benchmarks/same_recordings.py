@@ -48,9 +48,9 @@ def made(folder: Path, recordings: int = RECORDINGS) -> list[dict[str, Any]]:
 def simulated(folder: Path, number: int) -> dict[str, Any]:
     """Write one recording and its mesh to `folder`, and say what is in it."""
     from benchmarks.bodies import FILLINGS, random_body
-    from hefting.inertia import InertialParameters
+    from hefting.core.inertia import InertialParameters
+    from hefting.core.spatial import STANDARD_GRAVITY
     from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield_analytically
-    from hefting.spatial import STANDARD_GRAVITY
 
     rng = np.random.default_rng([77, number])
     kind, rate = KINDS[number % len(KINDS)], float(rng.choice(RATES))

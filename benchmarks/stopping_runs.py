@@ -6,11 +6,11 @@ import numpy as np
 
 from benchmarks.bodies import Body
 from benchmarks.calibration_runs import LEVELS, RATE, motions
-from hefting.accuracy import Accuracy
+from hefting.core.accuracy import Accuracy
+from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.spatial import Array
 from hefting.estimators import Bayes
-from hefting.measurements import NOISE_LEVELS
 from hefting.simulation import wield
-from hefting.spatial import Array
 
 EVERY = 10
 """Samples from one estimate to the next."""

@@ -12,8 +12,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.problem import shape, wielded
-from hefting import PMD
-from hefting.measurements import Measurements
+from hefting import PMD, Measurements
 
 KNOWN = 150
 samples = int(sys.argv[1])

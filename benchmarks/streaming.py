@@ -12,7 +12,7 @@ from benchmarks.problem import shape, wielded
 from benchmarks.report import Row, Section
 from benchmarks.timing import collected, timed
 from hefting import PMD
-from hefting.measurements import Measurements
+from hefting.core.measurements import Measurements
 
 
 def one_sample_at_a_time(samples: int, known: int = 150) -> Section:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.spatial import Array
+from hefting.core.spatial import Array
 
 
 @dataclass(frozen=True)

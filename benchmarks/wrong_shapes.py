@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.bodies import POINTS, Body
+from hefting.core.spatial import Array
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 COARSE: dict[str, Any] = {"shape_std": 0.2}
 PLACED = {"pose_std": (0.005, float(np.radians(5.0)))}

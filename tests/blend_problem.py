@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hefting.measurements import Measurements
-from hefting.regressor import full_regressor, reduced_regressor
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import full_regressor, reduced_regressor
 from hefting.shapes import PointMasses
 from random_problems import random_body, random_motion, with_wrench
 

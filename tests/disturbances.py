@@ -10,16 +10,16 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Noise
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, vector_to_tensor
 from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
-from hefting.inertia import InertialParameters
 from hefting.ingest import Conditioned
 from hefting.ingest.free_fit import fit_freely
-from hefting.measurements import Noise
 from hefting.motion import measure, sample_weights
-from hefting.recording import Recording, Stream
 from hefting.simulation import UR5, random_smooth, simulate, wield
-from hefting.spatial import Array, vector_to_tensor
 
 GRAVITY = np.array((0.0, 0.0, -9.80665))
 NOISE = Noise(force=0.1, torque=0.005)

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, hammer, sinusoids, wield
 

@@ -7,9 +7,9 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
 from hefting.logs import read_log
-from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
 
 HEADER = "time,qx,qy,qz,qw,fx,fy,fz,tx,ty,tz"
 ROWS = ("0,0,0,0,1,1,2,3,4,5,6", "0.1,0,0,0,1,1,2,3,4,5,6", "0.2,0,0,0,-1,1,2,3,4,5,7")

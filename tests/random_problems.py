@@ -6,10 +6,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from conic import Problem
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import full_model_weight, full_regressor, predict_wrench, reduced_regressor
 from hefting.estimators import PMD
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
-from hefting.regressor import full_model_weight, full_regressor, predict_wrench, reduced_regressor
 from hefting.shapes import PointMasses
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.identifiability import identifiability
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import PARAMETERS
+from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import fit_freely
-from hefting.measurements import Measurements
-from hefting.spatial import PARAMETERS
 from random_problems import random_body, with_wrench
 
 SIZE = 0.2

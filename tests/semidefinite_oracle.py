@@ -8,11 +8,11 @@ import cvxpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, LMI
-from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.regressor import full_regressor
 from hefting.shapes import PointMasses
 from random_problems import random_motion, with_wrench
 

@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from hefting.spatial import pose_matrix
+from hefting.core.spatial import pose_matrix
 
 
 def winding(triangles, points):

@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS, Measurements
+from hefting.core.metrics import errors_between
 from hefting.estimators import Estimator
-from hefting.inertia import InertialParameters
-from hefting.measurements import NOISE_LEVELS, Measurements
-from hefting.metrics import errors_between
 from hefting.shapes import PointMasses
 from hefting.simulation import UR5, Assembly, Part, SensorMotion, hammer, sinusoids, wield
 

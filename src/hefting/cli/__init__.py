@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from hefting.errors import HeftingError, InputError
+from hefting.core.errors import HeftingError, InputError
 
 COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",

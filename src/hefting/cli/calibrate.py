@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hefting.cli import render
 from hefting.cli.options import add_gravity, add_recording, check_output, gravity_of, progress, read_recording
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,8 +16,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Identify what the empty gripper is, save it, and say how to use it."""
+    from hefting.cli.report.estimate import estimate_report, print_lines
     from hefting.identification import calibrate
-    from hefting.report.estimate import estimate_report, print_lines
 
     a = arguments
     if Path(a.output).suffix.lower() != ".json":

@@ -8,7 +8,7 @@ from hefting.cli import render
 from hefting.cli.options import add_recording, check_output, progress, read_recording
 
 if TYPE_CHECKING:
-    from hefting.recording import Recording
+    from hefting.core.recording import Recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

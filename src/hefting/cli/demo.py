@@ -15,8 +15,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the demo and print truth beside estimate."""
-    from hefting.demo import run
-    from hefting.report.estimate import estimate_report, print_lines
+    from hefting.cli.report.estimate import estimate_report, print_lines
+    from hefting.simulation.demo import run
 
     with progress("simulating a robot arm that wields a hammer, and identifying it ..."):
         shown = run(arguments.output)

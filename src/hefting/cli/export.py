@@ -24,9 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.estimate import Estimate
+    from hefting.core.estimate import Estimate
+    from hefting.core.files import write_atomically
     from hefting.export import export
-    from hefting.files import write_atomically
     from hefting.shapes import parse_pose
 
     a = arguments

@@ -19,17 +19,17 @@ from hefting.cli.options import (
     quantities,
     read_recording,
 )
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
-    from hefting.accuracy import Accuracy
-    from hefting.comparison import Comparison
-    from hefting.estimate import Estimate
+    from hefting.core.accuracy import Accuracy
+    from hefting.core.estimate import Estimate
+    from hefting.core.recording import Recording
+    from hefting.core.spatial import Array
     from hefting.export import Exported
-    from hefting.recording import Recording
+    from hefting.identification.compare import Comparison
+    from hefting.identification.truth import Truth
     from hefting.shapes import PointMasses
-    from hefting.spatial import Array
-    from hefting.truth import Truth
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> None:
     if a.json:
         import json
 
-        from hefting.estimate import coded, json_ready
+        from hefting.core.estimate import coded, json_ready
 
         results = {k: e.to_dict() for k, e in estimates.items()}
         for name, found in errors.items():
@@ -140,12 +140,12 @@ def run(arguments: argparse.Namespace) -> None:
         print(render(json.dumps(out)))
         return
     if comparison:
-        from hefting.report.methods import comparison_report
-        from hefting.report.printing import print_report
+        from hefting.cli.report.methods import comparison_report
+        from hefting.cli.report.printing import print_report
 
         print_report(comparison_report(comparison, errors), render)
     else:
-        from hefting.report.estimate import estimate_report, print_lines
+        from hefting.cli.report.estimate import estimate_report, print_lines
 
         print_lines(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)), render)
     for path, exported in texts:
@@ -161,7 +161,7 @@ def _identify(
     settings = _hyperparameters(a)
     names = [name.strip() for name in a.method.split(",")] if a.method is not None else [None]
     if len(names) > 1 or (names[0] or "").lower() == "all":
-        from hefting.comparison import compare
+        from hefting.identification.compare import compare
 
         comparison = compare(recording, shape, names, hyperparameters=settings, **reading)  # type: ignore[arg-type]
         return comparison, comparison.results
@@ -180,13 +180,13 @@ def _pose(text: str | None) -> "Array | None":
 
 
 def _truth(path: str) -> "Truth":
-    from hefting.truth import load_truth
+    from hefting.identification.truth import load_truth
 
     return load_truth(path)
 
 
 def _tool(path: str) -> "Estimate":
-    from hefting.tool import load_tool
+    from hefting.ingest.tool import load_tool
 
     return load_tool(path)
 
@@ -199,8 +199,8 @@ def _shape(a: argparse.Namespace, pose: "Array | None") -> "PointMasses":
 
 def _write(paths: list[str], estimate: "Estimate", flange: "Array | None") -> "list[tuple[str, Exported]]":
     """Write the estimate to each path, in the form of its suffix; nothing is written unless all can be made."""
+    from hefting.core.files import write_atomically
     from hefting.export import SUFFIXES, export
-    from hefting.files import write_atomically
 
     texts = [(path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths]
     for path, exported in texts:
@@ -225,7 +225,7 @@ def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
 
 def _accuracy(text: str) -> "Accuracy":
     """What was asked for; `InputError` names the option."""
-    from hefting.accuracy import Accuracy
+    from hefting.core.accuracy import Accuracy
 
     try:
         return Accuracy.parse(text)

@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> None:
 
         print(render(json.dumps(found.to_dict())))
         return
-    from hefting.report.inspection import inspection_report
-    from hefting.report.printing import print_report
+    from hefting.cli.report.inspection import inspection_report
+    from hefting.cli.report.printing import print_report
 
     print_report(inspection_report(found), render)

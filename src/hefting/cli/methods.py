@@ -19,7 +19,7 @@ def run(arguments: argparse.Namespace) -> None:
 
         print(json.dumps(describe_methods()))
         return
-    from hefting.report.methods import methods_report
-    from hefting.report.printing import print_report
+    from hefting.cli.report.methods import methods_report
+    from hefting.cli.report.printing import print_report
 
     print_report(methods_report())

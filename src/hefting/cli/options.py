@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
-    from hefting.quantity import Kind
-    from hefting.recording import Recording
+    from hefting.core.quantity import Kind
+    from hefting.core.recording import Recording
 
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 READING = {
@@ -49,7 +49,7 @@ def numbers(text: str, count: int, option: str) -> list[float]:
 
 def quantities(text: str, kinds: "Sequence[Kind]", option: str, example: str) -> tuple[float, ...]:
     """Numbers with units separated by commas, in SI units; `InputError` names the option otherwise."""
-    from hefting.quantity import quantity
+    from hefting.core.quantity import quantity
 
     parts = text.split(",")
     if len(parts) != len(kinds):
@@ -112,7 +112,7 @@ def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) ->
         return recording
     if not a.sensor_frame:
         raise InputError("which link holds the sensor?", a.urdf, "give --sensor-frame NAME")
-    from hefting.kinematics import Robot, with_poses
+    from hefting.robots import Robot, with_poses
 
     return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hefting.cli import render
 from hefting.cli.options import add_json, add_recording, check_output, numbers, progress, read_recording
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Predict, save what was asked for, and print peaks and extremes."""
-    from hefting.estimate import Estimate
-    from hefting.files import write_atomically
+    from hefting.core.estimate import Estimate
+    from hefting.core.files import write_atomically
     from hefting.prediction import predict
 
     a = arguments
@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
 
         print(render(json.dumps(found.to_dict())))
         return
-    from hefting.report.prediction import prediction_report
-    from hefting.report.printing import print_report
+    from hefting.cli.report.prediction import prediction_report
+    from hefting.cli.report.printing import print_report
 
     print_report(prediction_report(found), render)
     for path in a.output:
@@ -70,6 +70,6 @@ def _content(found, suffix: str) -> bytes:
     """The prediction as a file of a suffix."""
     if suffix == ".csv":
         return found.csv()
-    from hefting.prediction_plot import picture
+    from hefting.plots.prediction import picture
 
     return picture(found, suffix)

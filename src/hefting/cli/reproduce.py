@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run what is not done yet, write tables, figures and the page, and say where."""
-    from hefting.evaluation import EXPERIMENTS, reproduce
+    from hefting.reproduction import EXPERIMENTS, reproduce
 
     a = arguments
     if a.list:

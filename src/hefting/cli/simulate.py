@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import POSE, numbers, progress
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Simulate, write, and print what was made and how to read it."""
-    from hefting.files import write_atomically
+    from hefting.core.files import write_atomically
     from hefting.logs import write_log
     from hefting.simulation.scenario import mujoco_version
 
@@ -127,7 +127,7 @@ def _rates(a: argparse.Namespace) -> "Rates":
 
 
 def _faults(a: argparse.Namespace) -> "Faults":
-    from hefting.errors import nearest
+    from hefting.core.errors import nearest
     from hefting.simulation import WRENCH_NOISE, Faults
 
     if a.noise not in WRENCH_NOISE:

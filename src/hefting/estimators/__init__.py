@@ -3,7 +3,7 @@
 from dataclasses import MISSING, Field, fields
 from typing import Any
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.estimators.base import INVARIANCES, Estimator
 from hefting.estimators.bayes import Bayes
 from hefting.estimators.geo import GEO

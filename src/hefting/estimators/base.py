@@ -12,11 +12,11 @@ An estimator is a frozen dataclass whose fields are its hyperparameters. Its sta
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimate import Estimate
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
 from hefting.estimators.blend import Blend
-from hefting.measurements import Measurements
-from hefting.spatial import Array
 
 BiasModel = Literal["none", "estimate"]
 Needs = Literal["nothing", "a bounding box", "a shape", "labelled parts"]

@@ -6,12 +6,12 @@ from typing import Literal, Self
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
+from hefting.core.moments import Moments
+from hefting.core.regressor import features, full_model_weight
+from hefting.core.spatial import CHUNK, Array
 from hefting.estimators.time_record import TimeRecord
-from hefting.measurements import Measurements
-from hefting.moments import Moments
-from hefting.regressor import features, full_model_weight
-from hefting.spatial import CHUNK, Array
 
 Model = Literal["full", "reduced", "blended"]
 MODELS: dict[str, str] = {

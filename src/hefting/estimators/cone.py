@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.lapack import lapack
-from hefting.spatial import Array, Mask
+from hefting.core.lapack import lapack
+from hefting.core.spatial import Array, Mask
 
 FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it in accuracy."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from hefting.inertia import InertialParameters
-from hefting.spatial import Array
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array
 
 ROWS, COLUMNS = np.triu_indices(4)
 """Entry of the matrix that each coordinate stands for."""

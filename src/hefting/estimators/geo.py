@@ -7,17 +7,17 @@ from typing import Literal
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.estimate import Certificate, Estimate
+from hefting.core.errors import InputError
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend, Model, model_weight, require_model, require_one_of, require_positive
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
 from hefting.estimators.semidefinite import solve
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 Distance = Literal["entropic", "pullback", "euclidean"]
 DISTANCES: dict[str, str] = {

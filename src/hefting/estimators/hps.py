@@ -5,15 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimate import Certificate, Estimate
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise, whitening
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 REACH = 10.0
 """The bound holds for bodies up to so many times as heavy."""

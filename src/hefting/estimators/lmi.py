@@ -4,16 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.estimate import Certificate, Estimate
+from hefting.core.errors import InputError
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
 from hefting.estimators.semidefinite import solve
-from hefting.inertia import InertialParameters
 from hefting.shapes import PointMasses
-from hefting.spatial import PARAMETERS, Array, vector_to_tensor
 
 TYPICAL_RADIUS = 0.1
 """Radius of gyration [m] of what is taken for an object where the data say nothing."""

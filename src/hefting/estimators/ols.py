@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.estimate import Certificate, Estimate
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend, Model, model_weight, require_model
 from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor, whitening
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
-from hefting.spatial import PARAMETERS, WRENCH, Array, Indices
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,16 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.estimate import Certificate, Estimate
+from hefting.core.errors import InputError
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
+from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend, Model, model_weight, require_model
 from hefting.estimators.cone import ConeProblem, solve
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
-from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 ACCURACY = 1e-6
 """Gap up to which a solution counts as converged, relative to the objective (or to 1e-6 |b| where it is smaller)."""

@@ -11,12 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.errors import InputError, NotIdentifiableError
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.lapack import lapack
+from hefting.core.measurements import Noise
+from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
+from hefting.core.spatial import Array, Indices, frozen
 from hefting.estimators.blend import Blend
-from hefting.lapack import lapack
-from hefting.measurements import Noise
-from hefting.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
-from hefting.spatial import Array, Indices, frozen
 
 WrenchNoise = Noise | Array | None
 """Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None: newtons weigh like N m."""

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimate import Certificate, Estimate
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Noise
+from hefting.core.spatial import PARAMETERS, Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor, whitening
-from hefting.inertia import InertialParameters
-from hefting.measurements import Noise
-from hefting.spatial import PARAMETERS, Array
 
 
 @dataclass(frozen=True, eq=False)

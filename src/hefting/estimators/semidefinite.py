@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.lapack import lapack
+from hefting.core.spatial import Array
 from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.estimators.quadratic import ScaledSVD
-from hefting.lapack import lapack
-from hefting.spatial import Array
 
 VANISHING = 1e-14
 """gamma where no prior is asked for, relative to |b|²: decides what the data leave open, and nothing else."""

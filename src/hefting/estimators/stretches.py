@@ -6,10 +6,10 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.moments import triangular
+from hefting.core.regressor import FEATURES
+from hefting.core.spatial import Array
 from hefting.estimators.timescales import folded
-from hefting.moments import triangular
-from hefting.regressor import FEATURES
-from hefting.spatial import Array
 
 MOST = 8
 """Stretches kept; when there are as many, neighbours are joined in pairs."""

@@ -6,10 +6,10 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.measurements import MotionNoise
+from hefting.core.spatial import Array
 from hefting.estimators.stretches import Stretches
 from hefting.estimators.timescales import TimeScales
-from hefting.measurements import MotionNoise
-from hefting.spatial import Array
 
 BUFFER = 64
 """Samples taken in together: an update of one costs next to nothing, and the transform of 64 is a few array operations.

@@ -12,10 +12,10 @@ from typing import Self
 
 import numpy as np
 
-from hefting.lapack import lapack
-from hefting.moments import BLOCK, REFLECTORS, triangular
-from hefting.regressor import FEATURES
-from hefting.spatial import Array
+from hefting.core.lapack import lapack
+from hefting.core.moments import BLOCK, REFLECTORS, triangular
+from hefting.core.regressor import FEATURES
+from hefting.core.spatial import Array
 
 HALF = 0.5**0.5
 

@@ -13,12 +13,12 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError, nearest
-from hefting.estimate import Estimate
+from hefting.core.errors import InputError, nearest
+from hefting.core.estimate import Estimate
+from hefting.core.messages import Message, warning
 from hefting.export import controllers, mjcf, records, sdf, urdf, usd
 from hefting.export.body import THINNEST, Body
 from hefting.export.splice import Place, put_inertial
-from hefting.messages import Message, warning
 
 __all__ = ["SUFFIXES", "TARGETS", "Exported", "export"]
 

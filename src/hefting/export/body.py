@@ -8,9 +8,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.inertia import InertialParameters
-from hefting.spatial import Array, check_pose, frozen
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, check_pose, frozen
 
 THINNEST = 1e-6
 """Least second moment of mass along any axis, as a share of the sum over the three principal axes: a

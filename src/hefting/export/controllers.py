@@ -7,8 +7,8 @@ knows.
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.export.body import Body
-from hefting.spatial import Array
 
 KGF_CM_S2 = 9.80665 * 0.01
 """One kgf cm s² [kg m²], the unit of Fanuc's moments: 1 kg m² is 10.197 of them."""

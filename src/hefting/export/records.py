@@ -4,8 +4,8 @@ import csv
 import io
 import json
 
-from hefting.estimate import Estimate
-from hefting.spatial import tensor_to_vector
+from hefting.core.estimate import Estimate
+from hefting.core.spatial import tensor_to_vector
 
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 AT_COM = ("mass", "cx", "cy", "cz", *(f"I{e}" for e in ENTRIES))

@@ -8,8 +8,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from hefting.errors import InputError, nearest
-from hefting.files import parse_xml, read_xml
+from hefting.core.errors import InputError, nearest
+from hefting.core.files import parse_xml, read_xml
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 
@@ -42,7 +42,7 @@ def put_inertial(path: str | Path, name: str | None, inertial: str, place: Place
     """Text of the file with `inertial` in the element called `name`, and whether it replaced another.
 
     Raises `InputError` when the file cannot be read, is not well-formed XML of that format in UTF-8, has a
-    document type, is larger than `hefting.files.MAX_XML`, or does not hold the element exactly once.
+    document type, is larger than `hefting.core.files.MAX_XML`, or does not hold the element exactly once.
     """
     data = read_xml(path)
     holder = _only(_find(data, path, place), path, name, place)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, in_sensor_axes
 from hefting.ingest.blocks import Blocks, within_blocks
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
-from hefting.recording import Recording, Stream
-from hefting.spatial import Array, in_sensor_axes
 
 
 def measured_blocks(

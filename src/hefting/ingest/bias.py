@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.files import read_json
-from hefting.recording import Recording
-from hefting.spatial import Array
+from hefting.core.errors import InputError
+from hefting.core.files import read_json
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array
 
 
 def tare(recording: Recording, start: float, end: float) -> Array:

@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask
 
 LENGTH = 0.01
 """s, of a block"""

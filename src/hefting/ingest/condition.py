@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.measurements import Noise
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.conditioned import Conditioned, Tilted, WrenchSign, mass_over_std
 from hefting.ingest.drift import Drift, candidates
@@ -25,12 +28,9 @@ from hefting.ingest.robust_fit import (
     without_offset,
 )
 from hefting.ingest.uncertainty import uncertainty
-from hefting.measurements import Noise
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
-from hefting.recording import Recording
-from hefting.spatial import STANDARD_GRAVITY, Array, check_gravity
 
 MOST_SAMPLES = 100_000
 """Samples that are looked at one by one; of longer recordings blocks stand for them until the fit is done."""

@@ -4,12 +4,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hefting.core.measurements import Noise
+from hefting.core.messages import Message
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, Mask, frozen
 from hefting.ingest.drift import Drift
-from hefting.measurements import Noise
-from hefting.messages import Message
 from hefting.motion import Curves
-from hefting.recording import Recording, Stream
-from hefting.spatial import Array, Mask, frozen
 
 SIGNIFICANT = 3.0
 """Standard deviations that an offset, a mass or a bias must be from zero."""
@@ -65,7 +65,7 @@ class Conditioned:
     """What stands between a recording and its object: clocks, sign, bias, gravity, noise, and bad samples."""
 
     parameters: Array
-    """(10,) found on the way, with the sign of `hefting.spatial`; least squares on the samples kept"""
+    """(10,) found on the way, with the sign of `hefting.core.spatial`; least squares on the samples kept"""
     covariance: Array
     """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured residuals; infinite where open"""
     offset: float

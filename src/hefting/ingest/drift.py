@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.spatial import Array, Indices, frozen
+from hefting.core.spatial import Array, Indices, frozen
 
 SHORTEST = 8.0
 """s: in less nothing drifts that could be told from what the model misses."""

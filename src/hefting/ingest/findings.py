@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import Mask
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import Path
-from hefting.messages import Message, note, warning
-from hefting.recording import Recording
-from hefting.spatial import Mask
 
 UNDECIDED = 0.05
 """s: an offset less well known than that is not known."""

@@ -1,7 +1,7 @@
 """Gauss-Newton over parameters, bias, clock offset and gravity's direction: robust, or plain on chosen samples.
 
-With x(t) the features of the motion, A(x) the full regressor of `hefting.regressor` and o the clock offset, a wrench
-stamped t is
+With x(t) the features of the motion, A(x) the full regressor of `hefting.core.regressor` and o the clock offset, a
+wrench stamped t is
 
     y(t) = A(x(t - o)) phi + sum_j h_j(t) beta_j + noise,
 
@@ -19,13 +19,13 @@ from functools import cached_property
 
 import numpy as np
 
+from hefting.core.lapack import lapack
+from hefting.core.regressor import FULL_MAP
+from hefting.core.spatial import Array, Mask
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.path import MOTION, WORLD, Path, Reading
-from hefting.lapack import lapack
 from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
-from hefting.regressor import FULL_MAP
-from hefting.spatial import Array, Mask
 
 FREEDOM = 3.0
 """Degrees of freedom of the Student distribution of a sample's residual."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.moments import triangular
+from hefting.core.regressor import FULL_MAP, GRAVITY, MOTION, ONE, WRENCH, full_rows, predict_wrench
+from hefting.core.spatial import PARAMETERS, Array, skew
 from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
-from hefting.measurements import Measurements, Noise
-from hefting.moments import triangular
-from hefting.regressor import FULL_MAP, GRAVITY, MOTION, ONE, WRENCH, full_rows, predict_wrench
-from hefting.spatial import PARAMETERS, Array, skew
 
 NARROW = 0.03
 """Root-mean-square change of gravity over its size, in sensor axes, below which it tells no lever beside a bias."""

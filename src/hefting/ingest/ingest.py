@@ -8,8 +8,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.estimate import Estimate
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements, MotionNoise, Noise
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
 from hefting.estimators.base import BiasModel
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.blend import Blend
@@ -17,17 +22,12 @@ from hefting.ingest.averages import measured_blocks, residual_size
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed, wrench_sign
+from hefting.ingest.tool import tool_warnings, without_tool
 from hefting.logs import read_log
-from hefting.measurements import Measurements, MotionNoise, Noise
-from hefting.messages import Message, warning
 from hefting.motion import Measured, measure
 from hefting.motion.measure import DESCRIPTIONS, Source
 from hefting.motion.state import Motion
 from hefting.motion.weighting import acceleration_variances, sample_weights
-from hefting.recording import Recording
-from hefting.regressor import predict_wrench
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
-from hefting.tool import tool_warnings, without_tool
 
 WIDE = 1.0
 """What the tool's recording left open of its inertia, in m²: as much as a metre's distance of its whole mass."""
@@ -49,8 +49,8 @@ class Ingested:
     static: bool
     """Whether it is poses without time."""
     measurements: Measurements
-    """With the sign convention of `hefting.spatial`, less a given bias and the tool, with weights: of a fast sensor the
-    averages over 10 ms, each with the weight of as many samples."""
+    """With the sign convention of `hefting.core.spatial`, less a given bias and the tool, with weights: of a fast
+    sensor the averages over 10 ms, each with the weight of as many samples."""
     counts: Array
     """(K,) samples of the log that each of these stands for."""
     motion: Motion | None
@@ -152,7 +152,7 @@ def ingest(
     gravity, wrench, bias, motion, start, duration, tool : as for `hefting.identify`.
     hint : whether to find out where the data would have gravity, even where it explains the wrench well.
 
-    Whether that determines an object is another question: see `hefting.plausibility.require_object`. Raises
+    Whether that determines an object is another question: see `hefting.ingest.plausibility.require_object`. Raises
     `InputError` for what cannot be read or understood.
     """
     if wrench not in ("auto", "on-object", "on-sensor"):

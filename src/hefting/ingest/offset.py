@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import FREEDOM, FULL, Problem, Start, tangents_of
 from hefting.ingest.path import MOTION, WORLD
-from hefting.spatial import Array
 
 STEP = 0.02
 """s between the offsets tried."""

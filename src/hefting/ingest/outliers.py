@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask
 
 CELL = 0.05
 """s, of a cell, of which contacts are made"""

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import STANDARD_GRAVITY, TENSOR_COLUMNS, TENSOR_ROWS, Array, Mask, rotation_matrices
 from hefting.motion import Curves, smooth_poses
 from hefting.motion.measure import POSE, TWIST, Source
-from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, TENSOR_COLUMNS, TENSOR_ROWS, Array, Mask, rotation_matrices
 
 FEWEST_POSES = 8
 STEP = 2e-3
 """s, of the numerical derivatives by time: motion of 15 Hz changes by a fifth of a period's radian in it."""
 MOTION, WORLD = slice(0, 12), slice(12, 21)
-"""Columns of what is read: a, alpha, vech(w w') of `hefting.regressor`, a itself in the place of a - g; and the axes
-of the world in sensor axes, a (3, 3) matrix by rows, so that gravity there is that matrix times gravity."""
+"""Columns of what is read: a, alpha, vech(w w') of `hefting.core.regressor`, a itself in the place of a - g; and the
+axes of the world in sensor axes, a (3, 3) matrix by rows, so that gravity there is that matrix times gravity."""
 
 
 @dataclass(frozen=True, eq=False)

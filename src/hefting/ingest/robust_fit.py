@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.ingest import outliers
 from hefting.ingest.blocks import Blocks, medians
 from hefting.ingest.conditioned import SIGNIFICANT
@@ -17,7 +18,6 @@ from hefting.ingest.fit import LARGEST_STEP, Fit, Problem, Start, gauss_newton, 
 from hefting.ingest.offset import scan
 from hefting.ingest.outliers import Outliers, no_outliers
 from hefting.ingest.uncertainty import Uncertainty, uncertainty
-from hefting.spatial import Array
 
 ROUGH = 6_000
 """Blocks of the first robust fit and of the choice of the drift."""

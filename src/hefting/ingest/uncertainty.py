@@ -20,8 +20,8 @@ from functools import cached_property
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.ingest.fit import Fit, Layout
-from hefting.spatial import Array
 
 LENGTH = 16384
 """Samples transformed at a time."""

@@ -2,10 +2,10 @@
 
 from math import degrees
 
+from hefting.core.recording import Recording
 from hefting.inspection.movement import SPEED_LIMIT
 from hefting.inspection.result import Inspection
 from hefting.inspection.streams import StreamFacts
-from hefting.recording import Recording
 
 OFFSET = 0.005
 """s: a clock offset worth a sentence."""

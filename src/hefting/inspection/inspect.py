@@ -6,21 +6,21 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.identifiability import identifiability
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
+from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
 from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.plausibility import check_wrench
 from hefting.inspection.advice import advice
 from hefting.inspection.movement import Movement, movement
 from hefting.inspection.result import GravityHint, Inspection
 from hefting.inspection.streams import stream_facts
 from hefting.inspection.wrench import wrench_facts
-from hefting.messages import Message, warning
 from hefting.motion import measure
-from hefting.plausibility import check_wrench
-from hefting.recording import Recording
-from hefting.spatial import STANDARD_GRAVITY, Array, check_gravity
 
 EMPTY = "the wrench is zero throughout"
 

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.recording import Recording
+from hefting.core.regressor import dynamism
+from hefting.core.spatial import Array
 from hefting.ingest.ingest import Ingested
 from hefting.inspection.streams import GAP
 from hefting.motion import Measured
 from hefting.motion.measure import DESCRIPTIONS
-from hefting.recording import Recording
-from hefting.regressor import dynamism
-from hefting.spatial import Array
 
 SPEED_LIMIT = 0.25
 """m/s: the largest speed of the tool centre point, by ISO 10218-1 (2011), next to people."""

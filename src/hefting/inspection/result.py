@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from hefting.estimate import json_ready
-from hefting.identifiability import Identifiability
+from hefting.core.estimate import json_ready
+from hefting.core.messages import Message
+from hefting.core.spatial import Array
+from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.inspection.movement import SPEED_LIMIT, Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts
-from hefting.messages import Message
-from hefting.spatial import Array
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Inspection:
     ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
     ``missing``             why there is no ``motion``, ``conditioning``, ``object``
     ``advice``, ``warnings`` one sentence each
-    ``messages``            notes, findings and warnings with their codes: see `hefting.messages.Message.to_dict`
+    ``messages``            notes, findings and warnings with their codes: see `hefting.core.messages.Message.to_dict`
     ======================= ==========================================================================================
     """
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.recording import Stream
+from hefting.core.recording import Stream
 
 GAP = 3.0
 """Steps longer than so many usual ones are gaps."""

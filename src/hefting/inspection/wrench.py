@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array, frozen
 from hefting.ingest.averages import residual_size
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.ingest import Ingested
-from hefting.measurements import Measurements
 from hefting.motion.state import Motion
-from hefting.regressor import predict_wrench
-from hefting.spatial import Array, frozen
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hefting.errors import InputError, nearest
+from hefting.core.errors import InputError, nearest
+from hefting.core.messages import Message, warning
+from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
 from hefting.logs.table import Table, checked_static, collect, in_seconds, listed, require_streams
-from hefting.messages import Message, warning
-from hefting.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
 
 TEXT_SUFFIXES = (".csv", ".txt", ".tsv")
 """Read as CSV."""
@@ -50,7 +50,7 @@ def read_log(
     .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
     ================================ =================================================================
 
-    The canonical table has one header row; SI units; columns `time` and those of `hefting.recording.COLUMNS`, of
+    The canonical table has one header row; SI units; columns `time` and those of `hefting.core.recording.COLUMNS`, of
     which the wrench and an orientation or joint positions must be there. A blank cell (Parquet: null) means "not
     measured then", so that streams of different rates fit one file. Without `time`, each row is a static pose.
     Times that count from 1970 are shifted to start at 0. A row that repeats the one before, time and values

@@ -8,7 +8,7 @@
     wrench = { columns = "ft_{0..5}", unit = ["N", "N mm"] }
 
 ``wrench`` or both ``force`` and ``torque`` must be there, and ``orientation``, ``pose`` or ``joint_positions``.
-Further keys are the streams of `hefting.recording.Recording`. Columns alone, without braces, are in SI units.
+Further keys are the streams of `hefting.core.recording.Recording`. Columns alone, without braces, are in SI units.
 
 - A column is given by its name, or by its number counted from 1; ``"q[{0..6}]"`` stands for seven names.
 - ``form`` of an orientation: a key of `hefting.logs.orientations.FORMS` (xyzw when there is none). ``pose`` is a
@@ -30,7 +30,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.logs.layout import LAYOUT_KEYS, Layout, brief, layout_of, nan_is_blank, whole
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, Mask
 from hefting.logs.layout import Layout
 from hefting.logs.table import Block, label
-from hefting.spatial import Array, Mask
 
 if TYPE_CHECKING:
     import pyarrow as pa

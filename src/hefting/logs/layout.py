@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 
 SEPARATORS = {",": ",", ";": ";", "|": "|", "tab": "\t", "\t": "\t", "space": " ", " ": " "}
 LAYOUT_KEYS = ("separator", "header", "skip", "decimal", "nan")

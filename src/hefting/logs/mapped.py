@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.messages import note
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity, resembling
 from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
 from hefting.logs.table import Table, checked_static, collect, in_seconds, label, listed, require_streams
 from hefting.logs.units import Unit
-from hefting.messages import note
-from hefting.recording import Recording, Stream
-from hefting.spatial import Array
 
 
 def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True) -> Recording:

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.recording import Stream
-from hefting.spatial import Array, rotation_matrices
+from hefting.core.errors import InputError
+from hefting.core.recording import Stream
+from hefting.core.spatial import Array, rotation_matrices
 
 FORMS = {"xyzw": 4, "wxyz": 4, "rotation-vector": 3, "rpy": 3, "euler": 3, "matrix": 9}
 """Columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z; ``euler``: in a given order;

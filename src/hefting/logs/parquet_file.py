@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.logs.table import Block, label
 
 ROWS = 65_536

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.errors import InputError
-from hefting.messages import Message, warning
-from hefting.recording import Recording, Stream, all_finite
-from hefting.spatial import Array, Mask, median, own
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording, Stream, all_finite
+from hefting.core.spatial import Array, Mask, median, own
 
 if TYPE_CHECKING:
     from hefting.logs.units import Unit
@@ -101,7 +101,7 @@ def collect(
 def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """The streams without the samples that repeat the one before, time and values alike, and a warning of how many.
 
-    Two different samples at one time are kept: `hefting.recording.Recording` refuses them.
+    Two different samples at one time are kept: `hefting.core.recording.Recording` refuses them.
     """
     kept, dropped = {}, set()
     for name, stream in streams.items():

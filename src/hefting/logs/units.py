@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.errors import InputError, nearest
-from hefting.spatial import Array
+from hefting.core.errors import InputError, nearest
+from hefting.core.spatial import Array
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array
 from hefting.logs.orientations import rotated_back
 from hefting.logs.table import Table, collect, in_seconds
-from hefting.messages import Message, note, warning
-from hefting.recording import Recording, Stream
-from hefting.spatial import Array
 
 FIELDS = {
     "actual_TCP_pose": 6,

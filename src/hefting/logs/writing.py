@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.files import write_atomically
-from hefting.recording import Recording, column_names
+from hefting.core.files import write_atomically
+from hefting.core.recording import Recording, column_names
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -20,8 +20,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.lapack import lapack
-from hefting.spatial import Array
+from hefting.core.lapack import lapack
+from hefting.core.spatial import Array
 
 Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]

@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.motion.bspline import (
     CHUNK,
     FEWEST,
@@ -19,7 +20,6 @@ from hefting.motion.bspline import (
     inverse_bands,
 )
 from hefting.motion.likelihood import Likelihood, Smoothness
-from hefting.spatial import Array
 
 ORDERS = (3, 4, 5)
 """Orders of smoothness tried: 5 suits smooth motion, 3 stop-and-go."""

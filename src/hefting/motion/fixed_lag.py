@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hefting.spatial import Array
+from hefting.core.spatial import Array
 
 DIFFUSE = 1e4
 """Standard deviation of the unknown derivatives at the start, in filter units."""

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hefting.messages import Message, note, warning
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Stream
+from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
 from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
-from hefting.recording import Stream
-from hefting.spatial import Array, in_sensor_axes, rotation_matrices, skew
 
 ROUNDS = 3
 CLOCK, LEVER, GYROSCOPE_BIAS, ACCELEROMETER_BIAS = 0.02, 0.05, 0.05, 0.5

@@ -11,13 +11,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import tune
 from hefting.motion.fixed_lag import READ, Steady, Track, steady_filter
 from hefting.motion.spline import aligned, check_poses
 from hefting.motion.state import Motion, motion_from_channels
-from hefting.spatial import Array
 
 STATES = {"snap": 4, "acceleration": 3}
 USABLE = 3.0

@@ -6,16 +6,16 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hefting.errors import InputError
-from hefting.measurements import Measurements
-from hefting.messages import Message, note, warning
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
 from hefting.motion.bspline import FEWEST
 from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
-from hefting.recording import Recording, Stream
-from hefting.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)

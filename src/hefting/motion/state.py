@@ -7,9 +7,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hefting.errors import InputError
-from hefting.measurements import Measurements, MotionNoise
-from hefting.spatial import Array, frozen, in_sensor_axes, rotation_matrices
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements, MotionNoise
+from hefting.core.spatial import Array, frozen, in_sensor_axes, rotation_matrices
 
 
 @dataclass(frozen=True, eq=False)

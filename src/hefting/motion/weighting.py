@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.spatial import Array, skew, vector_to_tensor
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, skew, vector_to_tensor
 
 
 class UncertainMotion(Protocol):

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.estimate import Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.messages import Message, warning
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array, frozen
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested
-from hefting.messages import Message, warning
 from hefting.prediction.spread import Z95, Spread
-from hefting.regressor import predict_wrench
-from hefting.spatial import Array, frozen
 
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""
@@ -25,7 +25,7 @@ class Agreement:
     time: Array
     """(L,) [s], on the motion's clock"""
     wrench: Array
-    """(L, 6) [N, N m] in the sign of `hefting.spatial`, less the estimate's bias and what drifts"""
+    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias and what drifts"""
     difference: Array
     """(L, 6) that wrench minus the predicted one"""
     rms: Array

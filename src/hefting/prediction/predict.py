@@ -7,20 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.estimate import Estimate
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording, Stream
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import PARAMETERS, STANDARD_GRAVITY, WRENCH, Array, Mask, frozen
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs import read_log
-from hefting.measurements import Measurements
-from hefting.messages import Message, warning
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
 from hefting.prediction.agreement import Agreement, agreement
 from hefting.prediction.result import Peak, Prediction
 from hefting.prediction.spread import Spread, motion_spread, regressor
-from hefting.recording import Recording, Stream
-from hefting.regressor import predict_wrench
-from hefting.spatial import PARAMETERS, STANDARD_GRAVITY, WRENCH, Array, Mask, frozen
 
 MOST = 500_000
 """Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text are held in memory."""

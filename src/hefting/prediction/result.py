@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from hefting.estimate import json_ready
+from hefting.core.estimate import json_ready
+from hefting.core.spatial import WRENCH, Array, frozen
 from hefting.prediction.agreement import Agreement
 from hefting.prediction.spread import Z95
-from hefting.spatial import WRENCH, Array, frozen
 
 SCHEMA = "hefting.prediction/1"
 

@@ -8,12 +8,12 @@ from typing import Self
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.measurements import Measurements
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import FULL_MAP, motion_features
+from hefting.core.spatial import CHUNK, Array, Mask
 from hefting.motion import Motion
 from hefting.motion.weighting import acceleration_variances, effect_of_acceleration_errors
-from hefting.regressor import FULL_MAP, motion_features
-from hefting.spatial import CHUNK, Array, Mask
 
 Z95 = 1.959963984540054
 """Standard deviations to either side that hold 95 % of a Gaussian."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.spatial import Array
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 
 
 def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]:

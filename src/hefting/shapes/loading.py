@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.files import read_json
+from hefting.core.errors import InputError
+from hefting.core.files import read_json
+from hefting.core.spatial import Array, check_pose, pose_matrix
 from hefting.shapes.point_masses import LABELS, PointMasses
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES, read_ply_vertices
-from hefting.spatial import Array, check_pose, pose_matrix
 
 
 def load_shape(

@@ -8,9 +8,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.inertia import InertialParameters
-from hefting.messages import warning
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import warning
+from hefting.core.spatial import Array, check_pose, frozen, tensor_to_vector
 from hefting.shapes.clouds import convex_hull, voxel_representatives
 from hefting.shapes.reading import (
     CLOUD_SUFFIXES,
@@ -26,7 +27,6 @@ from hefting.shapes.reading import (
 )
 from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
 from hefting.shapes.solid import Hull, Solid, solid_from_mesh
-from hefting.spatial import Array, check_pose, frozen, tensor_to_vector
 
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""

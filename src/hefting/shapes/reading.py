@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from hefting.errors import InputError, nearest
-from hefting.messages import Message, warning
+from hefting.core.errors import InputError, nearest
+from hefting.core.messages import Message, warning
+from hefting.core.spatial import Array, inverse_pose
 from hefting.shapes.sampling import MAX_POINTS
-from hefting.spatial import Array, inverse_pose
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")

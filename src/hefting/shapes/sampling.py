@@ -9,9 +9,9 @@ from itertools import product
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, median
 from hefting.shapes.solid import Solid
-from hefting.spatial import Array, median
 
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""

@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.spatial import Array, Mask, frozen
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, Mask, frozen
 
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""

@@ -7,10 +7,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.kinematics import Robot
-from hefting.kinematics.robot import Screw
-from hefting.spatial import Array, frozen, rotation_matrices, skew
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, frozen, rotation_matrices, skew
+from hefting.robots import Robot
+from hefting.robots.robot import Screw
 
 SLACK = 1e-6
 """Excess over a joint's limit that is rounding [rad] or [rad/s]."""

@@ -5,10 +5,10 @@ from typing import Literal
 
 import numpy as np
 
-from hefting.errors import InputError
-from hefting.measurements import NOISE_LEVELS
+from hefting.core.errors import InputError
+from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.simulation.wield import POSE_NOISE
-from hefting.spatial import STANDARD_GRAVITY, Array
 
 Six = tuple[float, float, float, float, float, float]
 

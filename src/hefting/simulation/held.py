@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.inertia import InertialParameters
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
 from hefting.shapes import PointMasses
 from hefting.shapes.reading import read_mesh, unit_scale
 from hefting.shapes.solid import Solid, solid_from_mesh
 from hefting.simulation.objects import SECTIONS, Assembly
 from hefting.simulation.wield import truth
-from hefting.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
 
 if TYPE_CHECKING:
     import trimesh

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
-from hefting.spatial import Array
 
 START = tuple(UR5.start.tolist())
 """Initial joint angles in the paper's simulations [rad]."""

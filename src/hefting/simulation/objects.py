@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from hefting.inertia import InertialParameters
-from hefting.spatial import Array, frozen
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, frozen
 
 if TYPE_CHECKING:
     import trimesh

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError, MissingDependencyError
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
 from hefting.simulation.arm import Arm, JointMotion, SensorMotion
 from hefting.simulation.wield import wield
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
 
 MOTION = ("framepos", "framequat", "framelinvel", "frameangvel", "framelinacc", "frameangacc")
 """MuJoCo's sensors of the motion of a frame."""

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hefting.recording import Recording, Stream
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, Mask
 from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.physics import Wielding
-from hefting.spatial import Array, Mask
 
 RAMP = 0.05
 """s a contact takes to come and to go, where it lasts that long."""

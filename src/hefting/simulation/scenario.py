@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError, nearest
-from hefting.recording import Recording
+from hefting.core.errors import InputError, nearest
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
 from hefting.simulation.faults import Faults, Rates
@@ -21,7 +22,6 @@ from hefting.simulation.modular import MODULAR, held_modular
 from hefting.simulation.objects import hammer
 from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
-from hefting.spatial import STANDARD_GRAVITY, Array, frozen
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
 """Arms by name."""
@@ -50,7 +50,7 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys that `hefting.truth.load_truth` reads"""
+    """the truth, ready for JSON, with the keys that `hefting.identification.truth.load_truth` reads"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 

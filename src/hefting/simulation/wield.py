@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.errors import InputError
-from hefting.inertia import InertialParameters
-from hefting.measurements import Measurements, Noise
-from hefting.recording import Recording, Stream
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose
 from hefting.simulation.arm import SensorMotion
-from hefting.spatial import STANDARD_GRAVITY, Array, check_pose
 
 POSE_NOISE = (1e-4, 3.5e-4)
 """Standard deviations, per axis, of the pose a cobot reports: position [m] and orientation [rad] (0.02°)."""
@@ -20,7 +20,7 @@ def wield(motion: SensorMotion, body: InertialParameters, gravity: ArrayLike = S
     """Exact measurements, in sensor axes, of a `body` given in the sensor frame that follows `motion`.
 
     The wrench comes from Newton's and Euler's equations at the centre of mass, moved to the sensor origin:
-    f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f. The regressors of `hefting.regressor` are not used.
+    f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f. The regressors of `hefting.core.regressor` are not used.
     `gravity` (3,) is in world axes [m/s²]. Raises `InputError` for a body without mass.
     """
     if not body.mass > 0.0:

@@ -5,9 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.accuracy import Accuracy
-from hefting.errors import InputError, NotIdentifiableError
-from hefting.estimate import Estimate
+from hefting.core.accuracy import Accuracy
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import MotionNoise, Noise
+from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
 from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE, Equations, Samples, motion_effect
@@ -18,10 +21,7 @@ from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import WrenchNoise, whitening
-from hefting.inertia import InertialParameters
-from hefting.measurements import MotionNoise, Noise
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate gives."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.regressor import ONE
+from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Groups, Scores
 from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.blend import Blend
-from hefting.regressor import ONE
-from hefting.spatial import Array
 
 FEWEST = 20
 """Samples before the noise counts as known: some hundred residuals."""

@@ -11,9 +11,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, skew, tensor_to_vector
 from hefting.shapes import PointMasses
-from hefting.spatial import Array, skew, tensor_to_vector
 
 
 @dataclass(frozen=True, eq=False)

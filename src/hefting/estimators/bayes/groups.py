@@ -12,8 +12,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
-from hefting.spatial import Array
+from hefting.core.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
+from hefting.core.spatial import Array
 
 CHECKED = 4
 """Entries of a score that are compared: mass and first moment, which every motion tells of."""

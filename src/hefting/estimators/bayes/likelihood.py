@@ -20,10 +20,10 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.lapack import lapack
+from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
+from hefting.core.spatial import Array
 from hefting.estimators.blend import Blend
-from hefting.lapack import lapack
-from hefting.regressor import FULL_MAP, ONE, WRENCH, full_rows
-from hefting.spatial import Array
 
 D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration."""

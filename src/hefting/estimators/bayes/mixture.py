@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.lapack import lapack
+from hefting.core.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
-from hefting.lapack import lapack
-from hefting.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
 
 MAX_STEPS = 60
 NEVER_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]

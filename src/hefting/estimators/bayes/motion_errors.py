@@ -5,9 +5,9 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.measurements import MotionNoise
+from hefting.core.spatial import Array
 from hefting.estimators.blend import Blend
-from hefting.measurements import MotionNoise
-from hefting.spatial import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.messages import warning
+from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import DISAGREE
 from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.prior import Prior
-from hefting.messages import warning
-from hefting.spatial import Array
 
 ELSEWHERE = 30.0
 """Squared distance, in standard deviations of all ten numbers, beyond which the shape is wrong: some five standard

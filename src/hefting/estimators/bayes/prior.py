@@ -23,10 +23,10 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.estimators.bayes.distortion import Distortions, Move, affine
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import PointMasses
-from hefting.spatial import Array
 
 SIGMA = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
 """Relative spread of the density, and how likely it is."""

@@ -9,8 +9,8 @@ a semismooth Newton method finds z.
 
 import numpy as np
 
-from hefting.lapack import lapack
-from hefting.spatial import Array
+from hefting.core.lapack import lapack
+from hefting.core.spatial import Array
 
 FAITH = 1e4
 MAX_STEPS = 40

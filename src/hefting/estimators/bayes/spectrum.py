@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hefting.spatial import Array
+from hefting.core.spatial import Array
 
 LIKELY_WHITE, LIKELY_ONE = 0.85, 0.1
 """Prior probability of white noise, and of one process beside it; the rest is for two. Sensors are mostly sold as

@@ -5,8 +5,8 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.spatial import Array, Indices, Mask, vector_to_tensor
 from hefting.shapes import PointMasses
-from hefting.spatial import Array, Indices, Mask, vector_to_tensor
 
 VOXELS = 4000
 """About so many, unless there are more points."""

@@ -4,8 +4,8 @@ from math import comb
 
 import numpy as np
 
-from hefting.measurements import Measurements, MotionNoise, Noise
-from hefting.spatial import Array
+from hefting.core.measurements import Measurements, MotionNoise, Noise
+from hefting.core.spatial import Array
 
 ORDER = 4
 """Of the differences: motion at a tenth of the sampling rate is weakened by (2 sin 18°)^4 / sqrt(70), 57 times."""

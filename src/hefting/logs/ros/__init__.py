@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hefting.errors import InputError, nearest
+from hefting.core.errors import InputError, nearest
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording, Stream
 from hefting.logs.ros.containers import BAG_SUFFIXES, Contents, is_bag, read_messages
 from hefting.logs.ros.frames import listing
 from hefting.logs.ros.messages import Collector, same_name
 from hefting.logs.ros.streams import Streams
-from hefting.messages import Message, warning
-from hefting.recording import Recording, Stream
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
 

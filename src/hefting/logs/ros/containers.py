@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.logs.ros.records import Declare, Message, scan_bag, scan_mcap
 from hefting.logs.ros.source import Budget, Cut, Source, Topic, zstandard
 from hefting.logs.ros.sqlite import scan_sqlite

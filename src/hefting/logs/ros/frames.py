@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from hefting.errors import InputError, nearest
+from hefting.core.errors import InputError, nearest
+from hefting.core.messages import Message, warning
+from hefting.core.spatial import Array
 from hefting.logs.ros.series import Series
-from hefting.messages import Message, warning
-from hefting.spatial import Array
 
 LONG_GAP = 10
 """A link is not interpolated across a gap of more than so many of its median steps."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.errors import MissingDependencyError
+from hefting.core.errors import MissingDependencyError
 from hefting.logs.ros.source import Topic, printable
 
 CODES = {

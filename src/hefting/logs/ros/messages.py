@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.logs.ros.containers import Contents
 from hefting.logs.ros.layout import Definitions, Layout, UnknownTypeError, alike, definitions_for
 from hefting.logs.ros.series import Series
 from hefting.logs.ros.source import Topic
-from hefting.spatial import Array
 
 TYPES: dict[str, tuple[str, ...]] = {
     "wrench": ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/Wrench"),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from zlib import crc32
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.logs.ros.source import Budget, Cut, Source, Topic
 
 Message = tuple[Topic, int, bytes]

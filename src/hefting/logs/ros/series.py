@@ -7,9 +7,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.errors import InputError
-from hefting.messages import Message, note, warning
-from hefting.spatial import Array
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, note, warning
+from hefting.core.spatial import Array
 
 FAR_BACK = 1_000_000_000
 """Stamps that go back by more than this are not messages out of order but another clock [ns]."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, MissingDependencyError
 
 MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import quote
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
 from hefting.logs.ros.records import Declare, Message, full_type
 from hefting.logs.ros.source import MAX_CHUNK, Budget, Cut, Source, Topic
 

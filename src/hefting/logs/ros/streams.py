@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hefting.errors import InputError
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import JOINT_STREAMS
 from hefting.logs.ros.frames import Link, Tree, checked, compose, listing, route
 from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
-from hefting.messages import Message, note, warning
-from hefting.recording import JOINT_STREAMS
 
 WORLD, SENSOR = "world", "sensor"
 """Names this library gives the two frames it writes: poses in the one are of the other."""

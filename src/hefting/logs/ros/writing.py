@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.recording import Recording, column_names
+from hefting.core.spatial import Array
 from hefting.logs.ros.layout import lay_out
 from hefting.logs.ros.streams import SENSOR, WORLD
-from hefting.recording import Recording, column_names
-from hefting.spatial import Array
 
 EPOCH = 1_000_000_000
 """Stamp of a recording's first sample [ns]: a stamp of zero would say that there is none."""

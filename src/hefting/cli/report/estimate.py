@@ -1,0 +1,181 @@
+"""An estimate as a table a person can read, with units. Plain text: most runs of the command print nothing else."""
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from shutil import get_terminal_size
+from textwrap import wrap
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+
+if TYPE_CHECKING:
+    from hefting.core.metrics import Errors
+
+AXES = "xyz"
+SETTINGS = ("points", "c1", "regularization", "gamma")
+"""Hyperparameters that are shown."""
+Style = Literal["", "bold", "yellow"]
+STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
+"""How a terminal is told of each style."""
+ASCII = str.maketrans("┏┳┓┡╇┩├┼┤└┴┘━─┃│", "++++++++++++--||")
+"""For an output that has no lines to draw with."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a report."""
+
+    text: str
+    style: Style = ""
+    whole: bool = False
+    """Never wrapped: a line of a table."""
+
+
+def estimate_report(
+    estimate: Estimate, truth: InertialParameters | None = None, errors: "Errors | None" = None
+) -> list[Line]:
+    """Mass, COM and inertia at the COM, beside intervals or standard deviations, and the truth, where known."""
+    columns = {"estimate": _values(estimate.parameters)}
+    std, intervals = estimate.std, estimate.intervals
+    if intervals is not None:
+        for name, i in (("95 % from", 0), ("to", 1)):
+            columns[name] = _ten(*(intervals[key][i] for key in ("mass", "center_of_mass", "inertia_at_com")))
+    elif std is not None:
+        columns["± std"] = _ten(std["mass"], std["center_of_mass"], std["inertia_at_com"])
+    if truth is not None:
+        columns["truth"] = _values(truth)
+    names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
+    units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
+    rows = [
+        [name, *(_number(column[i], i) for column in columns.values()), unit]
+        for i, (name, unit) in enumerate(zip(names, units, strict=True))
+    ]
+    lines = [Line(f"{estimate.method}: what the sensor holds, in sensor axes")]
+    lines += _table(["quantity", *columns, "unit"], rows, (0, 3))
+    if errors is not None:
+        lines.append(
+            Line(
+                f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, inertia "
+                f"{errors.inertia_at_origin:.2g} % about the sensor and {errors.inertia_at_com:.2g} % about the COM, "
+                f"Riemannian {errors.riemannian:.3g}"
+            )
+        )
+    lines += map(Line, facts(estimate))
+    return lines + [Line(f"warning: {line}", "yellow") for line in estimate.warnings]
+
+
+def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
+    """Print on standard output, wrapped to the terminal; to 100 columns where there is none.
+
+    `render` turns the library's way of naming its arguments into the reader's.
+    """
+    terminal = sys.stdout.isatty()
+    width = get_terminal_size().columns if terminal else 100
+    unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
+    for line in lines:
+        text = render(line.text) if unicode else render(line.text).translate(ASCII)
+        if len(text) > width and not line.whole:
+            text = "\n".join(wrap(text, width, break_on_hyphens=False))
+        style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
+        print(f"{style}{text}\x1b[0m" if style else text)
+
+
+def _table(head: list[str], rows: list[list[str]], ends: tuple[int, ...]) -> Iterable[Line]:
+    """A table with its first and last column to the left, the others to the right; a line after the rows `ends`."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+
+    def ruled(left: str, line: str, between: str, right: str) -> Line:
+        return Line(left + between.join(line * (width + 2) for width in widths) + right, whole=True)
+
+    def cells(row: list[str], bar: str, style: Style = "") -> Line:
+        last = len(row) - 1
+        padded = [
+            f" {c:<{w}} " if j in (0, last) else f" {c:>{w}} " for j, (c, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        return Line(bar + bar.join(padded) + bar, style, whole=True)
+
+    yield ruled(*"┏━┳┓")
+    yield cells(head, "┃", "bold")
+    yield ruled(*"┡━╇┩")
+    for i, row in enumerate(rows):
+        yield cells(row, "│")
+        if i in ends:
+            yield ruled(*"├─┼┤")
+    yield ruled(*"└─┴┘")
+
+
+def _values(p: InertialParameters) -> list[float]:
+    return _ten(p.mass, p.center_of_mass, p.inertia_at_com)
+
+
+def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
+    return [float(mass), *1e3 * com, *inertia[TENSOR_ROWS, TENSOR_COLUMNS]]
+
+
+def _inertia_names() -> list[str]:
+    return [f"J{AXES[i]}{AXES[j]} at COM" for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)]
+
+
+def _number(value: float, row: int) -> str:
+    if not np.isfinite(value):
+        return "open"
+    return f"{value:.4f}" if row == 0 else f"{value:.2f}" if row < 4 else f"{value:.3e}"
+
+
+def assumptions(estimate: Estimate) -> Iterable[str]:
+    """What was read, found and assumed, one sentence each."""
+    made = estimate.provenance
+    when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
+    what = f"{estimate.samples} samples{when}"
+    if "motion" in made:
+        what += f"; motion from {made['motion']}"
+    yield what
+    if "wrench" in made:
+        how = "found from gravity" if made.get("wrench_found") else "as given"
+        g = ", ".join(f"{x:g}" for x in made["gravity"])
+        found = ", found" if made.get("gravity_found") else ""
+        yield f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}"
+    if made.get("tool"):
+        yield f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone"
+    for note in made.get("notes", ()):
+        if getattr(note, "code", "") != "wrench-sign":  # said above
+            yield f"- {note}"
+    if made.get("bias_searched") and made.get("bias") == "none":
+        yield "wrench bias: none beyond three standard deviations, so none assumed"
+    if estimate.bias is not None:
+        recorded = -estimate.bias if made.get("wrench") == "on-sensor" else estimate.bias
+        f, t = recorded[:3], recorded[3:]
+        force, torque = ", ".join(f"{x:.3g}" for x in f), ", ".join(f"{x:.3g}" for x in t)
+        yield f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
+
+
+def facts(estimate: Estimate) -> Iterable[str]:
+    """Those, and how well it fits and is known."""
+    yield from assumptions(estimate)
+    made = estimate.provenance
+    if "until" in made:
+        of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
+        known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
+        yield f"{of}, asked for {made['until']}{known}"
+    if any(made.get("pose_std", ())):
+        m, rad = made["pose_std"]
+        yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"
+    if made.get("shape_std"):
+        yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
+    settings = [f"{k} = {made[k]:g}" for k in SETTINGS if isinstance(made.get(k), float | int)]
+    if settings:
+        yield ", ".join(settings)
+    if estimate.residual is not None:
+        yield f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square"
+    consistency = estimate.consistency
+    yield "physically consistent" if consistency.is_consistent else f"not physically consistent: {consistency}"
+    if estimate.certificate is not None:
+        c = estimate.certificate
+        how = f"at most {c.gap:.1g} above" if c.gap > 0.0 else "to rounding"
+        yield f"certificate: objective {c.objective:.6g}, {how} the optimum"

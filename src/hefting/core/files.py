@@ -1,0 +1,112 @@
+"""Reading JSON and XML with care, and writing files whole or not at all."""
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from hefting.core.errors import InputError
+
+MAX_JSON = 100_000_000
+"""Largest JSON file that is read [bytes]: an estimate with a million point masses fits."""
+
+MAX_XML = 16 * 2**20
+"""Largest XML file that is read [bytes]; robot descriptions are thousands of times smaller."""
+
+MAX_DEPTH = 10_000
+"""Deepest nesting of XML elements that is read: more would only fill memory."""
+
+
+def read_json(path: str | Path) -> Any:
+    """The content of a JSON file. `InputError` when it cannot be read, is too large or too deep, or is not JSON."""
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(MAX_JSON + 1)
+        if len(data) > MAX_JSON:
+            raise InputError(f"is larger than {MAX_JSON:,} bytes", where=path)
+        return json.loads(data)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not JSON ({str(error)[:80]})", where=path) from error
+
+
+def read_xml(path: str | Path) -> bytes:
+    """The bytes of an XML file. `InputError` when it cannot be read, is larger than `MAX_XML`, or is not UTF-8."""
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(MAX_XML + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
+    except ValueError as error:  # a null byte in the path
+        raise InputError(f"cannot be read ({error})", where=path) from error
+    if len(data) > MAX_XML:
+        raise InputError(f"is larger than {MAX_XML // 2**20} MiB", where=path)
+    try:
+        data.decode()
+    except UnicodeDecodeError as error:
+        raise InputError("is not UTF-8", where=path, fix="convert it first") from error
+    return data
+
+
+def parse_xml(
+    data: bytes, path: str | Path, start: Callable[[str, dict[str, str], int], None], end: Callable[[str, int], None]
+) -> None:
+    """Call ``start(tag, attributes, offset)`` and ``end(tag, offset)`` at each tag of the XML in `data`, in order.
+
+    Offsets are those of the tags in `data` [bytes]; names keep their prefix. A document type declaration is
+    refused, so no entity is ever expanded or fetched. `InputError` for one, when elements are nested deeper than
+    `MAX_DEPTH`, and when it is not well-formed.
+    """
+    from xml.parsers import expat
+
+    parser = expat.ParserCreate("utf-8")
+    depth = 0
+
+    def start_element(tag: str, attributes: dict[str, str]):
+        nonlocal depth
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise InputError(f"has elements nested deeper than {MAX_DEPTH:,}", where=path)
+        start(tag, attributes, parser.CurrentByteIndex)
+
+    def end_element(tag: str):
+        nonlocal depth
+        depth -= 1
+        end(tag, parser.CurrentByteIndex)
+
+    def refuse_doctype(*_):
+        raise InputError("has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE")
+
+    parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
+    parser.StartDoctypeDeclHandler = refuse_doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InputError(f"is not well-formed XML ({error})", where=path) from error
+
+
+def write_atomically(path: str | Path, content: str | bytes) -> None:
+    """Write `content` to a temporary neighbour of `path`, then rename it: a reader never sees half a file.
+
+    Raises `InputError` when the folder does not exist or cannot be written.
+    """
+    import tempfile
+
+    target = Path(path).resolve()  # a link stays a link
+    data = content.encode() if isinstance(content, str) else content
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(temporary, 0o666 & ~umask)
+            os.replace(temporary, target)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", where=path) from error

@@ -1,0 +1,230 @@
+"""Recording: what a log says, as streams that keep their own clocks; nothing is interpolated."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.core.errors import InputError, nearest
+from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
+
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "position": ("px", "py", "pz"),
+    "orientation": ("qx", "qy", "qz", "qw"),
+    "linear_velocity": ("vx", "vy", "vz"),
+    "angular_velocity": ("wx", "wy", "wz"),
+    "linear_acceleration": ("ax", "ay", "az"),
+    "angular_acceleration": ("alx", "aly", "alz"),
+    "joint_positions": ("q",),
+    "joint_velocities": ("dq",),
+    "wrench": WRENCH,
+    "gyroscope": ("gyro_x", "gyro_y", "gyro_z"),
+    "accelerometer": ("accel_x", "accel_y", "accel_z"),
+    "linear_accelerometer": ("linear_accel_x", "linear_accel_y", "linear_accel_z"),
+}
+"""Columns of each stream in the canonical log, in order; of joint streams the prefix of q1..qn, dq1..dqn."""
+
+JOINT_STREAMS = ("joint_positions", "joint_velocities")
+
+
+def all_finite(values: NDArray) -> bool:
+    """Whether no value is infinite or NaN."""
+    with np.errstate(all="ignore"):
+        total = np.add.reduce(values, axis=None)  # a sum needs no memory, and is finite only if all of them are
+    return bool(np.isfinite(total) or np.isfinite(values).all())
+
+
+def parts(count: int) -> Iterator[slice]:
+    """`count` samples in successive parts of at most `CHUNK`."""
+    return (slice(first, first + CHUNK) for first in range(0, count, CHUNK))
+
+
+def column_names(stream: str, width: int) -> tuple[str, ...]:
+    """Names of the `width` columns of a stream."""
+    names = COLUMNS[stream]
+    return tuple(f"{names[0]}{i}" for i in range(1, width + 1)) if stream in JOINT_STREAMS else names
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """N samples of one quantity. `InputError` unless the shapes agree and N > 0."""
+
+    time: Array
+    """(N,) [s]"""
+    values: Array
+    """(N, d), units and axes as in `Recording`"""
+    rows: NDArray[np.integer] = field(default=None)  # type: ignore[assignment]
+    """(N,) row of the source each sample came from, as a person counts there; by default 1..N"""
+
+    def __post_init__(self):
+        time, values = frozen(self.time), frozen(self.values)
+        rows = np.arange(1, len(values) + 1, dtype=np.int32) if self.rows is None else self.rows
+        if not (isinstance(rows, np.ndarray) and rows.dtype.kind == "i" and is_immutable(rows)):
+            rows = own(np.array(rows, dtype=np.int64))
+        if values.ndim != 2 or values.size == 0 or time.shape != rows.shape or time.shape != values.shape[:1]:
+            shapes = f"time {time.shape}, values {values.shape}, rows {rows.shape}"
+            raise InputError(f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "rows", rows)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, index: slice | NDArray) -> Self:
+        """The samples chosen by a slice, a mask (N,) or an index array."""
+        time, values, rows = self.time[index], self.values[index], self.rows[index]
+        if not isinstance(index, slice):  # these are copies
+            time, values, rows = own(time), own(values), own(rows)
+        return replace(self, time=time, values=values, rows=rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Streams of one log, each with its own strictly increasing time.
+
+    ======================== ===== ============================================================
+    stream                   width meaning, unit
+    ======================== ===== ============================================================
+    ``position``             3     sensor origin in world [m]
+    ``orientation``          4     sensor in world: unit quaternion x, y, z, w; q and -q are equal
+    ``linear_velocity``      3     of the sensor origin, world axes [m/s]
+    ``angular_velocity``     3     world axes [rad/s]
+    ``linear_acceleration``  3     classical, of the sensor origin, world axes [m/s²]
+    ``angular_acceleration`` 3     world axes [rad/s²]
+    ``joint_positions``      n     [rad]
+    ``joint_velocities``     n     [rad/s]
+    ``wrench``               6     force [N], torque [N m] as recorded: sensor axes, sign undecided
+    ``gyroscope``            3     sensor axes [rad/s]
+    ``accelerometer``        3     specific force a - g, sensor axes [m/s²]
+    ``linear_accelerometer`` 3     gravity removed, sensor axes [m/s²]
+    ======================== ===== ============================================================
+
+    Quaternions whose norm is within 0.01 of one are normalised. Raises `InputError`, naming source, row and
+    column, for an unknown stream, a wrong width, a value that is not finite, a time that does not increase
+    within its stream, a quaternion that is not of unit norm, and joint names of another number than the joints.
+    """
+
+    streams: Mapping[str, Stream]
+    static: bool = False
+    """Every row is one static pose; `time` then is the row's index."""
+    source: str = "recording"
+    """Name for messages, usually the file's."""
+    warnings: tuple[str, ...] = ()
+    """What the reader noticed and could not decide."""
+    notes: tuple[str, ...] = ()
+    """What the reader chose, such as topics."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joint columns in order, where the log says them."""
+
+    def __post_init__(self):
+        for name in self.streams:
+            if name not in COLUMNS:
+                raise InputError(f"unknown stream '{name}'{nearest(name, COLUMNS)}", where=self.source)
+        if not self.streams:
+            raise InputError("there are no samples", where=self.source)
+        streams = {name: self.streams[name] for name in COLUMNS if name in self.streams}
+        for name, stream in streams.items():
+            self._check(name, stream)
+        if "orientation" in streams:
+            streams["orientation"] = self._normalised(streams["orientation"])
+        widths = {streams[name].values.shape[1] for name in JOINT_STREAMS if name in streams}
+        if len(widths) > 1:
+            raise InputError("joint positions q and velocities dq differ in number", where=self.source)
+        if self.joint_names and widths and {len(self.joint_names)} != widths:
+            raise InputError(f"{len(self.joint_names)} joint names for {widths.pop()} joint columns", where=self.source)
+        object.__setattr__(self, "streams", streams)
+
+    def _check(self, name: str, stream: Stream) -> None:
+        columns = column_names(name, stream.values.shape[1])
+        if stream.values.shape[1] != len(columns):
+            raise InputError(f"has {stream.values.shape[1]} columns, not {len(columns)}", f"{self.source}, {name}")
+        for label, values in ((("time",), stream.time[:, None]), (columns, stream.values)):
+            if not all_finite(values):
+                k, j = np.argwhere(~np.isfinite(values))[0]
+                raise InputError(
+                    f"the value is {values[k, j]}",
+                    where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
+                    fix="leave the cell blank where nothing was measured",
+                )
+        forward = stream.time[1:] > stream.time[:-1]
+        if not forward.all():
+            k = np.argmin(forward)
+            (before, now), (row, next_row) = stream.time[k : k + 2], stream.rows[k : k + 2]
+            repeated = before == now
+            what = f"repeats that of row {row}" if repeated else f"is before {before:.9g} s of row {row}"
+            raise InputError(
+                f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
+                where=f"{self.source}, row {next_row}, column time",
+                fix="keep one of the two rows" if repeated else "sort the rows by time",
+            )
+
+    def _normalised(self, orientation: Stream) -> Stream:
+        q = orientation.values
+        norm = np.empty(len(q))
+        with np.errstate(over="ignore"):
+            for part in parts(len(q)):
+                norm[part] = np.sqrt(np.einsum("ki,ki->k", q[part], q[part]))
+        off = np.abs(norm - 1)
+        if off.max() > 1e-2:
+            k = np.argmax(off > 1e-2)
+            raise InputError(
+                f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1",
+                where=f"{self.source}, row {orientation.rows[k]}, columns qx..qw",
+                fix="give unit quaternions, w last",
+            )
+        norm[off < 1e-15] = 1.0  # already normalised: leave its bits alone
+        if (norm == 1.0).all():
+            return orientation
+        return replace(orientation, values=own(q / norm[:, None]))
+
+    def __getitem__(self, name: str) -> Stream:
+        """The stream `name`; `InputError` when the recording does not have it."""
+        if name not in self.streams:
+            columns = f"columns {' '.join(COLUMNS[name])}" if name in COLUMNS else f"it has {', '.join(self.streams)}"
+            raise InputError(f"has no {name} ({columns})", where=self.source)
+        return self.streams[name]
+
+    def has(self, *names: str) -> bool:
+        """Whether all of these streams are there."""
+        return all(name in self.streams for name in names)
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample of any stream [s]."""
+        return float(min(stream.time[0] for stream in self.streams.values()))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample of any stream [s]; rows less one when static."""
+        return float(max(stream.time[-1] for stream in self.streams.values())) - self.start
+
+    def rates(self) -> dict[str, float]:
+        """Samples per second of each stream, one over the median step [Hz]; 0 if one sample or static."""
+        return {
+            name: 0.0 if self.static or len(stream) < 2 else 1 / median(np.diff(stream.time))
+            for name, stream in self.streams.items()
+        }
+
+    def slice(self, start: float = 0.0, duration: float | None = None) -> Self:
+        """The samples from `start` on, counted from the first sample, for less than `duration` [s].
+
+        Times keep their values. Streams without a sample there are dropped; `InputError` when none is left.
+        A static recording is sliced by row.
+        """
+        if not (start >= 0 and (duration is None or duration > 0)):
+            raise InputError(
+                f"cannot take {duration} s from {start} s on", self.source, "give start >= 0, duration > 0"
+            )
+        begin = self.start + start
+        end = np.inf if duration is None else begin + duration
+        kept = {}
+        for name, stream in self.streams.items():
+            first, last = np.searchsorted(stream.time, (begin, end))
+            if last > first:
+                kept[name] = stream[first:last]
+        if not kept:
+            raise InputError(f"no sample from {start:g} s on; it lasts {self.duration:g} s", where=self.source)
+        return replace(self, streams=kept)

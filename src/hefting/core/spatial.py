@@ -1,0 +1,183 @@
+"""Conventions of the whole project, and the frame changes that follow from them.
+
+Fixed here and nowhere else:
+
+- SI units; right-handed frames ``world``, ``sensor`` (the force-torque sensor) and ``object`` (the frame of
+  the shape's file). A pose ``pose_object_in_sensor`` is the 4 x 4 matrix that takes object coordinates to
+  sensor coordinates.
+- Quaternions are x, y, z, w; q and -q are the same rotation.
+- A wrench is force, then torque, **exerted by the sensor on the object**, in sensor axes, about the sensor
+  origin. A sensor that reports what the object exerts on it ("on-sensor") has the opposite sign.
+- Gravity is a vector in world axes, by default (0, 0, -9.80665) m/s².
+- Acceleration is classical: the second derivative of the sensor origin's position.
+- Inertial parameters are taken about the sensor origin, in sensor axes, in the order of `PARAMETERS`;
+  products of inertia are those of the tensor: Jxy = -∫ x y dm.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hefting.core.errors import InputError
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
+"""Default gravity in world axes [m/s²]."""
+
+PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
+"""Order of the ten inertial parameters [kg, kg m (3), kg m² (6)]."""
+
+TENSOR_ROWS = np.array([0, 0, 0, 1, 1, 2])
+TENSOR_COLUMNS = np.array([0, 1, 2, 1, 2, 2])
+"""Row and column of each of the six tensor entries xx, xy, xz, yy, yz, zz."""
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
+"""Order of a wrench's components [N (3), N m (3)]."""
+
+
+CHUNK = 65_536
+"""Samples worked on at a time where that bounds the memory."""
+
+
+def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
+    """`values` as a read-only contiguous array of floats with at least so many dimensions: a copy, unless it is one."""
+    if type(values) is np.ndarray and values.dtype == float and values.ndim >= dimensions and is_immutable(values):
+        return values
+    try:
+        array = np.array(values, dtype=float, order="C", ndmin=dimensions)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"these are not numbers in an array ({error})") from error
+    array.setflags(write=False)
+    return array
+
+
+def own(array: NDArray) -> NDArray:
+    """`array`, which nobody else holds, made read-only in place, so that `frozen` need not copy it."""
+    array.setflags(write=False)
+    return array
+
+
+def is_immutable(array: NDArray) -> bool:
+    """Whether nothing can write to a C-contiguous array, nor to what it is a view of."""
+    base = array.base
+    shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
+    return shared and not array.flags.writeable and array.flags.c_contiguous
+
+
+def median(values: NDArray) -> float:
+    """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports `numpy.ma` at its first call."""
+    half = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1]
+    return float((low + high) / 2)
+
+
+def check_gravity(gravity: ArrayLike) -> Array:
+    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for what is none."""
+    g = frozen(gravity)
+    if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
+        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}")
+    return g
+
+
+def skew(vector: ArrayLike) -> Array:
+    """Cross-product matrices: vectors (..., 3) to matrices (..., 3, 3) with ``skew(u) @ v == cross(u, v)``."""
+    v = np.asarray(vector, dtype=float)
+    matrix = np.zeros((*v.shape, 3))
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    return matrix
+
+
+def tensor_to_vector(tensor: ArrayLike) -> Array:
+    """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (..., 6)."""
+    return np.asarray(tensor, dtype=float)[..., TENSOR_ROWS, TENSOR_COLUMNS]
+
+
+def vector_to_tensor(vector: ArrayLike) -> Array:
+    """Entries xx, xy, xz, yy, yz, zz (..., 6) to symmetric matrices (..., 3, 3)."""
+    v = np.asarray(vector, dtype=float)
+    return v[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*v.shape[:-1], 3, 3)
+
+
+def rotation_matrices(quaternions: ArrayLike) -> Array:
+    """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) x, y, z, w: sensor axes to world axes."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def in_sensor_axes(orientation: Array, vectors: ArrayLike) -> Array:
+    """Vectors in world axes, (3,) or (K, 3), in the axes (K, 3) of sensors of orientation (K, 4) xyzw."""
+    world = np.broadcast_to(np.asarray(vectors, dtype=float), (len(orientation), 3))
+    out = np.empty((len(orientation), 3))
+    for first in range(0, len(out), CHUNK):
+        part = slice(first, first + CHUNK)
+        np.einsum("kji,kj->ki", rotation_matrices(orientation[part]), world[part], out=out[part])
+    return out
+
+
+def pose_matrix(seven_numbers: ArrayLike) -> Array:
+    """Pose (4, 4) from x, y, z [m] and a quaternion x, y, z, w.
+
+    Raises `InputError` unless there are seven finite numbers whose quaternion has unit norm within 1e-3.
+    """
+    numbers = np.asarray(seven_numbers, dtype=float)
+    if numbers.shape != (7,) or not np.isfinite(numbers).all():
+        raise InputError("a pose is seven finite numbers x,y,z,qx,qy,qz,qw")
+    norm = np.linalg.norm(numbers[3:])
+    if abs(norm - 1) > 1e-3:
+        raise InputError(f"pose quaternion has norm {norm:.4g}, not 1", fix="give x,y,z,qx,qy,qz,qw (w last)")
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_matrices(numbers[3:] / norm)
+    pose[:3, 3] = numbers[:3]
+    return pose
+
+
+def check_pose(pose: ArrayLike) -> Array:
+    """`pose` as a (4, 4) float array; `InputError` unless it is a proper rigid motion within 1e-6."""
+    matrix = np.asarray(pose, dtype=float)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise InputError("a pose is a finite 4 x 4 matrix")
+    rotation = matrix[:3, :3]
+    proper = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+    if not proper or not np.allclose(matrix[3], (0, 0, 0, 1)):
+        raise InputError("the pose matrix is not a proper rotation with a translation")
+    return matrix
+
+
+def inverse_pose(pose: ArrayLike) -> Array:
+    """Inverse (4, 4) of a rigid motion (4, 4)."""
+    matrix = np.asarray(pose, dtype=float)
+    inverse = np.eye(4)
+    inverse[:3, :3] = matrix[:3, :3].T
+    inverse[:3, 3] = -matrix[:3, :3].T @ matrix[:3, 3]
+    return inverse
+
+
+def move_wrench(pose_old_in_new: ArrayLike, force: ArrayLike, torque: ArrayLike) -> tuple[Array, Array]:
+    """Force and torque (..., 3) given in an old frame, in the axes and about the origin of a new one."""
+    pose = np.asarray(pose_old_in_new, dtype=float)
+    new_force = np.asarray(force, dtype=float) @ pose[:3, :3].T
+    return new_force, np.asarray(torque, dtype=float) @ pose[:3, :3].T + np.cross(pose[:3, 3], new_force)
+
+
+def move_motion(
+    pose_old_in_new: ArrayLike, acceleration: ArrayLike, velocity: ArrayLike, angular_acceleration: ArrayLike
+) -> tuple[Array, Array, Array]:
+    """Rigid-body motion (..., 3) seen from another frame fixed to the same body.
+
+    `acceleration` [m/s²] is the classical acceleration of the old origin, `velocity` [rad/s] the angular
+    velocity; returned are acceleration of the new origin, angular velocity and angular acceleration, in new axes.
+    """
+    pose = np.asarray(pose_old_in_new, dtype=float)
+    a, w, alpha = (np.asarray(v, dtype=float) @ pose[:3, :3].T for v in (acceleration, velocity, angular_acceleration))
+    offset = -pose[:3, 3]  # from the old origin to the new one, in new axes
+    return a + np.cross(alpha, offset) + np.cross(w, np.cross(w, offset)), w, alpha

@@ -1,0 +1,279 @@
+"""Recording -> Estimate: the whole way, with what has to be found out on it (sign, bias, weights) and told."""
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.accuracy import Accuracy
+from hefting.core.errors import InputError, NotIdentifiableError, nearest
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
+from hefting.estimators.geo import GAMMA
+from hefting.identification.identifiability import identifiability
+from hefting.identification.stopping import first_sufficient, told
+from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
+from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.plausibility import com_warnings, misfit_warnings, require_object
+from hefting.motion.measure import Source
+from hefting.shapes import PointMasses
+
+SMOOTHED_C1 = 1.0
+"""c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
+with these it biases PMD's answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean errors at
+300 over those at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.8 to 4 about the COM."""
+
+SHAPES = {
+    "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
+    "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
+    "labelled parts": "FILE.ply of points with a 'segmentation' property",
+}
+"""What to give for what a method needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """An estimate and the measurements it was made from."""
+
+    estimate: Estimate
+    measurements: Measurements
+    """With the sign convention of `hefting.core.spatial`, a given bias removed, and the weights that were used."""
+    sign: WrenchSign | None
+    """What the data say of the wrench's sign; None when it was given."""
+    source: str
+    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+
+
+class NeedError(InputError):
+    """A method needs to know more of the object than is given."""
+
+
+def identify(
+    recording: Recording | str | Path,
+    shape: PointMasses | None = None,
+    *,
+    method: str | None = None,
+    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
+    wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
+    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+    motion: Source = "auto",
+    start: float = 0.0,
+    duration: float | None = None,
+    tool: Estimate | None = None,
+    **hyperparameters: Any,
+) -> Identification:
+    """Identify the object a recording shows.
+
+    Parameters
+    ----------
+    recording : a recording or the path of a log.
+    shape : where the object may have mass, in the sensor frame.
+    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default Bayes with a shape and LMI
+        without.
+    gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot on a tilted base.
+    wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
+    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there is none, ``"auto"`` keeps
+        one that exceeds three standard deviations; or six numbers [N, N m], as recorded, to subtract.
+    motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
+    start, duration : part of the recording to use [s].
+    tool : estimate, in the same sensor frame, of what the sensor holds besides the object, to subtract.
+    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or shape are not
+        exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is `SMOOTHED_C1` where
+        poses are smoothed here, else the paper's.
+
+    Raises `InputError` for input that cannot be right (names what, where and what to do) and
+    `NotIdentifiableError` when the recording determines nothing.
+    """
+    warnings = ()
+    if method is None:
+        method = "Bayes" if shape is not None else "LMI"
+        if shape is None:
+            what = "no shape given, so LMI: the inertia tensor rests on the motion alone; give `shape` for more"
+            warnings = (warning("no-shape", what, "shape"),)
+    kind, settings = method_named(method)
+    found = ingest(
+        recording,
+        gravity=gravity,
+        wrench=wrench,
+        bias=bias,
+        motion=motion,
+        start=start,
+        duration=duration,
+        tool=tool,
+    )
+    require_object(found, shape)
+    estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    estimate, found = run(estimator, found)
+    estimate = with_diagnostics(estimate, estimator, found, shape)
+    estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
+    return Identification(estimate, found.measurements, found.sign if found.sign_found else None, found.source)
+
+
+def calibrate(
+    recording: Recording | str | Path, *, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
+) -> Estimate:
+    """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the wrench's bias, and its noise.
+
+    Ten-parameter least squares, which has no prior to lean the object's estimate one way. The bias is in
+    ``Estimate.bias``, the noise levels in ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError`
+    also when the motion leaves the COM open.
+    """
+    tool = identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
+    if tool.covariance is None or not np.isfinite(tool.covariance.diagonal()[:4]).all():
+        where = tool.provenance["log"]
+        raise NotIdentifiableError(
+            "the motion leaves the tool's centre of mass open", where, "turn the sensor about two axes or more"
+        )
+    return tool
+
+
+def estimator_for(
+    kind: type[Estimator], found: Ingested, shape: PointMasses | None, hyperparameters: dict[str, Any]
+) -> Estimator:
+    """Estimator whose other hyperparameters follow from the recording and the shape.
+
+    Raises `InputError` when the method needs what is not given, or has no such hyperparameter.
+    """
+    known = hyperparameters_of(kind, hyperparameters.get("model"))
+    for name in hyperparameters:
+        if name not in known:
+            others = [other for other, k in METHODS.items() if name in hyperparameters_of(k)]
+            fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
+            raise InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
+    ellipsoid = hyperparameters.get("ellipsoid") == "shape"
+    needs = "a bounding box" if ellipsoid else kind.needs
+    if shape is None and needs != "nothing" and "prior" not in hyperparameters:
+        name = "LMI-ellipsoid" if ellipsoid else kind.__name__
+        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}, or use LMI")
+    if kind is HPS and shape is not None and shape.labels is None:
+        raise NeedError("HPS needs labelled parts", fix=f"give `shape` {SHAPES['labelled parts']}")
+    if ellipsoid:
+        hyperparameters = hyperparameters | {"ellipsoid": shape}
+    settings: dict[str, Any] = {"bias": found.bias}
+    if "shape" in known and "prior" not in hyperparameters:
+        settings["shape"] = shape
+    if "noise" in known:
+        settings["noise"] = _noise_of_all(found) if kind is RTLS else found.fit.noise
+    if "c1" in known and found.source in ("smooth", "inertial"):
+        settings["c1"] = SMOOTHED_C1
+    if kind is not Bayes:
+        return kind(**(settings | hyperparameters))
+    settings["shape_std"] = 0.0 if shape is None else shape.shape_std
+    settings["systematic"] = found.systematic
+    settings["noise"] = None  # as the weighted residuals say
+    return Bayes(**(settings | hyperparameters))
+
+
+def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:
+    """Names of a method's hyperparameters; c1 only where its model, or the one given, is the blended one."""
+    blended = (model or getattr(kind, "model", None)) == "blended"
+    return [field.name for field in fields(kind) if field.name != "c1" or blended]
+
+
+def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
+    """The estimate, and the recording as far as it was used: with `Bayes.until` no farther than that takes."""
+    z = found.weighted_by_count if estimator.depends_on_count else found.measurements
+    if not (isinstance(estimator, Bayes) and isinstance(estimator.until, Accuracy)):
+        return estimator.fit(z), found
+    estimate, used = first_sufficient(estimator, z, found.static)
+    if found.static:
+        estimate = told(estimate, estimator.until, used, len(z), "poses")
+    else:
+        estimate = told(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
+    return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
+
+
+def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: PointMasses | None) -> Estimate:
+    """The estimate with its residual, with what was assumed and what gives doubt.
+
+    Raises `NotIdentifiableError` when its mass is not positive.
+    """
+    fit = found.fit
+    negative = estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
+    if negative or not estimate.parameters.mass > 0.0:
+        if shape is None or estimator.needs == "nothing":
+            what, fix = "no positive mass explains the wrench", "check `wrench` (sign) and `gravity`"
+        else:
+            doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
+            what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
+        raise NotIdentifiableError(what, where=found.log, fix=fix)
+    rms = found.residual(estimate.parameters.vector, estimate.bias)
+    names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
+    known = {name: getattr(estimator, name) for name in names}
+    kept = {k: v for k, v in known.items() if isinstance(v, int | float | str | tuple) and k != "bias"}
+    provenance = found.provenance | kept | estimate.provenance
+    if isinstance(estimator, GEO) and estimator.gamma is None and estimator.distance != "euclidean":
+        provenance["gamma"] = GAMMA
+    if known.get("shape") is not None:
+        provenance["points"] = known["shape"].n
+    estimate = replace(
+        estimate,
+        samples=round(float(found.counts.sum())),
+        duration=None if found.static else estimate.duration,
+        covariance=_covariance(estimate, found),
+        hull_margin=_margin(estimate, shape),
+        residual=rms,
+        provenance=provenance,
+    )
+    warnings = [*found.warnings, *com_warnings(fit, shape)]
+    warnings += [*(shape.warnings if shape is not None else ()), *estimate.warnings]
+    warnings += [*misfit_warnings(estimate, rms, found), *_doubts(estimate, estimator, shape, found)]
+    return replace(estimate, warnings=tuple(warnings))
+
+
+def _margin(estimate: Estimate, shape: PointMasses | None) -> float | None:
+    """Depth of the COM in the hull; where the shape is uncertain the method knows better where that is."""
+    if shape is None or estimate.hull_margin is not None:
+        return estimate.hull_margin
+    return shape.margin(estimate.parameters.center_of_mass)
+
+
+def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
+    """The method's own covariance, widened for coloured residuals and by the tool's.
+
+    With gravity found as well it is that of the fit which found it: gravity's error is the larger part. A method that
+    gives intervals has seen to all that itself.
+    """
+    if estimate.covariance is None or estimate.intervals is not None:
+        return estimate.covariance
+    covariance = inflated(estimate.covariance, found.fit.inflation)
+    if found.conditioned.tilt_std is not None:
+        covariance = found.conditioned.covariance
+    tool = found.tool
+    return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
+
+
+def _noise_of_all(found: Ingested) -> Noise | None:
+    """Noise of wrench and accelerations, where the latter were found from noisy poses; else None."""
+    noise, motion = found.fit.noise, found.measurements.motion_noise
+    if motion is None or found.source == "columns":
+        return None
+    return Noise(noise.force, noise.torque, motion.linear, motion.angular)
+
+
+def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, found: Ingested) -> list[Message]:
+    """What the estimate owes to assumptions, and what is wrong with it."""
+    doubts: list[Message] = []
+    if estimator.needs != "nothing" and shape is not None:
+        free = found.fit.open_parameters(float(np.linalg.norm(shape.extents)))
+        names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
+        assumed = "the shape and equal masses" if isinstance(estimator, PMD) else "the shape"
+        if free:
+            what = f"the motion leaves {names} open: what is shown follows from {assumed}"
+            doubts.append(warning("open-without-shape", what))
+    else:
+        summary = identifiability(found.measurements, found.fit, TYPICAL_SIZE).summary
+        doubts.extend(warning("not-identifiable", line) for line in summary)
+    certificate = estimate.certificate
+    if certificate is not None and not certificate.converged:
+        doubts.append(warning("not-converged", f"the solver stopped {certificate.gap:.2g} above its lower bound"))
+    if not estimate.physically_consistent:
+        doubts.append(warning("not-physical", f"no body has these parameters: {estimate.consistency}"))
+    return doubts

@@ -1,0 +1,92 @@
+"""Recommendation: which of several estimates to trust, judged without the truth.
+
+The rule was chosen among several by what it cost beside the best method of each case, on simulated recordings with the
+right shape, a bounding box, a shape 20 % too large and one misplaced by 5 mm and 5°, and on grossly wrong shapes. A
+shape that is nearly right is worth more than a perfect fit: noise of the accelerations alone makes least squares
+contradict the true body. Only where the data determine everything do they overrule the shape. Bayes, where it explains
+the wrench, was the closest of all in the median in each of the four, COM and inertia alike.
+"""
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.estimators.blend import Blend
+from hefting.estimators.quadratic import Quadratic
+from hefting.ingest.ingest import Ingested
+from hefting.shapes import PointMasses
+
+MISFIT = 100.0
+"""Excess chi² above which an estimate contradicts the recording; 10 for the true parameters and perfect motion."""
+PRECISE = 0.1
+"""Uncertainty of least squares up to which the recording may overrule the shape."""
+SUFFICIENT = 0.2
+"""Uncertainty of least squares up to which a body without a shape beats point masses."""
+
+OUTSIDE = 0.02
+"""Depth outside the shape's hull, over its largest side, from which the COM contradicts the shape."""
+
+
+def misfit(estimate: Estimate, found: Ingested) -> float:
+    """Sum of squared residuals above that of unconstrained least squares, in units of the noise's variance.
+
+    For the true parameters this is chi² distributed with as many degrees of freedom as the data determine parameters,
+    at most ten; the residuals' correlation in time is allowed for.
+    """
+    problem = Quadratic.of(Blend.of(found.measurements), found.fit.noise, found.bias == "estimate")
+    excess = problem.square(estimate.parameters.vector) - problem.square(problem.least_squares())
+    return max(0.0, excess) / found.fit.autocorrelation
+
+
+def uncertainty(found: Ingested, shape: PointMasses) -> float:
+    """Largest relative standard deviation of unconstrained least squares: of the mass, of the first moment in sizes of
+    the shape, of the inertia in that of a rod of its size; infinite where the motion leaves something open."""
+    std = np.sqrt(found.fit.covariance.diagonal()[:10])
+    size = float(np.linalg.norm(shape.extents))
+    scale = abs(float(found.fit.vector[0])) * np.concatenate(([1.0], np.full(3, size), np.full(6, size**2 / 12.0)))
+    return float(np.max(std / scale)) if scale.all() else np.inf
+
+
+def recommend(
+    results: dict[str, Estimate], found: Ingested, shape: PointMasses | None, seen: Ingested | None = None
+) -> tuple[str, str]:
+    """Name of the estimate to trust, and a sentence why; `seen` is what Bayes saw, if that was only a part."""
+    bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
+    if not bodies:
+        best = min(results, key=lambda name: misfit(results[name], found))
+        return best, "no method found a body that can exist; this one explains the wrench best"
+    free = next((name for name in ("LMI", "OLS") if name in bodies), None)
+    if shape is None:
+        if free is None:
+            best = min(bodies, key=lambda name: misfit(bodies[name], found))
+            return best, "a body that can exist"
+        return free, "the body that explains the wrench best; no shape is known"
+    margin = bodies["GEO"].hull_margin if "GEO" in bodies else None
+    if free is not None and (_is_outside(bodies[free], found, shape) or (margin is not None and margin < -OUTSIDE)):
+        return free, "without the shape the COM is outside it: check the shape's pose and unit"
+    if "Bayes" in bodies and (chi2 := misfit(bodies["Bayes"], seen or found)) <= MISFIT:
+        return "Bayes", f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
+    s = uncertainty(found, shape)
+    if "GEO" in bodies:
+        chi2 = misfit(bodies["GEO"], found)
+        if chi2 <= MISFIT:
+            return (
+                "GEO",
+                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape",
+            )
+        if s > PRECISE or free is None:
+            return "GEO", f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit"
+        return free, f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone"
+    if free is not None and s < SUFFICIENT:
+        return free, f"the recording determines all parameters to {100 * s:.0f} % of a body of this size"
+    for name in ("PMD", "HPS"):
+        if name in bodies:
+            return name, "the recording is too poor to do without the shape"
+    return next(iter(bodies)), "the only body that can exist" if len(bodies) == 1 else "a body that can exist"
+
+
+def _is_outside(estimate: Estimate, found: Ingested, shape: PointMasses) -> bool:
+    """Whether a COM found without the shape is outside its hull, by more than its uncertainty and `OUTSIDE`."""
+    if estimate.hull_margin is None or not np.isfinite(found.fit.covariance.diagonal()[1:4]).all():
+        return False
+    spread = float(np.sqrt(found.fit.covariance.diagonal()[1:4].max())) / estimate.parameters.mass
+    return estimate.hull_margin < -OUTSIDE - 3.0 * spread / (float(shape.extents.max()) or 1.0)

@@ -1,0 +1,62 @@
+"""Stopping: how much of a recording it takes until the posterior is as sure as was asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.core.accuracy import Accuracy
+from hefting.core.errors import NotIdentifiableError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.estimators import Bayes
+
+FIRST = 50
+"""Samples before the first look; of static poses one."""
+STEP, SHARE = 0.1, 0.02
+"""Between looks: s, and of the time so far, whichever is longer."""
+
+
+def first_sufficient(estimator: Bayes, measurements: Measurements, static: bool = False) -> tuple[Estimate, int]:
+    """The first sufficient estimate and how many samples it took; or that of all, where none is.
+
+    The samples are in order of time, or static poses. Errors as for `Bayes.estimate` of all samples.
+    """
+    z = measurements
+    state, estimate, seen = estimator.start(), None, 0
+    for end in _looks(z, static):
+        state, seen = estimator.update(state, z[seen:end]), end
+        try:
+            estimate = estimator.estimate(state, estimate)
+        except NotIdentifiableError:
+            if seen == len(z):
+                raise
+            continue
+        if estimate.sufficient:
+            break
+    assert estimate is not None
+    return estimate, seen
+
+
+def told(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
+    """`estimate` with `used` of the `whole` recording in its provenance, and a warning where it does not suffice."""
+    assert estimate.accuracy is not None
+    provenance = estimate.provenance | {"until": str(asked), "used": used, "of": whole, "used_unit": unit}
+    warnings = estimate.warnings
+    if not estimate.sufficient:
+        why = asked.shortfall(estimate.accuracy) or "the wrench contradicts the shape"
+        warnings = (f"not as sure as asked for: {why}", *warnings)
+    return replace(estimate, warnings=warnings, provenance=provenance)
+
+
+def _looks(z: Measurements, static: bool) -> list[int]:
+    """Numbers of samples after which to look, the last of them all."""
+    K = len(z)
+    if static:
+        return list(range(1, K + 1))
+    ends, time = [], z.time - z.time[0]
+    end = min(FIRST, K)
+    while end < K:
+        ends.append(end)
+        now = time[end - 1]
+        end = max(int(np.searchsorted(time, now + max(STEP, SHARE * now), side="right")), end + 1)
+    return [*ends, K]

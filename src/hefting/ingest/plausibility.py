@@ -1,0 +1,114 @@
+"""Plausibility: what no held object could cause is refused, what is unlikely is said."""
+
+import numpy as np
+
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.estimate import Estimate
+from hefting.core.messages import Message, warning
+from hefting.core.spatial import Array
+from hefting.ingest.free_fit import FreeFit, lever
+from hefting.ingest.ingest import Ingested
+from hefting.shapes import PointMasses
+
+LARGEST = 10.0
+"""No robot wields a thing this long [m]."""
+HEAVIEST = 1000.0
+"""No robot holds this much [kg]."""
+DENSEST = 23_000.0
+"""No material is heavier [kg/m³] (osmium: 22,590)."""
+UNEXPLAINED = 3.0
+"""A residual this many times that of unconstrained least squares is not noise."""
+LARGEST_SHARE = 0.75
+"""Of the shape's sides, from the mean of its points, beyond which the COM is well outside: half is its surface."""
+VAGUE_TILT = np.radians(10.0)
+"""Standard deviation of gravity's direction beyond which it is not found [rad]."""
+
+
+def require_object(found: Ingested, shape: PointMasses | None = None) -> None:
+    """Raise unless the recording determines the mass of an object that can be held, and gravity if it was to be found.
+
+    `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a recording that is too poor, and
+    `InputError` for what only a wrong unit explains.
+    """
+    if shape is not None and float(shape.extents.max()) > LARGEST:
+        what = f"the shape is {shape.extents.max():.3g} m long"
+        raise InputError(what, fix="is its file in millimetres? give `unit` mm")
+    tilt = found.conditioned.tilt_std
+    if tilt is not None and tilt > VAGUE_TILT:
+        known = f" (known to {np.degrees(tilt):.0f}° at best)" if np.isfinite(tilt) else ""
+        what = f"the motion does not tell the direction of gravity{known}"
+        fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
+        raise NotIdentifiableError(what, found.log, fix)
+    check_wrench(found, shape)
+    fit = found.fit
+    bias = "given" if found.given_bias is not None else "free" if found.bias == "estimate" else "none"
+    also = " and `bias`" if bias == "given" else ""
+    if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
+        what = f"{fit.vector[0]:.3g} kg" if np.isfinite(fit.covariance[0, 0]) else "nothing certain"
+        fix = f"check `tool`{also}: was it in the hand?"
+        raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
+    if fit.mass_is_open:
+        beside = " beside a bias" if bias == "free" else ""
+        hints = {"free": ", or give `bias` none", "given": "; or is `bias` wrong?", "none": ""}
+        raise NotIdentifiableError(
+            f"the motion is too poor to determine even the mass{beside}",
+            found.log,
+            f"turn the sensor to other orientations{hints[bias]}",
+        )
+    if fit.mass_t < 0.0:
+        fix = f"check the wrench's sign (`wrench`){also} and `gravity`"
+        raise NotIdentifiableError("no positive mass explains the wrench", found.log, fix)
+
+
+def check_wrench(found: Ingested, shape: PointMasses | None) -> None:
+    """`InputError` for a wrench that only a wrong unit explains, judged by unconstrained least squares."""
+    fit, source = found.fit, found.log
+    mass = 0.0 if fit.mass_is_open else abs(float(fit.vector[0]))
+    if mass > HEAVIEST:
+        raise InputError(f"the force would need {mass:.3g} kg", source, "give it in newtons; check `gravity`")
+    reach = LARGEST
+    if shape is not None:
+        volume = float(np.prod(shape.extents))
+        if 0.0 < DENSEST * volume < mass:
+            what = f"the force would need {mass:.3g} kg in a shape of at most {1e6 * volume:.3g} cm³"
+            raise InputError(what, source, "give force in newtons; check the shape's unit")
+        reach = 1.5 * float(np.linalg.norm(shape.positions, axis=1).max()) + 2.0 * float(np.linalg.norm(shape.extents))
+    distance = lever(found.state, fit.bias is not None)
+    if distance > reach:
+        what = f"the torque puts the centre of mass {distance:.3g} m from the sensor"
+        raise InputError(what, source, "give torque in newton-metres; check the shape's unit and pose")
+
+
+def com_warnings(fit: FreeFit, shape: PointMasses | None) -> list[Message]:
+    """A message when unconstrained least squares puts the COM well outside the shape."""
+    spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(abs(float(fit.vector[0])), 1e-12)
+    if shape is None or not fit.mass_t > 10.0 or not np.isfinite(spread):
+        return []
+    com = fit.vector[1:4] / fit.vector[0]
+    local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
+    if float(np.max(np.abs(local) - LARGEST_SHARE * shape.extents)) <= 3.0 * spread:
+        return []
+    place = ", ".join(f"{1e3 * x:.0f}" for x in com)
+    what = (
+        f"without the shape the COM would be at ({place}) mm, well outside it: check the shape's pose and unit, the "
+        "units of force and torque, and the wrench's sign and bias"
+    )
+    return [warning("com-outside-shape", what, "shape")]
+
+
+def misfit_warnings(estimate: Estimate, residual: Array, found: Ingested) -> list[Message]:
+    """A message when the estimate explains the wrench much worse than unconstrained least squares does."""
+    free = np.array((found.noise.force, found.noise.torque))
+    signal = np.sqrt(np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+    if not ((residual > UNEXPLAINED * free) & (residual > 0.01 * signal)).any():
+        return []
+    cause = "the shape or its pose does not fit"
+    if "c1" in estimate.provenance:
+        cause += ", or c1 is too large for this motion"
+    if estimate.hull_margin is None:
+        cause = "do not trust it"
+    what = (
+        f"{estimate.method} leaves {residual[0]:.2g} N and {residual[1]:.2g} N m of the wrench unexplained, "
+        f"unconstrained least squares {free[0]:.2g} and {free[1]:.2g}: {cause}"
+    )
+    return [warning("misfit", what, "shape")]

@@ -1,6 +1,0 @@
-"""Kinematics: a robot's URDF turns recorded joint positions into poses of the sensor frame."""
-
-from hefting.kinematics.joint_log import with_poses
-from hefting.kinematics.robot import Robot
-
-__all__ = ["Robot", "with_poses"]

@@ -1,0 +1,1 @@
+"""Plots: one file a picture, one palette (`hefting.plots.style`). Need matplotlib."""

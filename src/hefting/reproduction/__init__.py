@@ -1,0 +1,64 @@
+"""The paper's experiments on simulated data: jobs that run anywhere, tables and figures beside the published ones."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from hefting.core.errors import InputError, nearest
+from hefting.reproduction import (
+    c1,
+    condition,
+    density,
+    gravity,
+    noise,
+    objects,
+    observations,
+    prediction,
+    robot,
+    stop_and_go,
+)
+from hefting.reproduction.experiment import Experiment, Report, Table
+from hefting.reproduction.page import write_page
+from hefting.reproduction.progress import Bars
+from hefting.reproduction.runner import run_experiments
+
+__all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
+
+EXPERIMENTS: dict[str, Experiment] = {
+    module.EXPERIMENT.name: module.EXPERIMENT
+    for module in (objects, gravity, condition, density, c1, noise, observations, stop_and_go, robot, prediction)
+}
+"""By name, in the order of the page."""
+
+
+def reproduce(
+    names: Sequence[str] = (),
+    folder: Path = Path("reproduction"),
+    quick: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    show: bool = False,
+) -> Path:
+    """Run experiments by name, all by default, and write their tables, figures and page; returns the page's path.
+
+    Parameters
+    ----------
+    folder : where everything goes; what an earlier run with the same source left there is used again.
+    quick : few seeds and short lists.
+    workers, scheduler : local processes, one a core by default; or the address of a Dask scheduler.
+    show : a progress bar on standard error.
+
+    Raises `InputError` for an unknown name, a folder that cannot be written, or a scheduler that does not answer.
+    """
+    for name in names:
+        if name not in EXPERIMENTS:
+            fix = f"use {', '.join(EXPERIMENTS)}"
+            raise InputError(f"there is no experiment '{name}'{nearest(name, EXPERIMENTS)}", fix=fix)
+    if workers is not None and workers < 1:
+        raise InputError(f"needs at least one process, not {workers}", where="--jobs")
+    experiments = [e for name, e in EXPERIMENTS.items() if not names or name in names]
+    start = time.perf_counter()
+    with Bars(show) as bars:
+        results = run_experiments(experiments, folder, quick, workers, scheduler, bars)
+        reports = [(experiment, experiment.report(results[experiment.name])) for experiment in experiments]
+    return write_page(reports, folder, time.perf_counter() - start, quick)

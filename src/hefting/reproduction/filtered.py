@@ -1,0 +1,151 @@
+"""Measurements of 1.5 s as a robot has them: noisy poses and wrench, the motion by a Kalman filter or a smoother.
+
+The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the orientation by its quaternion. *Warm*,
+it has run and settled before the first observation; *cold*, it starts there, at rest and with its settled gains.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
+from hefting.estimators import GEO, Estimator
+from hefting.estimators.blend import Blend
+from hefting.estimators.geo import weight_by_rule
+from hefting.estimators.quadratic import Quadratic
+from hefting.ingest.free_fit import fit_freely
+from hefting.motion import sample_weights
+from hefting.motion.kalman import PoseFilter
+from hefting.motion.spline import fit_poses
+from hefting.motion.state import Motion
+from hefting.reproduction.setting import RATE, Thing
+from hefting.shapes import PointMasses
+from hefting.simulation import Wielding
+from hefting.simulation.faults import Six
+from hefting.simulation.wield import POSE_NOISE
+
+OBSERVATIONS = 150
+"""Of each window: 1.5 s at 100 Hz."""
+EARLIEST, STEP = 2.0, 1.6
+"""When the first window begins, and after how long the next [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What a robot reports of K instants."""
+
+    time: Array
+    """(K,) [s]"""
+    position: Array
+    """(K, 3) of the sensor's origin in world axes [m]"""
+    orientation: Array
+    """(K, 4) xyzw, sensor in world"""
+    wrench: Array
+    """(K, 6) [N, N m], exerted by the sensor on the object"""
+
+    @classmethod
+    def of(
+        cls,
+        wielding: Wielding,
+        wrench_noise: Six,
+        seed: tuple[int, ...],
+        pose_noise: tuple[float, float] = POSE_NOISE,
+    ) -> Self:
+        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise` [m], [rad] per axis."""
+        from scipy.spatial.transform import Rotation
+
+        motion, rng = wielding.motion, np.random.default_rng(seed)
+        K = len(motion.time)
+        turns = Rotation.from_rotvec(pose_noise[1] * rng.normal(size=(K, 3)))
+        return cls(
+            motion.time,
+            motion.position + pose_noise[0] * rng.normal(size=(K, 3)),
+            (Rotation.from_matrix(motion.rotation) * turns).as_quat(),
+            wielding.measurements.wrench + np.array(wrench_noise) * rng.normal(size=(K, 6)),
+        )
+
+    def __getitem__(self, window: slice) -> Self:
+        """The instants of a window."""
+        arrays = (self.time, self.position, self.orientation, self.wrench)
+        return type(self)(*(values[window] for values in arrays))
+
+    def with_motion(self, motion: Motion) -> Measurements:
+        """Measurements at those instants at which the motion is known."""
+        kept = np.isin(self.time, motion.time)
+        g = in_sensor_axes(motion.orientation, STANDARD_GRAVITY)
+        a, wrench = motion.linear_acceleration, self.wrench[kept]
+        assert a is not None
+        w, alpha = motion.angular_velocity, motion.angular_acceleration
+        return Measurements(motion.time, g, a, w, alpha, wrench[:, :3], wrench[:, 3:])
+
+
+def windows(duration: float) -> list[slice]:
+    """All windows of a motion of so many seconds."""
+    most = int((duration - EARLIEST) / STEP) + 1
+    starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
+    return [slice(k, k + OBSERVATIONS) for k in starts if k + OBSERVATIONS <= round(RATE * duration)]
+
+
+def causal_filter(observed: Observed) -> PoseFilter:
+    """The paper's filter, with the noise and bandwidth most likely for the whole motion."""
+    return PoseFilter.tuned(observed.time, observed.position, observed.orientation, order="acceleration", lag=0.0)
+
+
+def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
+    """Each window of a motion which the filter has followed from the start."""
+    _, motion = live.update(live.start(), observed.time, observed.position, observed.orientation)
+    z = observed.with_motion(motion)
+    missing = len(observed.time) - len(z)  # before it had settled
+    for window in _windows_of(observed):
+        yield z[window.start - missing : window.stop - missing]
+
+
+def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
+    """Each window with a filter that begins with it."""
+    for window in _windows_of(observed):
+        yield begun_with(observed[window], live)
+
+
+def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
+    """All of what is observed, by a filter that begins with it."""
+    begun = replace(live, cold_start=True)
+    _, motion = begun.update(begun.start(), observed.time, observed.position, observed.orientation)
+    return observed.with_motion(motion)
+
+
+def smoothed(observed: Observed) -> Iterator[Measurements]:
+    """Each window by this project's smoother and sample weights, from its own poses alone."""
+    for window in _windows_of(observed):
+        part = observed[window]
+        motion = fit_poses(part.time, part.position, part.orientation).at(part.time)
+        z = part.with_motion(motion)
+        fit = fit_freely(z, False)
+        weights = sample_weights(fit.vector, motion, fit.noise.force, fit.noise.torque)
+        yield replace(z, weights=weights / weights.mean())
+
+
+def _windows_of(observed: Observed) -> list[slice]:
+    return windows(len(observed.time) / RATE)
+
+
+WEAK = 1e-3
+"""Of the literature's weight of GEO's prior."""
+
+
+def weak_geo(shape: PointMasses, z: Measurements) -> Estimator:
+    """GEO at a weight that leaves the answer to the data, as long as it is a body."""
+    return GEO(shape, gamma=WEAK * weight_by_rule(Quadratic.of(Blend.of(z)).A))
+
+
+SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
+"""What `score` lists."""
+
+
+def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:
+    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a body with them can exist."""
+    estimate = method.fit(z)
+    errors = subject.errors(estimate)
+    return [*(float(f"{getattr(errors, name):.4g}") for name in SCORES[:4]), float(estimate.physically_consistent)]

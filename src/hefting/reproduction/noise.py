@@ -1,0 +1,183 @@
+"""Noise by speed: 8 objects x 5 speeds x 4 noise levels x 4 methods, error after 10 s and over time."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hefting.core.measurements import NOISE_LEVELS
+from hefting.reproduction.drawing import legend_above, mark_limit, over_limit
+from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
+from hefting.reproduction.setting import (
+    COLOURS,
+    MARKERS,
+    METHODS,
+    OBJECTS,
+    SPEEDS,
+    grouped,
+    mean,
+    signal_to_noise,
+    thing,
+    wielded,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
+"""When an estimate is made [s]."""
+SHOWN = 10.0
+"""s, after which the paper compares the methods."""
+LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
+"""RTLS often lies on OLS."""
+RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
+"""Of errors [%] and signal-to-noise ratios drawn."""
+
+
+def jobs(quick: bool) -> list[Job]:
+    """One for each object and speed."""
+    objects = ("hammer", "half-n-half") if quick else OBJECTS
+    speeds = (1.0, 2.0) if quick else SPEEDS
+    return [{"object": name, "speed": speed, "seed": 1} for name in objects for speed in speeds]
+
+
+def run(job: Job) -> Result:
+    """Errors of every method at every noise level and time; the methods see the same noise."""
+    subject, exact = thing(job["object"]), wielded(job["object"], job["speed"]).measurements
+    seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
+    levels = {}
+    for level, noise in NOISE_LEVELS.items():
+        z = exact.with_noise(noise, seed) if level != "none" else exact
+        found = {name: _over_time(method(subject, z), z, subject) for name, method in METHODS.items()}
+        levels[level] = {"methods": found}
+        if level != "none":
+            levels[level]["snr"] = signal_to_noise(exact, noise)
+    return {"levels": levels}
+
+
+def _over_time(estimator, z, subject) -> dict[str, list]:
+    state, begin = estimator.start(), 0
+    out: dict[str, list] = {"mass": [], "center_of_mass": [], "inertia": [], "consistent": []}
+    for end in np.searchsorted(z.time - z.time[0], TIMES):
+        state = estimator.update(state, z[begin:end])
+        begin = end
+        estimate = estimator.estimate(state)
+        errors = subject.errors(estimate)
+        for name, value in (
+            ("mass", errors.mass),
+            ("center_of_mass", errors.center_of_mass),
+            ("inertia", errors.inertia_at_origin),
+            ("consistent", estimate.physically_consistent),
+        ):
+            out[name].append(value)
+    return out
+
+
+def report(results: list[tuple[Job, Result]]) -> Report:
+    """The table after 10 s, the tables over time, and the paper's two figures."""
+    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    by_speed = grouped(results, "speed")
+    at = TIMES.index(SHOWN)
+
+    def average(speed: float, level: str, method: str, what: str, k: int) -> float | None:
+        return mean(float(r["levels"][level]["methods"][method][what][k]) for r in by_speed[(speed,)])
+
+    columns = [f"{method}: {what} %" for method in METHODS for what in ("mass", "COM", "inertia", "possible")]
+    rows, over_time = [], []
+    for level in NOISE_LEVELS:
+        for speed in speeds:
+            snr = None if level == "none" else mean(r["levels"][level]["snr"] for r in by_speed[(speed,)])
+            cells = []
+            for method in METHODS:
+                cells += [average(speed, level, method, w, at) for w in ("mass", "center_of_mass", "inertia")]
+                cells.append(100.0 * (average(speed, level, method, "consistent", at) or 0.0))
+            rows.append((level, speed, snr, *cells))
+            over_time += [
+                (level, speed, t, *(average(speed, level, m, "inertia", k) for m in METHODS))
+                for k, t in enumerate(TIMES)
+            ]
+    title = "Mean errors over the objects after 10 s, and the share of bodies that can exist"
+    tables = (
+        Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), tuple(rows)),
+        Table("over-time", "Mean inertia error [%] over time", ("noise", "rad/s", "s", *METHODS), tuple(over_time)),
+    )
+    experiments = len(results) * len(NOISE_LEVELS) * len(METHODS)
+    notes = (
+        f"{experiments} experiments: objects x speeds x noise levels x methods, each 35 s at 100 Hz. Noise is added to "
+        "the exact accelerations and wrench, as in the paper; inertia errors are about the sensor's origin. The SNR is "
+        "mean-squared signal over noise variance, the geometric mean over the twelve channels of accelerations and "
+        "wrench: the paper does not say how it averages.",
+        "The paper gives no numbers for these two figures. GEO starts from the homogeneous body with the mass that "
+        "least squares finds and the weight of its authors' code; PMD has c1 = 300.",
+    )
+    figures = {
+        "error-by-speed": _by_speed_figure(speeds, average, by_speed, at),
+        "error-over-time": _over_time_figure(speeds, average),
+    }
+    return Report(tables, figures, notes)
+
+
+def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
+    from hefting.plots.style import INK, figure_of, settled, style
+
+    levels = [level for level in NOISE_LEVELS if level != "none"]
+    with style():
+        figure = figure_of(2.6, width=7.2)
+        axes = figure.subplots(1, len(levels), sharey=True)
+        for ax, level in zip(axes, levels, strict=True):
+            for method in METHODS:
+                values = np.clip([average(s, level, method, "inertia", at) for s in speeds], *RANGE)
+                ax.plot(speeds, values, color=COLOURS[method], **_line(method))
+            ax.set(title=f"{level} noise", xlabel="average angular speed [rad/s]", yscale="log", ylim=RANGE)
+            ax.plot([], [], color=INK, linestyle="--", linewidth=1.6, label="SNR (scale on the right)")
+            mark_limit(ax)
+            ratios = ax.twinx()
+            snr = [mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds]
+            ratios.plot(speeds, snr, color=INK, linestyle="--", linewidth=1.6)
+            ratios.set(yscale="log", ylim=SNR_RANGE)
+            if ax is axes[-1]:
+                ratios.spines["right"].set_visible(True)
+                ratios.set_ylabel("signal-to-noise ratio [-]")
+            else:
+                ratios.yaxis.set_visible(False)
+        axes[0].set_ylabel("inertia error after 10 s [%]")
+        legend_above(figure, axes[0], len(METHODS) + 2)
+        return settled(figure)
+
+
+def _over_time_figure(speeds, average) -> "Figure":
+    from hefting.plots.style import figure_of, settled, style
+
+    with style():
+        figure = figure_of(2.3, width=7.2)
+        axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))
+        for ax, speed in zip(axes, speeds, strict=True):
+            for method in METHODS:
+                values = np.clip([average(speed, "moderate", method, "inertia", k) for k in range(len(TIMES))], *RANGE)
+                ax.plot(TIMES, values, color=COLOURS[method], linestyle=LINES[method], label=method)
+            ax.set(
+                title=f"{speed:g} rad/s, {SPEEDS[speed]:g} m/s",
+                xlabel="time [s]",
+                yscale="log",
+                xscale="log",
+                ylim=RANGE,
+            )
+            ax.set_xticks([1, 10], ["1", "10"])
+            if over_limit(speed):
+                ax.text(0.97, 0.97, "above ISO 10218-1", transform=ax.transAxes, ha="right", va="top", size=6.5)
+        axes[0].set_ylabel("inertia error [%]")
+        legend_above(figure, axes[0], len(METHODS))
+        return settled(figure)
+
+
+def _line(method: str) -> dict[str, Any]:
+    return {"marker": MARKERS[method], "markersize": 3, "linestyle": LINES[method], "label": method}
+
+
+EXPERIMENT = Experiment(
+    name="noise",
+    title="Inertia error by speed and noise",
+    source="Figures 5 and 6: 640 experiments at five speeds and four noise levels",
+    jobs=jobs,
+    run=run,
+    report=report,
+)

@@ -1,0 +1,131 @@
+"""150 observations: four methods after 1.5 s at three speeds, their motion by a Kalman filter, warm and cold."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.core.spatial import tensor_to_vector
+from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
+from hefting.ingest.free_fit import fit_freely
+from hefting.reproduction.experiment import Experiment, Job, Result
+from hefting.reproduction.filtered import (
+    OBSERVATIONS,
+    Observed,
+    begun_with,
+    causal_filter,
+    cold,
+    score,
+    smoothed,
+    warm,
+    weak_geo,
+    windows,
+)
+from hefting.reproduction.observations_report import KINDS, report
+from hefting.reproduction.setting import C1, DURATION, OBJECTS, Thing, thing, wielded
+from hefting.simulation import WRENCH_NOISE, Wielding
+from hefting.simulation.wield import POSE_NOISE
+
+ANGULAR = (1.0, 1.5, 2.0)
+"""Average angular speeds [rad/s]."""
+STARTS = 10
+"""How often the motion is started, each time with other noise."""
+SHARPER = 0.1
+"""Of the pose noise: in a simulator poses are exact."""
+QUICK = ("tee", "half-n-half")
+
+Method = Callable[[Thing, Measurements], Estimator]
+
+
+def found(subject: Thing, z: Measurements) -> Estimator:
+    """GEO with the noise that least squares leaves, in which errors that last count once."""
+    fit = fit_freely(z, False)
+    longer = float(np.sqrt(fit.autocorrelation))
+    return GEO(subject.shape, noise=Noise(longer * fit.noise.force, longer * fit.noise.torque))
+
+
+def doubled(subject: Thing, z: Measurements) -> Estimator:
+    """GEO whose prior was moved from the COM to the sensor twice, as in public code of the paper's authors."""
+    body = subject.shape.homogeneous
+    inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
+    unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
+    return GEO(prior=InertialParameters(float(fit_freely(z, False).vector[0]) * unit))
+
+
+METHODS: dict[str, Method] = {
+    "OLS": lambda thing, z: OLS(),
+    "RTLS": lambda thing, z: RTLS(),
+    "GEO, weak": lambda thing, z: weak_geo(thing.shape, z),
+    "GEO, literature": lambda thing, z: GEO(thing.shape),
+    "GEO, noise found": found,
+    "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
+    "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0),
+    "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0),
+    "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3),
+    "GEO, wrench noise known": lambda thing, z: GEO(thing.shape, noise=NOISE_LEVELS["moderate"]),
+    "GEO, prior moved twice": doubled,
+}
+"""Those of the main table first; the literature's weight of GEO is 1e-5 tr(A'A)."""
+
+
+def jobs(quick: bool) -> list[Job]:
+    """One for each object and speed, with all windows, motions and methods."""
+    objects, duration, starts = (QUICK, 6.0, 2) if quick else (OBJECTS, DURATION, STARTS)
+    return [
+        {"object": name, "speed": speed, "duration": duration, "starts": starts, "seed": 1}
+        for speed in ANGULAR
+        for name in objects
+    ]
+
+
+def run(job: Job) -> Result:
+    """By kind of motion: each method's scores (windows, 5); rms accelerations and, of these, errors."""
+    subject = thing(job["object"])
+    exact = wielded(job["object"], job["speed"], duration=job["duration"])
+    kinds = {}
+    for kind, each in _motions(job, exact):
+        scores: dict[str, list] = {name: [] for name in METHODS}
+        motions = []
+        for window, z in each:
+            for name, method in METHODS.items():
+                scores[name].append(score(subject, method(subject, z), z))
+            true = exact.measurements[window]
+            wrong = z.linear_acceleration - true.linear_acceleration, z.angular_acceleration - true.angular_acceleration
+            motions.append((true.linear_acceleration, true.angular_acceleration, *wrong))
+        rms = [float(np.sqrt(np.mean(np.square(part)))) for part in zip(*motions, strict=True)]
+        kinds[kind] = {"scores": scores, "accelerations": rms}
+    even = InertialParameters(subject.held.parameters.mass * subject.shape.homogeneous.vector)
+    return {"kinds": kinds, "homogeneous": subject.errors(Estimate("homogeneous", even, 0)).inertia_at_origin}
+
+
+def _motions(job: Job, exact: Wielding) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
+    """Each kind of motion: windows and their measurements."""
+    seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
+    observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
+    live, places = causal_filter(observed), windows(job["duration"])
+    for kind, each in zip(KINDS, (warm(observed, live), cold(observed, live), smoothed(observed)), strict=False):
+        yield kind, zip(places, each, strict=True)
+    for kind, share in zip(KINDS[3:], (1.0, SHARPER), strict=True):
+        yield kind, _first(exact, seed, job["starts"], share)
+
+
+def _first(exact: Wielding, seed: tuple[int, ...], count: int, share: float) -> Iterator[tuple[slice, Measurements]]:
+    """The motion's first observations, with a filter that begins with them, `count` times with other noise."""
+    window, live = slice(0, OBSERVATIONS), None
+    for k in range(count):
+        noise = share * POSE_NOISE[0], share * POSE_NOISE[1]
+        observed = Observed.of(exact, WRENCH_NOISE["moderate"], (*seed, k), noise)
+        live = live or causal_filter(observed)
+        yield window, begun_with(observed[window], live)
+
+
+EXPERIMENT = Experiment(
+    name="observations",
+    title="After 150 observations",
+    source="Table on a limited number of observations (about 150)",
+    jobs=jobs,
+    run=run,
+    report=report,
+)

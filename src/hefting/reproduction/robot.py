@@ -1,0 +1,246 @@
+"""The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; and what a real arm adds."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
+from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
+from hefting.reproduction.drawing import BLACK, BLUE, ORANGE, PURPLE, VERMILION, legend_above
+from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
+from hefting.reproduction.filtered import Observed, causal_filter, cold, score, smoothed, warm, weak_geo
+from hefting.reproduction.setting import MOSTLY_WRONG, OBJECTS, Thing, published, thing, wielded
+from hefting.shapes import PointMasses
+from hefting.simulation import WRENCH_NOISE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SPEED = 1.1
+"""Average angular speed [rad/s]."""
+LONG = 27.0
+"""Of the motion that the windows are cut from [s]: 15 of them."""
+PUBLISHED = {
+    "OLS": (3.18, 24.9, MOSTLY_WRONG),
+    "RTLS": (11.7, MOSTLY_WRONG, MOSTLY_WRONG),
+    "GEO": (3.75, 30.3, MOSTLY_WRONG),
+    "PMD-5K": (4.51, 8.12, 36.75),
+    "PMD-25K": (4.45, 4.50, 29.11),
+}
+"""Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
+METHODS: dict[str, Callable[[PointMasses, Measurements], Estimator]] = {
+    "OLS": lambda shape, z: OLS(),
+    "RTLS": lambda shape, z: RTLS(),
+    "GEO, weak": weak_geo,
+    "GEO, literature": lambda shape, z: GEO(shape),
+    "PMD-5K": lambda shape, z: PMD(shape, c1=5e3),
+    "PMD-25K": lambda shape, z: PMD(shape, c1=25e3),
+}
+"""GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of it."""
+TURNED, SHIFTED = np.radians(1.0), 2e-3
+"""How far the shape is assumed to be from where it is [rad], [m]."""
+BIAS = (0.3, 0.015)
+"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's noise."""
+LATE = 2
+"""Samples the wrench comes later than the poses: 20 ms."""
+GAIN = 1.04
+"""Of the sensor, where its calibration is 4 % off."""
+CAUSES = {
+    "none": "ideal arm and sensor",
+    "pose": "shape 1° and 2 mm off",
+    "bias": "0.3 N and 0.015 N m left of the bias",
+    "late": "wrench 20 ms late",
+    "gain": "sensor's gain 4 % off",
+    "all": "all four",
+}
+"""What a real arm adds."""
+TOPS = (20.0, 1e3, 1e4)
+"""Of the figure's panels [%]: what is above is drawn there."""
+DRAWN = {
+    "published, real arm": (None, BLACK, "x"),
+    "warm": (("warm", "none"), BLUE, "o"),
+    "cold": (("cold", "none"), ORANGE, "^"),
+    "warm, all four faults": (("warm", "all"), VERMILION, "s"),
+    "cold, all four faults": (("cold", "all"), PURPLE, "v"),
+}
+"""Kind of motion and cause, colour and marker."""
+
+
+def jobs(quick: bool) -> list[Job]:
+    """One for each object, with all windows, motions, causes and methods."""
+    objects, duration = (("tee",), 6.0) if quick else (OBJECTS, LONG)
+    return [{"object": name, "duration": duration, "seed": 2} for name in objects]
+
+
+def run(job: Job) -> Result:
+    """Scores (windows, 5) by kind of motion, cause and method; the smoother without causes."""
+    subject = thing(job["object"])
+    exact = wielded(job["object"], SPEED, "xarm7", job["duration"])
+    seed = (job["seed"], OBJECTS.index(job["object"]))
+    observed = Observed.of(exact, WRENCH_NOISE["ft300"], seed)
+    live = causal_filter(observed)
+    motions = {"warm": warm(observed, live), "cold": cold(observed, live), "smoother": smoothed(observed)}
+    scores: dict[str, dict[str, dict[str, list]]] = {}
+    for kind, each in motions.items():
+        causes = tuple(CAUSES) if kind != "smoother" else ("none",)
+        found = scores[kind] = {cause: {name: [] for name in METHODS} for cause in causes}
+        rng = np.random.default_rng((*seed, 1))  # the same faults for all kinds of motion
+        for z in each:
+            troubled = _troubled(subject, z, rng)
+            for cause, (name, method) in product(causes, METHODS.items()):
+                shape, y = troubled[cause]
+                found[cause][name].append(score(subject, method(shape, y), y))
+    return {"scores": scores}
+
+
+def _troubled(subject: Thing, z: Measurements, rng: np.random.Generator) -> dict[str, tuple[PointMasses, Measurements]]:
+    """The shape and the measurements that each cause leaves one with."""
+    from scipy.spatial.transform import Rotation
+
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec(TURNED * _direction(rng)).as_matrix()
+    pose[:3, 3] = SHIFTED * _direction(rng)
+    moved = _moved(subject.shape, pose)
+    force, torque = BIAS[0] * _direction(rng), BIAS[1] * _direction(rng)
+
+    def with_bias(z: Measurements) -> Measurements:
+        return replace(z, force=z.force + force, torque=z.torque + torque)
+
+    def with_delay(z: Measurements) -> Measurements:
+        return replace(z[LATE:], force=z.force[:-LATE], torque=z.torque[:-LATE])
+
+    def with_gain(z: Measurements) -> Measurements:
+        return replace(z, force=GAIN * z.force, torque=GAIN * z.torque)
+
+    return {
+        "none": (subject.shape, z),
+        "pose": (moved, z),
+        "bias": (subject.shape, with_bias(z)),
+        "late": (subject.shape, with_delay(z)),
+        "gain": (subject.shape, with_gain(z)),
+        "all": (moved, with_bias(with_delay(with_gain(z)))),
+    }
+
+
+def _direction(rng: np.random.Generator) -> Array:
+    v = rng.normal(size=3)
+    return v / np.linalg.norm(v)
+
+
+def _moved(shape: PointMasses, pose: Array) -> PointMasses:
+    """The shape in another place; only what the methods here use of it is moved."""
+    return replace(
+        shape,
+        positions=shape.positions @ pose[:3, :3].T + pose[:3, 3],
+        homogeneous=shape.homogeneous.moved(pose),
+        hull=shape.hull @ pose[:3, :3].T + pose[:3, 3],
+    )
+
+
+def report(results: list[tuple[Job, Result]]) -> Report:
+    """The paper's table beside ours, and what each cause does."""
+    found = {
+        (kind, cause, method): np.array([row for _, result in results for row in result["scores"][kind][cause][method]])
+        for kind, causes in results[0][1]["scores"].items()
+        for cause, methods in causes.items()
+        for method in methods
+    }
+
+    def means(kind: str, cause: str, method: str) -> list[Cell]:
+        values = [float(v) for v in found[kind, cause, method][:, :3].mean(axis=0)]
+        return [published(v) if v >= MOSTLY_WRONG else v for v in values]
+
+    def share(kind: str, cause: str, method: str) -> float:
+        return 100.0 * float(found[kind, cause, method][:, -1].mean())
+
+    theirs = {name: [published(v) if v >= MOSTLY_WRONG else v for v in errors] for name, errors in PUBLISHED.items()}
+    rows: list[tuple[Cell, ...]] = [("published, real arm", name, *errors, None) for name, errors in theirs.items()]
+    for kind, cause in (("warm", "none"), ("cold", "none"), ("smoother", "none"), ("warm", "all"), ("cold", "all")):
+        label = kind if cause == "none" else f"{kind}, {CAUSES['all']} faults"
+        rows += [(label, m, *means(kind, cause, m), share(kind, cause, m)) for m in METHODS]
+    columns = ("mass %", "COM %", "inertia %", "consistent %")
+    causes = [(k, CAUSES[c], m, *means(k, c, m), share(k, c, m)) for k, c, m in found if k != "smoother"]
+    count = len(found["warm", "none", "OLS"])
+    tables = (
+        Table(
+            "robot",
+            f"Mean errors after 1.5 s on the xArm 7 at {SPEED} rad/s ({len(results)} objects, {count} windows in all)",
+            ("motion", "method", *columns),
+            tuple(rows),
+        ),
+        Table("causes", "What a real arm may add", ("motion", "cause", "method", *columns), tuple(causes)),
+    )
+    mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
+    return Report(tables, {"robot": _figure(mean)}, _notes(mean))
+
+
+def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
+    def three(kind: str, cause: str, method: str) -> str:
+        return " / ".join(f"{v:.3g}" for v in mean[kind, cause, method])
+
+    def two(kind: str, method: str) -> str:
+        return three(kind, "none", method).split(" / ", 1)[1]
+
+    return (
+        f"Mass / COM / inertia, PMD-5K: {three('warm', 'none', 'PMD-5K')} % with the filter warm, "
+        f"{three('cold', 'none', 'PMD-5K')} % cold (published 4.51 / 8.12 / 36.75 %); PMD-25K: "
+        f"{three('warm', 'none', 'PMD-25K')} % and {three('cold', 'none', 'PMD-25K')} % (4.45 / 4.50 / 29.11 %). The "
+        "simulated arm and sensor are ideal but for noise.",
+        "The published masses are 3 to 5 % off (RTLS more), which noise cannot make: a bias of 0.3 N alone makes "
+        f"{three('warm', 'bias', 'PMD-5K')} %, a sensor's gain 4 % off {three('warm', 'gain', 'PMD-5K')} % (PMD-5K, "
+        "warm).",
+        f"The shape 1° and 2 mm off makes {three('warm', 'pose', 'PMD-5K')} %, a wrench 20 ms late "
+        f"{three('warm', 'late', 'PMD-5K')} % (PMD-5K, warm): least squares suffers far more of the latter, "
+        f"{three('warm', 'late', 'OLS')} %.",
+        f"All four faults, warm, make OLS {three('warm', 'all', 'OLS')} % (published 3.18 / 24.9 / > 500 %), RTLS "
+        f"{three('warm', 'all', 'RTLS')} % (11.7 / > 500 / > 500 %) and weak GEO {three('warm', 'all', 'GEO, weak')} "
+        f"% (3.75 / 30.3 / > 500 %). PMD stays below its published COM and inertia: {three('warm', 'all', 'PMD-5K')} "
+        f"% warm, {three('cold', 'all', 'PMD-5K')} % cold; why is not explained. How far printed object and "
+        "mount yield under load is not simulated.",
+        f"Published, c1 = 25e3 is better than 5e3 in COM and inertia; here they are {two('cold', 'PMD-25K')} % "
+        f"against {two('cold', 'PMD-5K')} % cold, and {two('warm', 'PMD-25K')} % against {two('warm', 'PMD-5K')} % "
+        "warm.",
+        "The size of these faults is a guess made to be plausible, not known of the paper's robot. In the figure what "
+        "the paper gives as over 500 stands at 500, and what is above a panel at its upper edge.",
+    )
+
+
+def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
+    """A panel an error, a group a method, in it a mark a kind of motion."""
+    from hefting.plots.style import SHADOW, figure_of, settled, style
+
+    labels = [name.replace(", ", "\n").replace("literature", "liter.").replace("PMD-", "PMD\n") for name in METHODS]
+    with style():
+        figure = figure_of(2.5, 7.2)
+        panels = figure.subplots(1, 3)
+        for quantity, (axes, name) in enumerate(zip(panels, ("mass", "COM", "inertia"), strict=True)):
+            for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
+                values = [
+                    PUBLISHED[method.split(",")[0]][quantity] if key is None else mean[(*key, method)][quantity]
+                    for method in METHODS
+                ]
+                at = np.arange(len(METHODS)) + 0.15 * (j - 2)
+                look = {"color": colour, "markersize": 3.5, "clip_on": False, "label": label}
+                axes.plot(at, np.minimum(values, TOPS[quantity]), marker, **look)
+            for i in range(0, len(METHODS), 2):
+                axes.axvspan(i - 0.5, i + 0.5, color=SHADOW, alpha=0.5, linewidth=0.0, zorder=0)
+            axes.set(yscale="log", ylabel=f"{name} error [%]", xlim=(-0.5, len(METHODS) - 0.5))
+            axes.set_ylim(top=TOPS[quantity])
+            axes.set_xticks(range(len(METHODS)), labels)
+        panels[1].set_xlabel("method")
+        legend_above(figure, panels[0], len(DRAWN))
+        return settled(figure)
+
+
+EXPERIMENT = Experiment(
+    name="robot",
+    title="The robot experiments, simulated",
+    source="Table on identification errors with the xArm 7",
+    jobs=jobs,
+    run=run,
+    report=report,
+)

@@ -1,0 +1,108 @@
+"""The paper's setting: objects, speeds, noise levels, methods at its hyperparameters, and how errors are summed up."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.metrics import Errors, errors_between
+from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
+from hefting.shapes import PointMasses
+from hefting.simulation import (
+    MODULAR,
+    UR5,
+    XARM7,
+    HeldObject,
+    Wielding,
+    held_modular,
+    paper_points,
+    sinusoids,
+    wield_in_mujoco,
+)
+
+OBJECTS = tuple(MODULAR)
+"""The eight configurations of the modular object."""
+SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
+"""Average angular speeds [rad/s] and the linear ones [m/s] the paper gives with them."""
+RATE = 100.0
+"""Samples a second."""
+DURATION = 35.0
+"""Of a motion [s]."""
+ISO_LIMIT = 0.25
+"""Largest TCP speed of ISO 10218-1 [m/s]."""
+C1 = 300.0
+"""Of PMD in the paper's simulations."""
+MOSTLY_WRONG = 500.0
+"""Percent: the paper says "> 500" above it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """A modular object with the 56 points the paper describes it by."""
+
+    held: HeldObject
+
+    @cached_property
+    def shape(self) -> PointMasses:
+        """The paper's 56 points, in the sensor frame."""
+        return paper_points(self.held)
+
+    def errors(self, estimate: Estimate) -> Errors:
+        """Of an estimate in the sensor frame."""
+        axes = self.held.pose[:3, :3]
+        return errors_between(estimate.parameters, self.held.parameters, self.held.extents, axes)
+
+
+@cache
+def thing(name: str) -> Thing:
+    """One of `OBJECTS`."""
+    return Thing(held_modular(name))
+
+
+@cache
+def wielded(name: str, speed: float, arm: str = "ur5", duration: float = DURATION, rate: float = RATE) -> Wielding:
+    """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s], exact, from MuJoCo."""
+    robot = {"ur5": UR5, "xarm7": XARM7}[arm]
+    return wield_in_mujoco(robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters)
+
+
+METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
+    "OLS": lambda thing, z: OLS(),
+    "RTLS": lambda thing, z: RTLS(),
+    "GEO": lambda thing, z: GEO(thing.shape),
+    "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
+}
+"""The paper's four, at its hyperparameters; GEO with its authors' weight and the homogeneous body."""
+COLOURS = {"OLS": "#0072B2", "RTLS": "#E69F00", "GEO": "#009E73", "PMD": "#D55E00"}
+"""Of the methods in all figures (Okabe & Ito 2008)."""
+MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
+
+
+def mean(values: Iterable[float | None]) -> float | None:
+    """Mean of those that are there; None of none."""
+    known = [v for v in values if v is not None and np.isfinite(v)]
+    return float(np.mean(known)) if known else None
+
+
+def published(value: float) -> str:
+    """A published figure as it is printed there: "> 500" above that."""
+    return "> 500" if value >= MOSTLY_WRONG else f"{value:g}"
+
+
+def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
+    """Mean-squared signal over noise variance: geometric mean over the 12 channels of accelerations and wrench."""
+    signals = (measurements.linear_acceleration, measurements.angular_acceleration, measurements.wrench)
+    levels = (noise.linear_acceleration, noise.angular_acceleration, noise.force, noise.torque)
+    ratios = np.mean(np.square(np.hstack(signals)), axis=0) / np.square(np.repeat(levels, 3))
+    return float(np.exp(np.mean(np.log(ratios))))
+
+
+def grouped(results: Iterable[tuple[Mapping, Mapping]], *keys: str) -> dict[tuple, list[Mapping]]:
+    """Results by the values of some of their jobs' parameters, in the order in which those first come."""
+    groups: dict[tuple, list[Mapping]] = {}
+    for job, result in results:
+        groups.setdefault(tuple(job[key] for key in keys), []).append(result)
+    return groups

@@ -1,0 +1,117 @@
+"""A demonstration from end to end: a simulated arm wields a hammer, which is identified from its log."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.files import write_atomically
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.metrics import Errors, errors_between
+from hefting.core.spatial import frozen
+from hefting.export import export
+from hefting.identification import identify
+from hefting.logs import write_log
+from hefting.shapes import PointMasses
+from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
+from hefting.simulation.wield import POSE_NOISE
+
+DURATION, RATE, ANGULAR_SPEED = 10.0, 100.0, 1.0
+"""Length [s], samples per second and mean angular speed [rad/s] of the recording."""
+NOISE = "moderate"
+SEED = 2022
+POSE = frozen(((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, -0.08), (0.0, -1.0, 0.0, 0.06), (0.0, 0.0, 0.0, 1.0)))
+"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm off the sensor."""
+
+
+@dataclass(frozen=True)
+class Demo:
+    """What was simulated, what was found, and the files that show it."""
+
+    log: Path
+    """What the robot recorded."""
+    mesh: Path
+    """Shape of the hammer [mm], which says nothing of its materials."""
+    truth_file: Path
+    """What is to be found."""
+    exports: tuple[Path, ...]
+    """The estimate as JSON and URDF."""
+    pictures: tuple[Path, ...]
+    """PNG and SVG; none without matplotlib."""
+    speeds: tuple[float, float]
+    """Mean angular [rad/s] and linear [m/s] speed of the sensor."""
+    truth: InertialParameters
+    """True parameters in the sensor frame."""
+    homogeneous: InertialParameters
+    """The true mass spread evenly over the shape: what scale and drawing alone would say."""
+    estimate: Estimate
+    errors: Errors
+    """Of the estimate [%]."""
+    homogeneous_errors: Errors
+    """Of the evenly spread mass [%]."""
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every file written."""
+        return (self.log, self.mesh, self.truth_file, *self.exports, *self.pictures)
+
+
+def run(folder: str | Path, pictures: bool = True) -> Demo:
+    """Simulate, write the log, identify from the files as a user would, and write results to `folder`.
+
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the paper's moderate noise,
+    the poses 0.1 mm and 0.02°. The same every time. Raises `InputError` when the folder cannot be written
+    and `MissingDependencyError` when pictures are wanted without matplotlib.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made a folder ({error.strerror})", where=folder) from error
+    log, mesh_file, truth_file = folder / "log.csv", folder / "hammer.stl", folder / "truth.json"
+
+    held = hammer()
+    body = held.parameters.moved(POSE)
+    motion = UR5.motion(sinusoids(DURATION, RATE, ANGULAR_SPEED))
+    write_log(simulate(motion, body, noise=NOISE_LEVELS[NOISE], pose_noise=POSE_NOISE, seed=SEED), log)
+    surface = held.mesh()
+    extents = surface.extents
+    write_atomically(mesh_file, surface.copy().apply_scale(1e3).export(file_type="stl"))
+    facts = truth(body, extents, POSE, mesh_unit="mm", name=held.name)
+    write_atomically(truth_file, json.dumps(facts, indent=1) + "\n")
+
+    shape = PointMasses.from_mesh(mesh_file, unit="mm", pose=POSE)
+    found = identify(log, shape)
+    estimate = found.estimate
+    exports = (folder / "estimate.json", folder / "estimate.urdf")
+    estimate.save(exports[0])
+    write_atomically(exports[1], export(estimate, "urdf", name=held.name).text)
+
+    drawn: tuple[Path, ...] = ()
+    if pictures:
+        from hefting.plots.body import plot_object
+        from hefting.plots.style import save_figure
+        from hefting.plots.wrench import plot_wrench
+
+        drawn = save_figure(plot_wrench(found.measurements, estimate), folder / "wrench")
+        picture = plot_object(estimate, shape, surface.copy().apply_transform(POSE), body)
+        drawn += save_figure(picture, folder / "object")
+    even = InertialParameters(body.mass * shape.homogeneous.vector)
+    axes = np.asarray(POSE)[:3, :3]
+    return Demo(
+        log=log,
+        mesh=mesh_file,
+        truth_file=truth_file,
+        exports=exports,
+        pictures=drawn,
+        speeds=motion.mean_speeds,
+        truth=body,
+        homogeneous=even,
+        estimate=estimate,
+        errors=errors_between(estimate.parameters, body, extents, axes),
+        homogeneous_errors=errors_between(even, body, extents, axes),
+    )

@@ -1,0 +1,36 @@
+"""Reading JSON: bounded, UTF-8 wherever it runs, and whatever is wrong in one line."""
+
+import json
+import os
+
+import pytest
+
+from hefting.core import files
+from hefting.core.errors import InputError
+from hefting.core.files import read_json
+
+
+def test_json_is_read_as_utf_8_in_any_locale(tmp_path):
+    path = tmp_path / "a.json"
+    for mark in (b"", b"\xef\xbb\xbf"):
+        path.write_bytes(mark + json.dumps({"name": "Prüfling"}, ensure_ascii=False).encode())
+        assert read_json(path) == {"name": "Prüfling"}
+
+
+def test_json_that_cannot_be_read_is_one_line(tmp_path, monkeypatch):
+    path = tmp_path / "a.json"
+    monkeypatch.setattr(files, "MAX_JSON", 300_000)
+    cases = {b"": "is not JSON", b"{": "is not JSON", b"\xff\xfe\x00": "is not JSON", b"[" * 200_000: "is not JSON"}
+    for content, words in {**cases, b" " * 300_000 + b"1": "is larger than 300,000 bytes"}.items():
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=words) as caught:
+            read_json(path)
+        assert "\n" not in str(caught.value)
+        assert str(path) in str(caught.value)
+    path.write_bytes(b" " * 299_999 + b"1")
+    assert read_json(path) == 1
+    with pytest.raises(InputError, match="cannot be read"):
+        read_json(tmp_path / "absent.json")
+    if os.path.exists("/dev/zero"):  # its size does not say how long it is
+        with pytest.raises(InputError, match="larger than"):
+            read_json("/dev/zero")

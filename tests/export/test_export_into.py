@@ -1,0 +1,189 @@
+"""Putting an inertial into an existing file: the right place, no other byte changed, hostile ones refused."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.files import MAX_XML
+from hefting.core.inertia import InertialParameters
+from hefting.export import export
+
+TENSOR = np.array([[2e-3, 1e-4, -2e-4], [1e-4, 3e-3, 3e-4], [-2e-4, 3e-4, 4e-3]])
+COM = (0.01, -0.02, 0.05)
+ESTIMATE = Estimate("test", InertialParameters.from_com(0.932, COM, TENSOR), samples=10)
+
+URDF = """<?xml version="1.0" encoding="utf-8"?>
+<!-- a <link name="tool0"> in a comment is no link; ünïcode -->
+<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <link name="base"/>
+  <link name="tool0" />
+  <link  name = 'gripper' note="a > b"><!-- keep --><visual><geometry><box size="1 1 1"/></geometry></visual>
+    <inertial>
+      <origin xyz="9 9 9"/><mass value="77"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+    </inertial><collision><geometry><sphere radius="0.1"/></geometry></collision>
+  </link>
+\t<link name="finger">
+\t</link>
+  <link name="empty"></link>
+  <joint name="a" type="floating"><parent link="base"/><child link="tool0"/></joint>
+  <joint name="b" type="floating"><parent link="tool0"/><child link="gripper"/></joint>
+  <joint name="c" type="floating"><parent link="gripper"/><child link="finger"/></joint>
+  <joint name="d" type="floating"><parent link="gripper"/><child link="empty"/></joint>
+  <gazebo><plugin><link name="finger">not a link of the robot</link></plugin></gazebo>
+</robot>
+"""
+MJCF = """<mujoco model="m">
+  <worldbody>
+    <body name="outer"><freejoint/><geom size="0.1"/>
+      <body><inertial pos="0 0 1" mass="3" diaginertia="1 1 1"/>
+        <body name="inner" pos="0 0 1">
+          <inertial pos="0 0 0" mass="5" diaginertia="1 1 1"></inertial>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+SDF = """<sdf version="1.7"><world name="w"><model name="m">
+  <link name="hand"><pose>0 0 1 0 0 0</pose></link>
+  <joint name="j" type="fixed"><parent>world</parent><child>hand</child></joint>
+</model></world></sdf>
+"""
+
+
+def put(tmp_path, content, target, link, **arguments):
+    path = tmp_path / "file.xml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return export(ESTIMATE, target, into=path, link=link, **arguments)
+
+
+def outline(text: str, holder: str, link: str):
+    """The document as nested tuples with comments, without the inertial of one element."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+
+    def walk(e):
+        skip = e.tag == holder and e.get("name") == link
+        children = [walk(c) for c in e if not (skip and c.tag == "inertial")]
+        return str(e.tag), dict(e.attrib), (e.text or "").strip(), children
+
+    return walk(ElementTree.fromstring(text.encode(), parser))
+
+
+@pytest.mark.parametrize("link", ["base", "tool0", "gripper", "empty"])
+def test_urdf_link(tmp_path, link):
+    pin = pytest.importorskip("pinocchio")
+    exported = put(tmp_path, URDF, "urdf", link)
+    assert outline(exported.text, "link", link) == outline(URDF, "link", link)
+    assert exported.frame == "sensor"
+    assert f"frame of '{link}'" in exported.warnings[0]
+    assert (len(exported.warnings) == 2) == (link == "gripper")
+    assert ("77" in exported.text) == (link != "gripper")
+    model = pin.buildModelFromXML(exported.text)
+    body = model.inertias[{"base": 0, "tool0": 1, "gripper": 2, "empty": 4}[link]]
+    assert body.mass == 0.932
+    np.testing.assert_allclose(body.lever, COM, atol=1e-15)
+    np.testing.assert_allclose(body.inertia, TENSOR, atol=1e-15)  # J at the COM came back from J at the origin
+    again = put(tmp_path, exported.text, "urdf", link)
+    assert again.text == exported.text
+    assert "replaced" in again.warnings[-1]
+
+
+@pytest.mark.parametrize(
+    ("content", "target", "link"),
+    [(URDF, "urdf", "tool0"), (URDF, "urdf", "finger"), (MJCF, "mjcf", "outer"), (SDF, "sdf", "hand")],
+)
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_every_other_byte_is_unchanged(tmp_path, content, target, link, newline):
+    content = content.replace("\n", newline)
+    text = put(tmp_path, content, target, link).text
+    assert newline == "\n" or text.count("\n") == text.count("\r\n")
+    start = text.index("<inertial", text.index(f'name="{link}"'))
+    end = text.index("</inertial>", start) + 11 if target != "mjcf" else text.index("/>", start) + 2
+    before, after = text[:start].rstrip(), text[end:]
+    if link == "tool0":  # it was <link name="tool0" />
+        assert before.endswith('<link name="tool0">')
+        assert after.lstrip().startswith("</link>")
+        before, after = before[:-1] + " />", after.lstrip()[len("</link>") :]
+    assert before + after == content
+
+
+def test_mjcf_body(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    for name, index, replaced in (("outer", 1, False), ("inner", 3, True)):
+        exported = put(tmp_path, MJCF, "mjcf", name)
+        assert outline(exported.text, "body", name) == outline(MJCF, "body", name)
+        model = mujoco.MjModel.from_xml_string(exported.text)
+        others = {1: mujoco.MjModel.from_xml_string(MJCF).body_mass[1], 2: 3.0, 3: 5.0}
+        assert model.body_mass[1:].tolist() == list((others | {index: 0.932}).values())
+        np.testing.assert_allclose(model.body_ipos[index], COM, atol=1e-15)
+        assert any("replaced" in w for w in exported.warnings) == replaced
+    with pytest.raises(InputError, match="did you mean 'inner'"):
+        put(tmp_path, MJCF, "mjcf", "iner")
+    ignoring = MJCF.replace("<worldbody>", '<compiler inertiafromgeom="true"/><worldbody>')
+    assert any("inertiafromgeom" in w for w in put(tmp_path, ignoring, "mjcf", "outer").warnings)
+
+
+def test_sdf_link_in_flange_axes(tmp_path):
+    pose = np.eye(4)
+    pose[2, 3] = 1.0
+    exported = put(tmp_path, SDF, "sdf", "hand", sensor_pose_in_flange=pose)
+    assert outline(exported.text, "link", "hand") == outline(SDF, "link", "hand")
+    found = (ElementTree.fromstring(exported.text).findtext("world/model/link/inertial/pose") or "").split()
+    np.testing.assert_allclose([float(v) for v in found], (0.01, -0.02, 1.05, 0, 0, 0), atol=1e-15)
+    assert exported.frame == "flange"
+    assert "flange frame" in exported.warnings[0]
+
+
+def test_byte_order_mark_and_long_attributes(tmp_path):
+    long = f'\ufeff<?xml version="1.0"?>\n<robot><link name="tool0" note="{"a>" * 10**6}"/></robot>\n'
+    text = put(tmp_path, long, "urdf", "tool0").text
+    assert text.startswith("\ufeff<?xml")
+    assert text.count("<inertial>") == 1
+    ElementTree.fromstring(text.encode())
+
+
+def test_unknown_link_names_the_nearest_and_the_valid(tmp_path):
+    with pytest.raises(InputError, match=r"no <link> is named 'griper'.*'gripper'.*base, tool0, gripper"):
+        put(tmp_path, URDF, "urdf", "griper")
+    with pytest.raises(InputError, match=r"which <link>.*choose one of: base, tool0"):
+        put(tmp_path, URDF, "urdf", None)
+    with pytest.raises(InputError, match=r"2 <link> are named 'tool0'"):
+        put(tmp_path, URDF.replace('name="base"', 'name="tool0"'), "urdf", "tool0")
+    with pytest.raises(InputError, match="two inertials"):
+        put(tmp_path, '<robot><link name="a"><inertial/><inertial/></link></robot>', "urdf", "a")
+
+
+BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>\n<robot name="&b;"><link name="tool0"/></robot>'
+EXTERNAL = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]>\n<robot><link name="tool0">&x;</link></robot>'
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (BOMB, "document type"),
+        (EXTERNAL, "document type"),
+        ('<!DOCTYPE robot SYSTEM "http://example.org/r.dtd"><robot/>', "document type"),
+        ('<robot><link name="tool0"></robot>', "not well-formed"),
+        ('<robot><link name="tool0">&b;</link></robot>', "not well-formed"),
+        ("", "not well-formed"),
+        ("<sdf/>", "is not URDF: its root is <sdf>"),
+        ('<robot><link name="\xff"/></robot>'.encode("latin-1"), "not UTF-8"),
+        ('<robot><link name="a"/></robot>'.encode("utf-16"), "not UTF-8"),
+        (b"<robot>" + b" " * MAX_XML + b"</robot>", "larger than"),
+        ("<robot/>", "no <link> is named 'tool0'; the file has no <link>"),
+    ],
+)
+def test_hostile_and_broken_files(tmp_path, content, message):
+    with pytest.raises(InputError, match=message) as caught:
+        put(tmp_path, content, "urdf", "tool0")
+    assert "file.xml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        export(ESTIMATE, "urdf", into=tmp_path / "none.urdf", link="a")

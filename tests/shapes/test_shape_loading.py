@@ -1,0 +1,137 @@
+"""What the command line says of a shape: mesh files, boxes and poses, and those that are not any."""
+
+import json
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from hefting.core.errors import InputError
+from hefting.shapes import PointMasses, load_shape, parse_pose
+from hefting.shapes.reading import read_mesh
+from solids import POSE, SOLIDS
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "off", "glb"])
+def test_mesh_files(tmp_path, suffix):
+    path = tmp_path / f"ell.{suffix}"
+    mesh = SOLIDS["ell"].copy()
+    mesh.apply_scale(1000)
+    mesh.export(path)
+    shape = load_shape(path, unit="mm", pose=POSE, points=40)
+    expected = PointMasses.from_mesh(SOLIDS["ell"], pose=POSE, points=40)
+    # .ply, .stl and .glb hold single precision: 6e-8 of 40 mm
+    np.testing.assert_allclose(shape.positions, expected.positions, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_binary_stl_is_read_as_trimesh_reads_it(tmp_path, name):
+    SOLIDS[name].export(tmp_path / "mesh.stl")
+    vertices, faces = read_mesh(tmp_path / "mesh.stl")
+    other = trimesh.load(tmp_path / "mesh.stl", process=False)
+    assert np.array_equal(vertices, other.vertices)
+    assert np.array_equal(faces, other.faces)
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_binary_ply_is_read_as_trimesh_reads_it(tmp_path, name):
+    SOLIDS[name].export(tmp_path / "mesh.ply")
+    vertices, faces = read_mesh(tmp_path / "mesh.ply")
+    other = trimesh.load(tmp_path / "mesh.ply", process=False)
+    assert np.array_equal(vertices, other.vertices)
+    assert np.array_equal(faces, other.faces)
+
+
+def test_other_ply_meshes_are_left_to_trimesh(tmp_path):
+    """Four corners, text, more than triangles: what one record does not hold."""
+    corners = np.array(list(np.ndindex(2, 2, 2)), dtype="<f4")
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    head = "ply\nformat binary_little_endian 1.0\nelement vertex 8\n" + "".join(f"property float {a}\n" for a in "xyz")
+    head += "element face 6\nproperty list uchar int vertex_indices\nend_header\n"
+    body = b"".join(struct.pack("<B4i", 4, *side) for side in sides)
+    (tmp_path / "quads.ply").write_bytes(head.encode() + corners.tobytes() + body)
+    (tmp_path / "text.ply").write_bytes(SOLIDS["box"].export(file_type="ply", encoding="ascii"))
+    for name, volume in (("quads", 1.0), ("text", SOLIDS["box"].volume)):
+        vertices, faces = read_mesh(tmp_path / f"{name}.ply")
+        assert trimesh.Trimesh(vertices, faces).volume == pytest.approx(volume)
+
+
+def test_a_binary_stl_may_begin_like_text(tmp_path):
+    data = SOLIDS["box"].export(file_type="stl")
+    for comment in (b"solid box", b"", b"\xff" * 80):
+        (tmp_path / "mesh.stl").write_bytes(comment.ljust(80, b"\0") + data[80:])
+        assert np.array_equal(read_mesh(tmp_path / "mesh.stl")[0], SOLIDS["box"].triangles.reshape(-1, 3).astype("f4"))
+
+
+def test_a_box_or_a_binary_stl_needs_numpy_alone(tmp_path):
+    SOLIDS["box"].export(tmp_path / "mesh.stl")
+    code = (
+        "import sys; from hefting.shapes import load_shape; load_shape(sys.argv[1]); load_shape('box:0,1,0,1,0,1')\n"
+        "print(*{m.split('.')[0] for m in sys.modules} & {'trimesh', 'scipy', 'pyarrow', 'rich'})"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "mesh.stl")]
+    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip() == ""
+
+
+def test_text_mesh_in_another_encoding(tmp_path):
+    path = tmp_path / "box.stl"
+    text = trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="stl_ascii")
+    path.write_bytes(text.replace("solid ", "solid Gehäuse", 1).encode("latin-1"))
+    np.testing.assert_allclose(load_shape(path).extents, 0.1)
+
+
+def test_box_specification():
+    shape = load_shape("box:-0.1,0.1,-0.05,0.05,0,0.2", points=80)
+    expected = PointMasses.from_box(-0.1, 0.1, -0.05, 0.05, 0, 0.2, points=80)
+    np.testing.assert_array_equal(shape.positions, expected.positions)
+
+
+@pytest.mark.parametrize(
+    "spec", ["box:1,2,3", "box:0,1,0,1,0,0", "box:0,inf,0,1,0,1", "box:a,b,c,d,e,f", "hammer.step"]
+)
+def test_bad_specifications(spec):
+    with pytest.raises(InputError):
+        load_shape(spec)
+
+
+def test_box_takes_no_pose():
+    with pytest.raises(InputError, match="sensor frame"):
+        load_shape("box:0,1,0,1,0,1", pose=POSE)
+
+
+def test_pose_as_numbers_and_files(tmp_path):
+    seven = [0.1, -0.2, 0.3, *Rotation.from_euler("z", 90, degrees=True).as_quat()]
+    expected = [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
+    path = tmp_path / "pose.json"
+    for text in (",".join(map(str, seven)), json.dumps(seven), json.dumps(expected)):
+        source = text
+        if text.startswith("["):
+            path.write_text(text)
+            source = path
+        np.testing.assert_allclose(parse_pose(source), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0,0,0,0,0,0,2", "norm 2"),
+        ("0,0,0,0,0,1", "not a pose"),
+        ("nan,0,0,0,0,0,1", "finite"),
+        ("missing.json", "neither"),
+        ("[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]", "proper"),
+        ("[[1,0,0],[0,1,0],[0,0,1]]", "not a pose"),
+        ('{"a": 1}', "not a pose"),
+        ("[1, 2", "JSON"),
+        ("[" * 99_000, "JSON"),
+    ],
+)
+def test_bad_poses(tmp_path, text, message):
+    if text[0] in "[{":
+        (tmp_path / "pose.json").write_text(text)
+        text = tmp_path / "pose.json"
+    with pytest.raises(InputError, match=message):
+        parse_pose(text)
