@@ -17,7 +17,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import HPS, OLS, PMD, Bayes
 from hefting.logs import read_log
 from hefting.motion import measure
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 GRAVITY = (0.0, 0.0, 9.81)
 """In the recordings' world, which is upside down [m/s²]."""
@@ -55,9 +55,9 @@ class Tool:
     name: str
     samples: Measurements
     """without noise: stop-and-go, 10 s at 100 Hz"""
-    shape: PointMasses
+    shape: Shape
     """its mesh as points"""
-    parts: PointMasses
+    parts: Shape
     """its labelled parts"""
     scale: Scale
     """its truth"""
@@ -67,14 +67,14 @@ class Tool:
         """One folder of the data set."""
         truth = json.loads((folder / "truth.json").read_text())
         pose = np.array(truth["object_pose_in_sensor"])
-        shape = PointMasses.from_mesh(folder / "mesh.ply", unit="mm", pose=pose, points=POINTS)
+        shape = Shape.from_mesh(folder / "mesh.ply", unit="mm", pose=pose, points=POINTS)
         inertia = truth["inertia_at_sensor"]
         body = InertialParameters.from_origin(truth["mass"], truth["center_of_mass_sensor"], inertia)
         return cls(
             folder.name,
             measure(read_log(folder / "log.csv"), GRAVITY).measurements,
             shape,
-            PointMasses.from_parts(folder / "parts.ply", pose=pose),
+            Shape.from_parts(folder / "parts.ply", pose=pose),
             Scale(body, np.asarray(shape.extents), pose[:3, :3]),
         )
 

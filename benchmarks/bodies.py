@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import Assembly, Part
 
 FINE = 6000
@@ -27,7 +27,7 @@ class Body:
     """key of `FILLINGS`"""
     solid: str
     """key of `SOLIDS`"""
-    shape: PointMasses
+    shape: Shape
     """what is known of it"""
     parameters: InertialParameters
     """its truth"""
@@ -58,7 +58,7 @@ def random_body(kind: str, seed: int) -> Body:
     reach = 0.5 * float(np.ptp(mesh.vertices, axis=0).max())
     aside = rng.normal(size=3)
     pose[:3, 3] = rng.uniform(0.2, 1.0) * reach * aside / np.linalg.norm(aside) - pose[:3, :3] @ middle
-    fine = PointMasses.from_mesh(mesh, pose=pose, points=FINE)
+    fine = Shape.from_mesh(mesh, pose=pose, points=FINE)
     density = FILLINGS[kind](rng, (fine.positions - pose[:3, 3]) @ pose[:3, :3])
     assert fine.volumes is not None
     masses = fine.volumes * density
@@ -66,7 +66,7 @@ def random_body(kind: str, seed: int) -> Body:
     truth = InertialParameters(fine.cell_matrix @ (mass * masses / masses.sum()))
     if kind == "homogeneous":
         truth = InertialParameters(mass * fine.homogeneous.vector)
-    return Body(kind, solid, PointMasses.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh)
+    return Body(kind, solid, Shape.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh)
 
 
 # solids [m], in the axes of their file

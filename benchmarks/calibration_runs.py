@@ -14,7 +14,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.white_noise import white_noise
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
 from hefting.simulation.arm import SensorMotion
 
@@ -100,7 +100,7 @@ def streamed(body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...
     return found
 
 
-def judged(body: Body, estimator: Bayes, state: Blend, z: Measurements) -> Run:
+def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) -> Run:
     """Whether the intervals from a state hold the body, and its errors beside PMD's on the samples z."""
     mixture = estimator.posterior(state).mixture
     estimate = estimator.estimate(state)

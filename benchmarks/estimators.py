@@ -21,7 +21,7 @@ from hefting.core.regressor import full_regressor
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator
 from hefting.estimators.geo import GAMMA, weight_by_rule
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 
 NOISE = NOISE_LEVELS["moderate"]
@@ -131,7 +131,7 @@ def against_conic_solver(
     )
 
 
-def labelled_parts() -> PointMasses:
+def labelled_parts() -> Shape:
     """The hammer's points in three parts: handle, and the head on either side of it."""
     points = shape(56)
     x, _, z = points.positions.T

@@ -26,11 +26,11 @@ def main() -> None:
     from benchmarks.live_replay import BOX, Stream, replayed
     from hefting.estimators import Bayes
     from hefting.logs import read_log
-    from hefting.shapes import PointMasses
+    from hefting.shapes import Shape
 
     for file in arguments.files:
         stream = Stream.of(read_log(file))
-        estimator = Bayes(PointMasses.from_box(*BOX), bias="estimate", until=arguments.until)
+        estimator = Bayes(Shape.from_box(*BOX), bias="estimate", until=arguments.until)
         print(f"\n{file.name} until {arguments.until}\n   time    mass   95 % interval      sure to (95 %)")
         stopped = None
         for now, estimate in replayed(stream, estimator, arguments.every):

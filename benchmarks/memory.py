@@ -30,10 +30,10 @@ class Folding:
 
 def fold(samples: int) -> Folding:
     """Fold so many samples into the state of PMD, block by block."""
-    from hefting import PMD, PointMasses
+    from hefting import PMD, Shape
     from hefting.core.measurements import Measurements
 
-    pmd = PMD(PointMasses.from_box(-0.05, 0.05, -0.05, 0.05, 0.0, 0.3))
+    pmd = PMD(Shape.from_box(-0.05, 0.05, -0.05, 0.05, 0.0, 0.3))
     rng = np.random.default_rng(0)
     time_in_block, arrays = np.arange(BLOCK) * 1e-3, rng.normal(size=(6, BLOCK, 3))
     state, elapsed, before = pmd.start(), 0.0, 0

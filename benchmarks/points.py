@@ -3,19 +3,19 @@
 from benchmarks.problem import shape, wielded
 from benchmarks.report import Row, Section
 from benchmarks.timing import Party, compare
-from hefting import PMD, PointMasses
+from hefting import PMD, Shape
 
 
 def many_points(points: int, rounds: int) -> Section:
     """150 samples and so many points inside the hammer."""
     positions = shape(points).positions
     measurements = wielded(3500)[:150]
-    used = PMD(PointMasses(positions))
+    used = PMD(Shape(positions))
     state = used.update(used.start(), measurements)
     used.estimate(state)  # the basis of its points is kept from here on
     times = compare(
         {
-            "first": Party(lambda fresh: fresh.estimate(state), lambda: PMD(PointMasses(positions))),
+            "first": Party(lambda fresh: fresh.estimate(state), lambda: PMD(Shape(positions))),
             "estimate": Party(lambda _: used.estimate(state)),
         },
         rounds,

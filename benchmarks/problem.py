@@ -2,8 +2,13 @@
 
 from functools import cache
 
-from hefting import NOISE_LEVELS, Measurements, PointMasses
+from hefting import NOISE_LEVELS, Measurements
 from hefting.simulation import UR5, hammer, sinusoids, wield
+
+try:
+    from hefting import Shape
+except ImportError:  # the code before
+    from hefting import PointMasses as Shape
 
 RATE = 100.0
 """Samples a second: 150 of them are the paper's 1.5 s, 3,500 its whole motion."""
@@ -17,6 +22,6 @@ def wielded(samples: int) -> Measurements:
 
 
 @cache
-def shape(points: int) -> PointMasses:
+def shape(points: int) -> Shape:
     """About so many points inside the hammer."""
-    return PointMasses.from_mesh(hammer().mesh(), points=points)
+    return Shape.from_mesh(hammer().mesh(), points=points)

@@ -8,22 +8,22 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.bodies import POINTS, Body
 from hefting.core.spatial import Array
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 COARSE: dict[str, Any] = {"shape_std": 0.2}
 PLACED = {"pose_std": (0.005, float(np.radians(5.0)))}
 
 
-def _box(body: Body, rng: np.random.Generator) -> PointMasses:
+def _box(body: Body, rng: np.random.Generator) -> Shape:
     return _placed(body, body.mesh.bounding_box)
 
 
-def _hull(body: Body, rng: np.random.Generator) -> PointMasses:
-    return PointMasses.from_hull(body.mesh, pose=body.shape.pose, points=POINTS)
+def _hull(body: Body, rng: np.random.Generator) -> Shape:
+    return Shape.from_hull(body.mesh, pose=body.shape.pose, points=POINTS)
 
 
-def _scaled(factor: float) -> Callable[[Body, np.random.Generator], PointMasses]:
-    def scaled(body: Body, rng: np.random.Generator) -> PointMasses:
+def _scaled(factor: float) -> Callable[[Body, np.random.Generator], Shape]:
+    def scaled(body: Body, rng: np.random.Generator) -> Shape:
         mesh = body.mesh.copy()
         about = mesh.centroid if rng.random() < 0.5 else np.zeros(3)
         mesh.vertices = about + factor * (mesh.vertices - about)
@@ -32,22 +32,22 @@ def _scaled(factor: float) -> Callable[[Body, np.random.Generator], PointMasses]
     return scaled
 
 
-def _misplaced(body: Body, rng: np.random.Generator) -> PointMasses:
+def _misplaced(body: Body, rng: np.random.Generator) -> Shape:
     """By 5 mm in a random direction and 5 degrees about a random axis, through the origin of the file or its middle."""
     aside, axis = rng.normal(size=(2, 3))
     pose, turn = np.array(body.shape.pose), np.eye(4)
     turn[:3, :3] = Rotation.from_rotvec(np.radians(5.0) * axis / np.linalg.norm(axis)).as_matrix()
     middle = body.mesh.centroid if rng.random() < 0.5 else np.zeros(3)
     turn[:3, 3] = middle - turn[:3, :3] @ middle + 0.005 * aside / np.linalg.norm(aside)
-    return PointMasses.from_mesh(body.mesh, pose=pose @ turn, points=POINTS)
+    return Shape.from_mesh(body.mesh, pose=pose @ turn, points=POINTS)
 
 
-def _noisy(body: Body, rng: np.random.Generator) -> PointMasses:
+def _noisy(body: Body, rng: np.random.Generator) -> Shape:
     """A scan of the surface with 3 mm of noise."""
     return _of_scan(body, _scan(body, rng) + rng.normal(size=(2000, 3)) * 0.003)
 
 
-def _one_sided(body: Body, rng: np.random.Generator) -> PointMasses:
+def _one_sided(body: Body, rng: np.random.Generator) -> Shape:
     """A scan by a camera on one side: of the surface that faces it."""
     import trimesh
 
@@ -64,15 +64,15 @@ def _scan(body: Body, rng: np.random.Generator) -> Array:
     return np.asarray(trimesh.sample.sample_surface(body.mesh, 2000, seed=int(rng.integers(1 << 31)))[0])
 
 
-def _of_scan(body: Body, cloud: Array) -> PointMasses:
-    return PointMasses.from_hull(cloud, pose=body.shape.pose, points=POINTS)
+def _of_scan(body: Body, cloud: Array) -> Shape:
+    return Shape.from_hull(cloud, pose=body.shape.pose, points=POINTS)
 
 
-def _placed(body: Body, mesh: Any) -> PointMasses:
-    return PointMasses.from_mesh(mesh, pose=body.shape.pose, points=POINTS)
+def _placed(body: Body, mesh: Any) -> Shape:
+    return Shape.from_mesh(mesh, pose=body.shape.pose, points=POINTS)
 
 
-WRONG: dict[str, tuple[Callable[[Body, np.random.Generator], PointMasses], dict[str, Any]]] = {
+WRONG: dict[str, tuple[Callable[[Body, np.random.Generator], Shape], dict[str, Any]]] = {
     "box": (_box, COARSE),
     "hull": (_hull, COARSE),
     "larger": (_scaled(1.2), COARSE),

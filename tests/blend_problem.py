@@ -7,7 +7,7 @@ import pytest
 
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_regressor, reduced_regressor
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 ROUNDING = 1e-11
@@ -39,9 +39,9 @@ def correlated_noise() -> np.ndarray:
     return np.cov(rng.normal(size=(6, 20))) * np.outer(scale, scale)
 
 
-def random_shape() -> PointMasses:
+def random_shape() -> Shape:
     """56 random points."""
-    return PointMasses(np.random.default_rng(53).uniform(-0.1, 0.2, (56, 3)))
+    return Shape(np.random.default_rng(53).uniform(-0.1, 0.2, (56, 3)))
 
 
 WEIGHTS = {

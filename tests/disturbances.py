@@ -14,8 +14,8 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, vector_to_tensor
-from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest import Conditioned
 from hefting.ingest.free_fit import fit_freely
 from hefting.motion import measure, sample_weights
@@ -142,7 +142,7 @@ def identified(
     z = replace(z, force=sign * z.force, torque=sign * z.torque)
     rough = fit_freely(z, True, inflation)
     weights = sample_weights(rough.vector, measured.motion, rough.noise.force, rough.noise.torque)
-    fit = least_squares(Blend.of(replace(z, weights=weights / weights.mean())), True, rough.noise)
+    fit = least_squares(SampleState.of(replace(z, weights=weights / weights.mean())), True, rough.noise)
     return fit.solution[:10], np.sqrt(rough.inflation[:10] * fit.covariance.diagonal()[:10])
 
 

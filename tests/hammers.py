@@ -3,15 +3,15 @@
 from functools import cache
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 
 NOISE = NOISE_LEVELS["moderate"]
 
 
 @cache
-def shape() -> PointMasses:
-    return PointMasses.from_mesh(hammer().mesh(), points=56)
+def shape() -> Shape:
+    return Shape.from_mesh(hammer().mesh(), points=56)
 
 
 @cache

@@ -10,7 +10,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight, full_regressor, predict_wrench, reduced_regressor
 from hefting.estimators import PMD
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 
 def random_pose(rng: np.random.Generator, reach: float = 0.5) -> np.ndarray:
@@ -86,7 +86,7 @@ def pmd_case(seed: int) -> PMDCase:
     speed = 0.0 if mode == "at rest" else 10 ** rng.uniform(-1.5, 0.7)
     bias = rng.normal(size=6) * (5.0, 5.0, 5.0, 0.5, 0.5, 0.5) if free_bias else 0.0
     z = with_wrench(random_motion(rng, K, speed), body, bias, rng, noise, 0.05 * noise)
-    estimator = PMD(PointMasses(points), c1, regularization, "estimate" if free_bias else "none")
+    estimator = PMD(Shape(points), c1, regularization, "estimate" if free_bias else "none")
     w = full_model_weight(z, c1)
     problem = Problem(
         reduced_regressor(z), full_regressor(z), z.wrench, w, estimator.shape.matrix, regularization, free_bias

@@ -13,7 +13,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, LMI
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_motion, with_wrench
 
 RELATIVE = 1e-6
@@ -168,7 +168,7 @@ class Case:
     label: str
     measurements: Measurements
     body: InertialParameters
-    shape: PointMasses
+    shape: Shape
     noise: Noise | np.ndarray | None
     bias: str
 
@@ -203,7 +203,7 @@ def case(seed: int) -> Case:
     label = (
         f"case {seed}: {layout}, {mass:.2g} kg, {size:.2g} m, {K} samples at speed {speed:.2g}, noise {level} ({known})"
     )
-    return Case(f"{label}, bias {bias}", z, body, PointMasses(points), noise, bias)
+    return Case(f"{label}, bias {bias}", z, body, Shape(points), noise, bias)
 
 
 def thickened(P: np.ndarray) -> np.ndarray:
@@ -263,7 +263,7 @@ def lmi_case(seed: int) -> tuple[str, LMI, Measurements, Problem]:
         low, high = known.shape.positions.min(axis=0), known.shape.positions.max(axis=0)
         axes = np.sqrt(3.0) * np.maximum(0.5 * (high - low), 5e-4)
         centre = 0.5 * (low + high) + float(rng.choice([0.0, 0.5])) * (high - low)
-        shape = PointMasses(known.shape.positions + (centre - 0.5 * (low + high)))
+        shape = Shape(known.shape.positions + (centre - 0.5 * (low + high)))
         to_unit = np.diag((*(1.0 / axes), 1.0)) @ np.block([[np.eye(3), -centre[:, None]], [np.zeros(3), np.ones(1)]])
         ellipsoid = to_unit.T @ np.diag((-1.0, -1.0, -1.0, 1.0)) @ to_unit
         inside = np.linalg.inv(to_unit)

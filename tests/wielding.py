@@ -12,7 +12,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
 from hefting.core.metrics import errors_between
 from hefting.estimators import Estimator
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, Assembly, Part, SensorMotion, hammer, sinusoids, wield
 
 RATE = 100.0
@@ -28,14 +28,14 @@ class Thing:
     """An object in the sensor frame: what is true of it, and what is known of its shape."""
 
     body: InertialParameters
-    shape: PointMasses
+    shape: Shape
 
     @classmethod
     def of(cls, assembly: Assembly) -> "Thing":
         """An assembly given in the sensor frame."""
-        return cls(assembly.parameters, PointMasses.from_mesh(assembly.mesh(), points=POINTS))
+        return cls(assembly.parameters, Shape.from_mesh(assembly.mesh(), points=POINTS))
 
-    def displaced(self, offset: float, degrees: float, seed: int) -> PointMasses:
+    def displaced(self, offset: float, degrees: float, seed: int) -> Shape:
         """The shape at a wrong pose: `offset` [m] aside and turned about its middle, both in random directions."""
         rng = np.random.default_rng([7, seed])
         aside, axis = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
@@ -43,7 +43,7 @@ class Thing:
         middle = self.shape.homogeneous.center_of_mass
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = R, middle - R @ middle + offset * aside
-        return PointMasses(
+        return Shape(
             self.shape.positions @ R.T + pose[:3, 3],
             self.shape.volumes,
             extents=self.shape.extents,
@@ -52,10 +52,10 @@ class Thing:
         )
 
     @property
-    def box(self) -> PointMasses:
+    def box(self) -> Shape:
         """Its bounding box, filled."""
         sides = np.column_stack((self.shape.hull.min(axis=0), self.shape.hull.max(axis=0)))
-        return PointMasses.from_box(*sides.ravel(), points=POINTS)
+        return Shape.from_box(*sides.ravel(), points=POINTS)
 
 
 def _bars(*densities: float) -> tuple[Part, ...]:

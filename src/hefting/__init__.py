@@ -22,7 +22,7 @@ _HOME = {
     "smooth": "motion",
     "PoseFilter": "motion",
     "Moments": "core.moments",
-    "PointMasses": "shapes",
+    "Shape": "shapes",
     "load_shape": "shapes",
     "parse_pose": "shapes",
     "Bayes": "estimators",
@@ -48,7 +48,16 @@ _HOME = {
 __all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
+_RENAMED = {"PointMasses": "Shape"}
+"""Former public names, and what they are now."""
+
+
 def __getattr__(name: str):
+    if name in _RENAMED:
+        import warnings
+
+        warnings.warn(f"hefting.{name} is hefting.{_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
+        name = _RENAMED[name]
     if name not in _HOME:
         raise AttributeError(f"module 'hefting' has no attribute '{name}'")
     value = getattr(import_module(f"hefting.{_HOME[name]}"), name)

@@ -34,7 +34,7 @@ from hefting.prediction import Prediction as Prediction
 from hefting.prediction import predict as predict
 from hefting.robots import Robot as Robot
 from hefting.robots import with_poses as with_poses
-from hefting.shapes import PointMasses as PointMasses
+from hefting.shapes import Shape as Shape
 from hefting.shapes import load_shape as load_shape
 from hefting.shapes import parse_pose as parse_pose
 

@@ -19,8 +19,8 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.quantity import UNITS, quantity
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.mixture import Mixture
-from hefting.estimators.blend import Blend
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import SampleState
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from random_problems import random_body
 
@@ -287,13 +287,13 @@ def test_draws_are_the_same_at_every_call():
 
 @cache
 def estimator(until: str) -> Bayes:
-    return Bayes(PointMasses.from_mesh(hammer().mesh(), points=56), noise=NOISE, until=until)
+    return Bayes(Shape.from_mesh(hammer().mesh(), points=56), noise=NOISE, until=until)
 
 
 @cache
-def seen(samples: int) -> Blend:
+def seen(samples: int) -> SampleState:
     z = wield(UR5.motion(sinusoids(1.5, 100.0, 1.5)), hammer().parameters).with_noise(NOISE, 9)
-    return Blend.of(z[:samples])
+    return SampleState.of(z[:samples])
 
 
 def estimate(until: str) -> Estimate:
@@ -329,7 +329,7 @@ def test_what_was_asked_for_decides_whether_it_suffices():
         assert estimate(words.format(0.99 * mass, 1.01 * com, 1.01 * inertia)).sufficient is False
     assert estimate("mass=1%").accuracy == estimate("mass=2%").accuracy
     with pytest.raises(InputError, match="until is an accuracy, not 5"):
-        Bayes(PointMasses(np.eye(3)), until=5)  # type: ignore[arg-type]
+        Bayes(Shape(np.eye(3)), until=5)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("until", ["mass=50%", "mass=0.0001%"])

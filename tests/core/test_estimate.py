@@ -14,7 +14,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import note, warning
 from hefting.core.spatial import tensor_to_vector
 from hefting.estimators import OLS, PMD
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 KEYS = {
@@ -337,7 +337,7 @@ def test_std_of_what_is_determined_beside_what_is_not():
 
 
 def test_every_estimator_gives_a_file_that_reads_back(z, tmp_path):
-    shape = PointMasses(np.random.default_rng(9).normal(scale=0.1, size=(20, 3)))
+    shape = Shape(np.random.default_rng(9).normal(scale=0.1, size=(20, 3)))
     for estimator in (OLS(), OLS("estimate"), PMD(shape), PMD(shape, bias="estimate")):
         found = estimator.fit(z)
         found.save(tmp_path / "e.json")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.errors import InputError
 from hefting.core.moments import Moments
 from hefting.core.regressor import full_regressor, reduced_regressor
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 from hefting.identification.identifiability import condition_number, rank
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from random_problems import random_motion
@@ -37,13 +37,13 @@ def test_rank_is_that_of_all_samples_stacked(seed):
                 rows = regressor(z).reshape(-1, 10)[:, : 10 if model == "full" else 4]
                 expected = np.linalg.matrix_rank(rows, tol=1e-9 * np.linalg.norm(rows, 2))
                 assert rank(Moments.of(z), model) == expected
-                assert rank(Blend.of(z, 0.3), model) == expected  # the samples are divided, not lost
+                assert rank(SampleState.of(z, 0.3), model) == expected  # the samples are divided, not lost
     assert rank(Moments.of(motions["any"])) == 10
     assert rank(Moments.of(motions["one sample"])) <= 6
 
 
 def test_rank_of_nothing():
-    assert rank(Moments.empty()) == rank(Blend.empty(), "reduced") == 0
+    assert rank(Moments.empty()) == rank(SampleState.empty(), "reduced") == 0
     with pytest.raises(InputError, match="unknown model"):
         rank(Moments.empty(), "blended")  # type: ignore[arg-type]
 

@@ -12,7 +12,7 @@ from hefting.core.moments import Moments
 from hefting.core.regressor import reduced_regressor
 from hefting.estimators import PMD
 from hefting.identification.identifiability import rank
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import with_wrench
 from restricted_motions import at_rest, rotated, turning
 
@@ -48,7 +48,7 @@ def test_the_kernel_in_point_masses_keeps_mass_and_com(seed):
     n = int(rng.integers(8, 60))
     points = 0.1 * rng.normal(size=(n, 3)) + 0.2 * rng.normal(size=3)
     z = at_rest(*rng.normal(size=(5, 3)))
-    AM = reduced_regressor(z).reshape(-1, 10) @ PointMasses(points).matrix
+    AM = reduced_regressor(z).reshape(-1, 10) @ Shape(points).matrix
     kernel = null_space(AM)
     assert kernel.shape == (n, n - 4)
     np.testing.assert_allclose(point_matrix(points) @ kernel, 0.0, atol=1e-12)  # rounding of unit vectors
@@ -59,7 +59,7 @@ def test_the_kernel_in_point_masses_keeps_mass_and_com(seed):
     np.testing.assert_allclose(other.vector[:4], body.vector[:4], atol=1e-12)
     assert np.abs(other.vector[4:] - body.vector[4:]).max() > 1e-4  # but the inertia is not kept
     np.testing.assert_allclose(AM @ null_space(point_matrix(points)), 0.0, atol=1e-11)
-    short = null_space(reduced_regressor(at_rest((0, 0, -1))).reshape(-1, 10) @ PointMasses(points).matrix)
+    short = null_space(reduced_regressor(at_rest((0, 0, -1))).reshape(-1, 10) @ Shape(points).matrix)
     assert short.shape == (n, n - 3)  # of one pose the kernel moves the COM up and down
     moved = point_matrix(points) @ short
     np.testing.assert_allclose(moved[:3], 0.0, atol=1e-12)
@@ -72,7 +72,7 @@ def reduced_problem(seed, regularization):
     points = rng.uniform(-0.1, 0.1, (30, 3)) + np.array((0.0, 0.0, 0.1))
     body = InertialParameters.from_points(points, rng.exponential(size=30) / 30)
     z = with_wrench(at_rest(*rng.normal(size=(6, 3)), each=3), body, 0.0, rng, 0.1, 0.01)
-    pmd = PMD(PointMasses(points), regularization=regularization, model="reduced")
+    pmd = PMD(Shape(points), regularization=regularization, model="reduced")
     return pmd, pmd.update(pmd.start(), z), z, rng
 
 

@@ -15,7 +15,7 @@ from hefting.core.metrics import errors_between
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.mixture import QUANTITIES
 from hefting.estimators.bayes.white_noise import white_noise
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import hammer
 
 ROWS, COLUMNS = np.triu_indices(3)
@@ -171,7 +171,7 @@ def test_a_recording_that_contradicts_its_model_says_so():
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match="PointMasses"):
+    with pytest.raises(InputError, match="Shape"):
         Bayes(np.zeros((3, 3)))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="not finite and at least 0"):
         MotionNoise(1.0, -1.0)
@@ -186,6 +186,6 @@ def test_what_cannot_be_is_refused():
 
 
 def test_a_body_elsewhere_than_the_shape_is_told():
-    far = PointMasses.from_box(-0.02, 0.02, -0.02, 0.02, 0.0, 0.04)  # the hammer's COM is 25 cm up
+    far = Shape.from_box(-0.02, 0.02, -0.02, 0.02, 0.0, 0.04)  # the hammer's COM is 25 cm up
     warnings = Bayes(far, noise=NOISE).fit(noisy(12)).warnings
     assert any("no mass inside the shape" in line for line in warnings)

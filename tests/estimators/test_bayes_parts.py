@@ -19,14 +19,14 @@ from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import Prior, covariances
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.voxels import Voxels
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import hammer
 
 # prior
 
 
-def box(**settings) -> PointMasses:
-    return PointMasses.from_box(-0.05, 0.15, -0.03, 0.01, 0.02, 0.12, **settings)
+def box(**settings) -> Shape:
+    return Shape.from_box(-0.05, 0.15, -0.03, 0.01, 0.02, 0.12, **settings)
 
 
 @pytest.mark.parametrize("points", [8, 56, 400, 6000])
@@ -38,7 +38,7 @@ def test_the_prior_holds_the_homogeneous_body_exactly(points):
     body = InertialParameters.from_com(1.0, (0.05, -0.01, 0.07), J)  # closed form of a box
     for vector in (prior.mean, prior.voxels @ prior.voxel_shares):
         np.testing.assert_allclose(vector, body.vector, atol=1e-12)
-    # shares of points and cells are those of `PointMasses`, exact for a box
+    # shares of points and cells are those of `Shape`, exact for a box
     np.testing.assert_allclose(prior.cells @ prior.shares, body.vector, atol=1e-12)
     assert np.exp(prior.log_weight).sum() == pytest.approx(1.0, abs=1e-12)
 

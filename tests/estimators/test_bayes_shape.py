@@ -16,8 +16,8 @@ from hefting.estimators import Bayes
 from hefting.estimators.bayes.distortion import Distortions, affine
 from hefting.estimators.bayes.prior import Prior
 from hefting.identification import identify
-from hefting.shapes import PointMasses
-from hefting.shapes.point_masses import ROUGH
+from hefting.shapes import Shape
+from hefting.shapes.shape import ROUGH
 from hefting.simulation import UR5, hammer, simulate, sinusoids, wield
 
 NOISE = NOISE_LEVELS["moderate"]
@@ -31,8 +31,8 @@ def mesh():
     return hammer().mesh()
 
 
-def placed(pose=POSE, **settings) -> PointMasses:
-    return PointMasses.from_mesh(mesh(), pose=pose, points=56, **settings)
+def placed(pose=POSE, **settings) -> Shape:
+    return Shape.from_mesh(mesh(), pose=pose, points=56, **settings)
 
 
 @cache
@@ -91,14 +91,14 @@ def test_a_shape_of_another_size_is_among_the_distortions():
     effects = distortions.effects(shape.homogeneous.vector, np.zeros(7))
     assert (mesh().bounds[0] <= 0.0).all()
     grown = mesh().copy().apply_scale(1.001)
-    found = PointMasses.from_mesh(grown, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
+    found = Shape.from_mesh(grown, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
     np.testing.assert_allclose(effects[:, 0] * 0.005, found, atol=2e-3 * np.abs(found).max())  # second order: 0.1 %
     for axis in range(3):
         stretched, A = mesh().copy(), np.eye(4)
         A[axis, axis] = 1.001
         A[:3, 3] = -(A[:3, :3] - np.eye(3)) @ mesh().center_mass
         stretched.apply_transform(A)
-        found = PointMasses.from_mesh(stretched, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
+        found = Shape.from_mesh(stretched, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
         np.testing.assert_allclose(effects[:, 1 + axis] * 0.005, found, atol=2e-3 * np.abs(found).max())
         aside = effects[:4, 4 + axis]  # of half a side, along that side
         np.testing.assert_allclose(aside[1:], 0.1 * shape.extents[axis] * POSE[:3, axis], atol=1e-12)
@@ -168,7 +168,7 @@ def test_uncertainty_widens_intervals_and_none_changes_nothing():
 
 def test_a_thin_object_beside_its_shape_is_still_a_body():
     """A plate of 2 mm held 4 mm from where it is said to be: its COM is outside the shape, but not where that is."""
-    plate = PointMasses.from_box(-0.1, 0.1, -0.02, 0.02, 0.05, 0.052, points=56)
+    plate = Shape.from_box(-0.1, 0.1, -0.02, 0.02, 0.05, 0.052, points=56)
     body = InertialParameters(0.2 * plate.homogeneous.vector).moved(
         np.array(((1.0, 0, 0, 0), (0, 1.0, 0, 0), (0, 0, 1.0, 0.004), (0, 0, 0, 1.0)))
     )
@@ -184,7 +184,7 @@ def test_a_thin_object_beside_its_shape_is_still_a_body():
 
 
 def test_boxes_and_hulls_know_that_they_are_rough():
-    box, hull = PointMasses.from_box(0, 0.1, 0, 0.1, 0, 0.1), PointMasses.from_hull(mesh())
+    box, hull = Shape.from_box(0, 0.1, 0, 0.1, 0, 0.1), Shape.from_hull(mesh())
     assert box.shape_std == hull.shape_std == ROUGH
     assert placed().shape_std == 0.0
     z = noisy(2, 20)

@@ -9,7 +9,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import GEO, LMI, PMD, cone, semidefinite
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 from semidefinite_oracle import assert_optimal, case, geo_case, lowest
 
@@ -48,7 +48,7 @@ def test_few_samples_and_wrong_priors():
         points, heavy = known.shape.positions + rng.normal(size=3), InertialParameters(10.0 * known.body.vector)
         distance, gamma = DISTANCES[seed % 3], 10.0 ** rng.uniform(-12.0, 12.0)
         for estimator in (
-            GEO(PointMasses(points), None, distance, None, known.bias, known.noise),
+            GEO(Shape(points), None, distance, None, known.bias, known.noise),
             GEO(None, heavy, distance, gamma, known.bias, known.noise),
         ):
             if len(z) == 1 and known.bias == "estimate":
@@ -71,8 +71,8 @@ def test_few_samples_and_wrong_priors():
 
 
 @pytest.fixture(scope="module")
-def shape() -> PointMasses:
-    return PointMasses(np.random.default_rng(1).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (40, 3)))
+def shape() -> Shape:
+    return Shape(np.random.default_rng(1).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (40, 3)))
 
 
 @pytest.fixture(scope="module")
@@ -117,11 +117,11 @@ def test_the_default_weight():
 @pytest.mark.parametrize("layout", ["flat", "rod", "point", "box"])
 def test_priors_of_any_thickness(z, distance, layout):
     if layout == "box":
-        shape = PointMasses.from_box(-0.1, 0.1, -0.1, 0.1, 0.0, 0.2, points=27)
+        shape = Shape.from_box(-0.1, 0.1, -0.1, 0.1, 0.0, 0.2, points=27)
     else:
         points = np.random.default_rng(6).uniform(-0.1, 0.1, (1 if layout == "point" else 12, 3))
         points[:, {"flat": 2, "rod": 1, "point": 3}[layout] :] = 0.0
-        shape = PointMasses(points + np.array((0.05, 0.0, 0.1)))
+        shape = Shape(points + np.array((0.05, 0.0, 0.1)))
     found = GEO(shape, distance=distance, noise=NOISE).fit(z)
     assert found.certificate.converged
     assert lowest(found.parameters.vector) >= -1e-13  # rounding of a P of size one
@@ -206,7 +206,7 @@ def test_a_solver_that_is_stopped_says_so(monkeypatch):
     z = with_wrench(random_motion(rng, 40, 0.3), body, 0.0, rng, 0.1, 0.005)
     monkeypatch.setattr(semidefinite, "MAX_STEPS", 1)
     monkeypatch.setattr(cone, "MAX_STEPS", 1)
-    for method in (LMI(noise=NOISE), GEO(PointMasses(points + 0.5), noise=NOISE), PMD(PointMasses(points))):
+    for method in (LMI(noise=NOISE), GEO(Shape(points + 0.5), noise=NOISE), PMD(Shape(points))):
         found = method.fit(z).certificate
         assert not found.converged, method.name
         assert found.gap > 1e-6 * found.objective, method.name

@@ -11,7 +11,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.regressor import reduced_regressor
 from hefting.estimators import HPS, hps
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 NOISE = Noise(force=0.1, torque=0.005)
@@ -19,16 +19,16 @@ COVARIANCE = np.diag((0.01, 0.02, 0.03, 3e-5, 2e-5, 1e-5)) + 1e-6
 BIAS = np.array((1.0, -2.0, 3.0, 0.1, -0.2, 0.3))
 
 
-def parts(rng: np.random.Generator, count: int = 4, n: int = 80, reach: float = 0.1) -> PointMasses:
+def parts(rng: np.random.Generator, count: int = 4, n: int = 80, reach: float = 0.1) -> Shape:
     """A cloud of `n` points in `count` clusters, in random order, with labels of any value."""
     label = rng.permutation(np.arange(n) % count)
     centers = reach * rng.normal(size=(count, 3))
     names = rng.choice(np.arange(-50, 50), size=count, replace=False)
     positions = centers[label] + 0.2 * reach * rng.normal(size=(n, 3))
-    return PointMasses(positions, volumes=rng.exponential(size=n), labels=names[label])
+    return Shape(positions, volumes=rng.exponential(size=n), labels=names[label])
 
 
-def masses_of(shape: PointMasses, part_masses: np.ndarray) -> np.ndarray:
+def masses_of(shape: Shape, part_masses: np.ndarray) -> np.ndarray:
     """Masses (n,) of the points when the parts, in the order of their labels, have `part_masses`."""
     volumes = np.ones(shape.n) if shape.volumes is None else shape.volumes
     masses = np.zeros(shape.n)
@@ -37,7 +37,7 @@ def masses_of(shape: PointMasses, part_masses: np.ndarray) -> np.ndarray:
     return masses
 
 
-def stop_and_go(rng: np.random.Generator, shape: PointMasses, bias: np.ndarray | float = 0.0, K: int = 150):
+def stop_and_go(rng: np.random.Generator, shape: Shape, bias: np.ndarray | float = 0.0, K: int = 150):
     """K noisy samples, one in three of them moving, of a body whose parts are homogeneous: the samples, its points."""
     masses = masses_of(shape, rng.exponential(size=len(np.unique(shape.labels))))
     motion = random_motion(rng, K, speed=0.2)
@@ -54,9 +54,7 @@ def stop_and_go(rng: np.random.Generator, shape: PointMasses, bias: np.ndarray |
 # the oracle: all near-static rows
 
 
-def oracle(
-    z: Measurements, shape: PointMasses, free_bias: bool = False, S: np.ndarray | None = None, limits=(1.0, 1.0)
-):
+def oracle(z: Measurements, shape: Shape, free_bias: bool = False, S: np.ndarray | None = None, limits=(1.0, 1.0)):
     """Masses (parts,) and sum of squares of non-negative least squares on the raw rows, a bias as two unknowns >= 0."""
     a = np.linalg.norm(z.linear_acceleration, axis=1)
     alpha = np.linalg.norm(z.angular_acceleration, axis=1)
@@ -78,7 +76,7 @@ def oracle(
     return solution[:count], norm**2, bias, len(z)
 
 
-def part_masses(found, shape: PointMasses) -> np.ndarray:
+def part_masses(found, shape: Shape) -> np.ndarray:
     return np.array([found.point_masses[shape.labels == label].sum() for label in np.unique(shape.labels)])
 
 
@@ -95,7 +93,7 @@ def assert_agrees(found, z, shape, free_bias=False, S=None, limits=(1.0, 1.0)):
     assert_lawful(found, shape)
 
 
-def assert_lawful(found, shape: PointMasses):
+def assert_lawful(found, shape: Shape):
     """What holds of every estimate: a body, its points, a bound close below."""
     masses = found.point_masses
     assert found.physically_consistent
@@ -208,21 +206,21 @@ def test_labels_are_but_names():
         renamed = replace(shape, labels=np.array(names)[index])
         np.testing.assert_allclose(HPS(renamed).fit(z).point_masses, expected, atol=1e-10 * expected.sum())
     order = rng.permutation(shape.n)
-    shuffled = PointMasses(shape.positions[order], shape.volumes[order], shape.labels[order])
+    shuffled = Shape(shape.positions[order], shape.volumes[order], shape.labels[order])
     np.testing.assert_allclose(HPS(shuffled).fit(z).point_masses, expected[order], atol=1e-10 * expected.sum())
 
 
 def test_without_volumes_all_points_weigh_the_same():
     rng = np.random.default_rng(7)
     shape = parts(rng)
-    bare = PointMasses(shape.positions, labels=shape.labels)
+    bare = Shape(shape.positions, labels=shape.labels)
     z, _ = stop_and_go(rng, bare)
     found = HPS(bare).fit(z)
     assert_agrees(found, z, bare)
     for label in np.unique(bare.labels):
         masses = found.point_masses[bare.labels == label]
         np.testing.assert_allclose(masses, masses.mean(), rtol=1e-12)
-    equal = PointMasses(shape.positions, np.full(shape.n, 7.0), shape.labels)
+    equal = Shape(shape.positions, np.full(shape.n, 7.0), shape.labels)
     np.testing.assert_allclose(HPS(equal).fit(z).point_masses, found.point_masses, rtol=1e-9)
 
 
@@ -231,9 +229,9 @@ def test_a_part_without_volume_has_no_mass():
     shape = parts(rng)
     z, _ = stop_and_go(rng, shape)
     empty = shape.labels == shape.labels[0]
-    hollow = PointMasses(shape.positions, np.where(empty, 0.0, shape.volumes), shape.labels)
+    hollow = Shape(shape.positions, np.where(empty, 0.0, shape.volumes), shape.labels)
     found = HPS(hollow).fit(z)
-    rest = PointMasses(shape.positions[~empty], shape.volumes[~empty], shape.labels[~empty])
+    rest = Shape(shape.positions[~empty], shape.volumes[~empty], shape.labels[~empty])
     np.testing.assert_array_equal(found.point_masses[empty], 0.0)
     np.testing.assert_allclose(found.point_masses[~empty], HPS(rest).fit(z).point_masses, rtol=1e-9)
     assert found.warnings == ()  # three parts are left
@@ -259,7 +257,7 @@ def test_parts_in_line_are_told_apart_no_better():
     """The centroids of three parts in one line: mass and one moment for three masses."""
     rng = np.random.default_rng(10)
     positions = np.array(((0.1, 0.0, 0.0), (0.1, 0.1, 0.0), (0.1, 0.3, 0.0)))
-    shape = PointMasses(positions, labels=np.arange(3))
+    shape = Shape(positions, labels=np.arange(3))
     z = with_wrench(random_motion(rng, 30, speed=0.0), InertialParameters.from_points(positions, (0.2, 0.3, 0.1)))
     found = HPS(shape).fit(z)
     assert found.warnings == ("gravity does not tell the masses of 3 parts apart, only of 2",)
@@ -317,8 +315,8 @@ def test_every_estimate_is_a_body(seed):
 def test_hyperparameters_are_checked():
     shape = parts(np.random.default_rng(14))
     with pytest.raises(InputError, match="labelled parts"):
-        HPS(PointMasses(shape.positions))
-    with pytest.raises(InputError, match="must be PointMasses"):
+        HPS(Shape(shape.positions))
+    with pytest.raises(InputError, match="must be Shape"):
         HPS(shape.positions)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="bias model"):
         HPS(shape, bias="some")  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from hefting.estimators import GEO, HPS, LMI, METHODS, OLS, PMD, RTLS, Bayes, Es
 from hefting.estimators.base import INVARIANCES
 from hefting.estimators.geo import GAMMA
 from hefting.motion import measure
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from motions import box, random_smooth
 from random_problems import random_pose, with_wrench
 
@@ -38,7 +38,7 @@ class Problem:
     attitude: Rotation
     """K orientations of the sensor in the world"""
     measurements: Measurements
-    shape: PointMasses
+    shape: Shape
     prior: InertialParameters
     covariance: np.ndarray
     """(6, 6) of the wrench's noise"""
@@ -59,7 +59,7 @@ def problem(seed: int) -> Problem:
     local = rng.uniform((-0.1, -0.05, -0.03), (0.1, 0.05, 0.03), (40, 3))
     labels = np.digitize(local[:, 0], (-0.03, 0.04))
     points = local @ pose[:3, :3].T + pose[:3, 3]
-    shape = PointMasses(points, rng.uniform(0.5, 1.5, 40), labels, pose=pose)
+    shape = Shape(points, rng.uniform(0.5, 1.5, 40), labels, pose=pose)
     body = InertialParameters.from_points(points, 0.03 * rng.exponential(size=40) * (1.0 + labels))
     attitude = Rotation.random(K, rng=rng)
     a, w, alpha = 10.0 ** rng.uniform(-1.5, 0.5, (K, 1)) * rng.normal(size=(3, K, 3))
@@ -204,7 +204,7 @@ def another_frame(p: Problem, pose: np.ndarray) -> Change:
     R, t = pose[:3, :3], pose[:3, 3]
     X = np.kron(np.eye(2), R)
     X[3:, :3] = skew(t) @ R
-    shape = PointMasses(p.shape.positions @ R.T + t, p.shape.volumes, p.shape.labels, pose=pose @ p.shape.pose)
+    shape = Shape(p.shape.positions @ R.T + t, p.shape.volumes, p.shape.labels, pose=pose @ p.shape.pose)
     changed = replace(
         p,
         measurements=p.measurements.moved(pose),
@@ -251,7 +251,7 @@ def other_units(p: Problem, length: float, mass: float, time: float) -> Change:
             f * z.force,
             tau * z.torque,
         ),
-        shape=PointMasses(length * S.positions, S.volumes, S.labels, pose=pose),
+        shape=Shape(length * S.positions, S.volumes, S.labels, pose=pose),
         prior=body(p.prior),
         covariance=D @ p.covariance @ D,
         levels=Noise(f * n.force, tau * n.torque, a * n.linear_acceleration, alpha * n.angular_acceleration),

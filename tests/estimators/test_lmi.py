@@ -9,7 +9,7 @@ from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, HPS, LMI, METHODS, OLS, PMD, RTLS
 from hefting.estimators.lmi import bounding_ellipsoid
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, random_pose, with_wrench
 from semidefinite_oracle import assert_optimal, case, lmi_case, lowest, pseudo_inertia
 
@@ -90,7 +90,7 @@ def test_the_ellipsoid_holds_the_box():
     rng = np.random.default_rng(2)
     pose, sides = random_pose(rng), np.array((0.1, 0.2, 0.3))
     corners = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, 8).T * sides @ pose[:3, :3].T + pose[:3, 3]
-    shape = PointMasses(corners, pose=pose)
+    shape = Shape(corners, pose=pose)
     ellipsoid = bounding_ellipsoid(shape)
     inside = np.column_stack((corners, np.ones(8)))
     np.testing.assert_allclose(np.einsum("ki,ij,kj->k", inside, ellipsoid, inside), 0.0, atol=1e-12)
@@ -104,10 +104,10 @@ def test_the_ellipsoid_keeps_the_mass_near():
     rng = np.random.default_rng(3)
     body = random_body(rng, 1.0, 0.05, 0.05)
     z = with_wrench(random_motion(rng, 100, 2.0), body)
-    shape = PointMasses.from_box(-0.05, 0.05, -0.05, 0.05, -0.05, 0.05, points=27)
+    shape = Shape.from_box(-0.05, 0.05, -0.05, 0.05, -0.05, 0.05, points=27)
     for offset in (0.0, 0.5):
         shift = np.array((offset, 0.0, 0.0))
-        moved = PointMasses(shape.positions + shift, hull=shape.hull + shift)
+        moved = Shape(shape.positions + shift, hull=shape.hull + shift)
         found = LMI(moved).fit(z)
         assert found.certificate.converged
         centre = moved.positions.mean(axis=0)
@@ -146,7 +146,7 @@ def test_no_samples():
 def every_method(known):
     """All methods, as far as the shape allows, with what they take."""
     shape, noise = known.shape, known.noise if isinstance(known.noise, Noise) else None
-    parts = PointMasses(shape.positions, labels=np.arange(shape.n) % 3)
+    parts = Shape(shape.positions, labels=np.arange(shape.n) % 3)
     return (
         PMD(shape, bias=known.bias),
         GEO(shape, bias=known.bias, noise=noise),

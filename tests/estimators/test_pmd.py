@@ -13,7 +13,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight
 from hefting.estimators import PMD
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from random_problems import pmd_case, random_body, random_motion, with_wrench
 
 PROBLEMS = 200
@@ -95,7 +95,7 @@ def test_small_and_large_bodies(mass, size, noise):
     body = InertialParameters.from_points(points, mass * masses / masses.sum())
     force = noise * mass * 9.81
     z = with_wrench(random_motion(rng, 300, speed=3.0), body, 0.0, rng, force, force * size)
-    found = PMD(PointMasses(points), c1=1.0, regularization=1e-6).fit(z)
+    found = PMD(Shape(points), c1=1.0, regularization=1e-6).fit(z)
     assert found.certificate.converged
     assert found.physically_consistent
     # 1 % over 300 samples of three forces is 0.03 %
@@ -108,8 +108,8 @@ def test_small_and_large_bodies(mass, size, noise):
 
 
 @pytest.fixture(scope="module")
-def shape() -> PointMasses:
-    return PointMasses(np.random.default_rng(2).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (56, 3)))
+def shape() -> Shape:
+    return Shape(np.random.default_rng(2).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (56, 3)))
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_one_more_sample_takes_one_step(shape, z, bias):
 
 
 def test_a_start_over_another_shape_is_refused(shape, z):
-    other = PMD(PointMasses(shape.positions[:10])).fit(z)
+    other = PMD(Shape(shape.positions[:10])).fit(z)
     pmd = PMD(shape)
     with pytest.raises(InputError, match="shape"):
         pmd.estimate(pmd.update(pmd.start(), z), start=other)
@@ -192,7 +192,7 @@ def test_order_of_samples_does_not_matter(shape, z):
 
 def test_order_of_points_does_not_matter(shape, z):
     order = np.random.default_rng(6).permutation(56)
-    found = PMD(PointMasses(shape.positions[order]), c1=10.0).fit(z)
+    found = PMD(Shape(shape.positions[order]), c1=10.0).fit(z)
     expected = PMD(shape, c1=10.0).fit(z)
     np.testing.assert_allclose(found.point_masses, expected.point_masses[order], atol=1e-6 * expected.parameters.mass)
 
@@ -201,7 +201,7 @@ def test_sensor_axes_do_not_matter(shape, z):
     """Everything seen in turned sensor axes: the same masses. (The world's axes enter only through the sensor's.)"""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.random(random_state=np.random.default_rng(7)).as_matrix()
-    found = PMD(PointMasses(shape.positions @ pose[:3, :3].T), c1=10.0).fit(z.moved(pose))
+    found = PMD(Shape(shape.positions @ pose[:3, :3].T), c1=10.0).fit(z.moved(pose))
     expected = PMD(shape, c1=10.0).fit(z)
     np.testing.assert_allclose(found.point_masses, expected.point_masses, atol=1e-6 * expected.parameters.mass)
     moved = expected.parameters.moved(pose)
@@ -293,7 +293,7 @@ def test_a_hundred_thousand_points():
     points = rng.uniform(-0.1, 0.1, (100_000, 3))
     body = InertialParameters.from_points(points[:50_000], np.full(50_000, 2e-5)).moved(np.eye(4))
     z = with_wrench(random_motion(rng, 200, speed=2.0), body, 0.0, rng, 0.1, 0.005)
-    found = PMD(PointMasses(points)).fit(z)
+    found = PMD(Shape(points)).fit(z)
     assert found.certificate.converged
     assert len(found.point_masses) == 100_000
     assert found.physically_consistent

@@ -10,9 +10,9 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.estimators import GEO, OLS
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import Quadratic, ScaledSVD, whitening
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import SampleState
+from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 
@@ -27,7 +27,7 @@ def covariance() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def shape() -> PointMasses:
+def shape() -> Shape:
     return random_shape()
 
 
@@ -47,7 +47,7 @@ def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bi
     """Its square at any parameters is that of all rows, with the best bias; `bias` is the best bias."""
     noise = covariance if kind == "covariance" else NOISES[kind]
     S = levels_of(noise)
-    q = Quadratic.of(Blend.of(z, w), noise, free_bias)
+    q = Quadratic.of(SampleState.of(z, w), noise, free_bias)
     rows, right = dense(z, w, free_bias, S)
     rng = np.random.default_rng(58)
     for vector in (np.zeros(10), *(random_body(rng).vector for _ in range(3))):
@@ -74,19 +74,19 @@ def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bi
 
 def test_the_measured_mass_is_positive_whatever_is_measured(z, shape):
     homogeneous = shape.homogeneous.vector
-    assert Quadratic.of(Blend.of(z), None, True).measured_mass(homogeneous) == pytest.approx(
+    assert Quadratic.of(SampleState.of(z), None, True).measured_mass(homogeneous) == pytest.approx(
         OLS("estimate").fit(z).parameters.mass, rel=ROUNDING
     )
     zero = replace(z, force=np.zeros((K, 3)), torque=np.zeros((K, 3)))
     upward = with_wrench(z, InertialParameters(-homogeneous))
     weightless = replace(zero, gravity=np.zeros((K, 3)), linear_acceleration=np.zeros((K, 3)))
     for case in (zero, upward, weightless):
-        assert Quadratic.of(Blend.of(case)).measured_mass(homogeneous) > 0.0
+        assert Quadratic.of(SampleState.of(case)).measured_mass(homogeneous) > 0.0
 
 
 def test_without_samples_the_quadratic_is_zero():
     for free_bias in (False, True):
-        q = Quadratic.of(Blend.empty(), None, free_bias)
+        q = Quadratic.of(SampleState.empty(), None, free_bias)
         assert q.square(np.ones(10)) == 0.0
         bias = q.bias(np.ones(10))
         assert bias is None or not bias.any()

@@ -8,7 +8,7 @@ from hefting.core.messages import codes
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.identification import identify
 from hefting.ingest.ingest import ingest
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from recordings import DATA, needs_recordings
 
@@ -24,7 +24,7 @@ def test_intervals_hold_the_object():
     """Of 24 recordings, 10 numbers each, found by their own motion and noise: 95 % of 240 that come in groups of
     several, so 88 % at least; `identify` chooses Bayes by itself."""
     held = []
-    shape = PointMasses.from_mesh(hammer().mesh(), points=56)
+    shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(24):
         estimate = identify(recording(seed, (0.5, 1.0, 1.5)[seed % 3]), shape).estimate
         assert estimate.method == "Bayes"
@@ -61,7 +61,7 @@ def test_what_the_smoother_says_of_its_errors_is_so():
 def test_white_noise_in_logged_accelerations_is_allowed_for():
     """A log whose accelerations carry the paper's noise: found, or the intervals would hold half of what they claim."""
     level, held = NOISE_LEVELS["moderate"], []
-    shape = PointMasses.from_mesh(hammer().mesh(), points=56)
+    shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(16):
         motion = UR5.motion(random_smooth(5.0, 100.0, 1.0, seed))
         log = simulate(motion, hammer().parameters, noise=level, seed=seed, exact=True)
@@ -84,7 +84,7 @@ def test_white_noise_in_logged_accelerations_is_allowed_for():
 @pytest.mark.parametrize("run", ["run1", "run3"])
 def test_halves_of_a_real_recording_overlap_or_are_doubted(run):
     """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in the halves of run 1."""
-    log, box = DATA / "panda-optoforce" / f"{run}.csv", PointMasses.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
+    log, box = DATA / "panda-optoforce" / f"{run}.csv", Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
     halves = [identify(log, box, gravity=(0.0, 0.0, -9.81), start=start, duration=8.5).estimate for start in (0.0, 8.6)]
     for estimate in halves:
         assert estimate.intervals is not None

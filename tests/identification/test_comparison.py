@@ -17,7 +17,7 @@ from hefting.identification import identify
 from hefting.identification.compare import compare
 from hefting.identification.recommend import misfit, recommend, uncertainty
 from hefting.logs import write_log
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 
 NOISE = Noise(0.1, 0.005)
@@ -33,7 +33,7 @@ def recording():
 @pytest.fixture(scope="module")
 def shape():
     """The hammer's points, labelled: handle and head."""
-    points = PointMasses.from_mesh(hammer().mesh())
+    points = Shape.from_mesh(hammer().mesh())
     along = points.positions @ np.linalg.svd(points.positions - points.positions.mean(axis=0))[2][0]
     return replace(points, labels=(along > np.median(along)).astype(int))
 
@@ -186,7 +186,7 @@ def test_the_table_is_not_cut(run, log, words):
 
 def test_a_wrong_shape_is_not_recommended(recording):
     """A box beside the object cannot hold its centre of mass: what rests on it does not explain the torque."""
-    wrong = PointMasses.from_box(0.3, 0.35, 0.3, 0.35, 0.3, 0.35)
+    wrong = Shape.from_box(0.3, 0.35, 0.3, 0.35, 0.3, 0.35)
     found = compare(recording, wrong, ["Bayes", "PMD", "LMI", "OLS"], bias="none")
     assert found.recommended not in ("Bayes", "PMD")
 

@@ -8,7 +8,7 @@ from hefting.core.measurements import Noise
 from hefting.estimators import Bayes
 from hefting.logs import read_log
 from hefting.motion import PoseFilter
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from recordings import DATA, needs_recordings
 
@@ -49,7 +49,7 @@ def test_a_live_loop_finds_the_object():
     from benchmarks.live_replay import Stream, replayed
 
     held = []
-    shape = PointMasses.from_mesh(hammer().mesh(), points=56)
+    shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(6):
         time, position, orientation, wrench = raw(seed)
         bayes = Bayes(shape, bias="estimate", until="mass=3%")
@@ -73,7 +73,7 @@ def test_an_imperfect_sensor_is_not_believed_too_soon(run):
     from benchmarks.live_replay import BOX, Stream, replayed
 
     stream = Stream.of(read_log(DATA / "panda-optoforce" / f"{run}.csv"))
-    bayes = Bayes(PointMasses.from_box(*BOX), bias="estimate", until="mass=10%")
+    bayes = Bayes(Shape.from_box(*BOX), bias="estimate", until="mass=10%")
     for _, estimate in replayed(stream, bayes, every=0.5):
         assert estimate.intervals is not None
         low, high = estimate.intervals["mass"]

@@ -18,7 +18,7 @@ from hefting.core.spatial import skew, tensor_to_vector
 from hefting.estimators import GEO, HPS, OLS
 from hefting.logs import read_log
 from hefting.motion import measure
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
 pytestmark = needs_recordings
@@ -39,8 +39,8 @@ class Tool:
 
     name: str
     samples: Measurements
-    parts: PointMasses
-    mesh: PointMasses
+    parts: Shape
+    mesh: Shape
     truth: InertialParameters
 
     @property
@@ -66,8 +66,8 @@ def tools() -> dict[str, Tool]:
         found[folder.name] = Tool(
             folder.name,
             measure(read_log(folder / "log.csv"), (0.0, 0.0, 9.81)).measurements,
-            PointMasses.from_parts(folder / "parts.ply", pose=pose),
-            PointMasses.from_mesh(folder / "mesh.ply", unit="mm", pose=pose, points=56),
+            Shape.from_parts(folder / "parts.ply", pose=pose),
+            Shape.from_mesh(folder / "mesh.ply", unit="mm", pose=pose, points=56),
             InertialParameters.from_origin(truth["mass"], truth["center_of_mass_sensor"], truth["inertia_at_sensor"]),
         )
     assert len(found) == 12
@@ -135,7 +135,7 @@ def test_the_rulers_parts_are_hardly_told_apart():
     assert found.certificate.gap < 1e-12 * (b @ b)
 
 
-def of_part(parts: PointMasses, label: int) -> InertialParameters:
+def of_part(parts: Shape, label: int) -> InertialParameters:
     """One kilogram in one part."""
     assert parts.volumes is not None
     volumes = np.where(parts.labels == label, parts.volumes, 0.0)

@@ -13,15 +13,15 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
 from hefting.core.metrics import errors_between
 from hefting.estimators import LMI, OLS, PMD
-from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
+from hefting.estimators.sample_state import SampleState
 from hefting.identification import identify
 from hefting.ingest import condition
 from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingest import ingest
 from hefting.logs import read_log
 from hefting.motion import measure
-from hefting.shapes import PointMasses, load_shape
+from hefting.shapes import Shape, load_shape
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
 pytestmark = needs_recordings
@@ -31,7 +31,7 @@ pytestmark = needs_recordings
 
 
 @cache
-def tools() -> list[tuple[str, Measurements, PointMasses, InertialParameters]]:
+def tools() -> list[tuple[str, Measurements, Shape, InertialParameters]]:
     found = []
     for folder in TOOL_FOLDERS:
         truth = json.loads((folder / "truth.json").read_text())
@@ -84,7 +84,7 @@ BOX = (-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
 
 
 def pmd_over_box(z: Measurements):
-    return PMD(PointMasses.from_box(*BOX, points=200), c1=1.0, bias="estimate").fit(z)
+    return PMD(Shape.from_box(*BOX, points=200), c1=1.0, bias="estimate").fit(z)
 
 
 @cache
@@ -104,7 +104,7 @@ def rms_with_bias_fitted(z: Measurements, vector: np.ndarray) -> np.ndarray:
 
 def least(z: Measurements) -> np.ndarray:
     """The same for unconstrained least squares on `z` itself: what no constant parameters do much better than."""
-    return rms_with_bias_fitted(z, least_squares(Blend.of(z), True, None).solution[:10])
+    return rms_with_bias_fitted(z, least_squares(SampleState.of(z), True, None).solution[:10])
 
 
 FITS = {"PMD": pmd_over_box, "OLS": OLS("estimate").fit, "LMI": LMI(bias="estimate").fit}
@@ -137,7 +137,7 @@ def test_odd_seconds_predict_even_seconds(run, method):
 # static poses of known tools, sign and bias unknown
 
 
-AROUND = PointMasses.from_box(-0.25, 0.25, -0.25, 0.25, -0.25, 0.25, points=512)
+AROUND = Shape.from_box(-0.25, 0.25, -0.25, 0.25, -0.25, 0.25, points=512)
 """Where a tool may be [m, sensor frame]."""
 
 
@@ -182,7 +182,7 @@ def test_sign_given_or_found_is_the_same():
 def test_identify_predicts_the_other_run(one, other):
     """`identify` at its defaults (c1 = 1 for smoothed poses), a generous box, a bias estimated: the same bound."""
     log = DATA / "panda-optoforce" / f"{one}.csv"
-    found = identify(log, PointMasses.from_box(*BOX), bias="estimate", gravity=(0.0, 0.0, -9.81))
+    found = identify(log, Shape.from_box(*BOX), bias="estimate", gravity=(0.0, 0.0, -9.81))
     assert found.sign is not None
     assert found.sign.on_object
     assert found.estimate.physically_consistent

@@ -24,7 +24,7 @@ from hefting.identification import identify
 from hefting.identification.compare import compare
 from hefting.identification.stopping import first_sufficient
 from hefting.logs import write_log
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
 NOISE = NOISE_LEVELS["moderate"]
@@ -34,8 +34,8 @@ UNTIL = "mass=0.3%,com=1mm,inertia=30%"
 
 
 @cache
-def shape() -> PointMasses:
-    return PointMasses.from_mesh(hammer().mesh(), points=56)
+def shape() -> Shape:
+    return Shape.from_mesh(hammer().mesh(), points=56)
 
 
 @cache

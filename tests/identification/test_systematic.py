@@ -19,7 +19,7 @@ from hefting.estimators import Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.identification import identify
 from hefting.ingest.ingest import WIDE, ingest
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
 SENSOR = Noise(0.1, 0.005)
@@ -32,8 +32,8 @@ SCATTER = (0.62, 1.41)
 
 
 @cache
-def shape() -> PointMasses:
-    return PointMasses.from_mesh(hammer().mesh(), points=56)
+def shape() -> Shape:
+    return Shape.from_mesh(hammer().mesh(), points=56)
 
 
 def recorded(body: InertialParameters, seed: int, gravity: Array = GRAVITY) -> Recording:

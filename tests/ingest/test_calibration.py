@@ -9,7 +9,7 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 from hefting.identification import identify
 from hefting.ingest.bias import load_bias, tare
 from hefting.ingest.condition import autocorrelation_time
@@ -116,7 +116,7 @@ def test_lever_is_the_distance_of_the_com():
     for bias in (0.0, BIAS):
         body = random_body(rng, offset=0.3)
         z = with_wrench(random_motion(rng, 100, speed=0.0), body, bias)
-        assert lever(Blend.of(z), np.any(bias)) == pytest.approx(np.linalg.norm(body.center_of_mass), rel=1e-9)
+        assert lever(SampleState.of(z), np.any(bias)) == pytest.approx(np.linalg.norm(body.center_of_mass), rel=1e-9)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.98])

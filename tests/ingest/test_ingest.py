@@ -11,7 +11,7 @@ from hefting.ingest.free_fit import fit_freely
 from hefting.ingest.ingest import ingest
 from hefting.ingest.tool import without_tool
 from hefting.motion import measure, sample_weights
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 BIAS = np.array((2.0, -1.0, 3.0, 0.1, 0.05, -0.2))
@@ -70,7 +70,7 @@ def test_the_tool_is_in_the_spread(clean):
 
 def test_a_shape_no_robot_holds(clean):
     with pytest.raises(InputError, match="the shape is 200 m long; is its file in millimetres"):
-        identify(clean, PointMasses(200.0 * np.eye(3)))
+        identify(clean, Shape(200.0 * np.eye(3)))
 
 
 def test_a_tilted_base_is_suspected_where_little_is_explained():

@@ -10,7 +10,7 @@ import hefting
 from hefting.core.measurements import Noise
 from hefting.identification import identify
 from hefting.inspection import inspect
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 ROOT = Path(hefting.__file__).parent
@@ -40,7 +40,7 @@ def recording():
 
 @pytest.mark.parametrize("method", ["Bayes", "OLS", "PMD"])
 def test_one_identify(recording, method):
-    shape = PointMasses.from_mesh(hammer().mesh(), points=56)
+    shape = Shape.from_mesh(hammer().mesh(), points=56)
     counted = calls(lambda: identify(recording, shape, method=method))
     for once in (
         "ingest/ingest.py:ingest",

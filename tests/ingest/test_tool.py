@@ -97,9 +97,9 @@ def test_covariances_add():
 
 def test_every_method_takes_it():
     tool, recording = calibrate(log(GRIPPER, 20.0, 1)), log(BOTH, 10.0, 2)
-    from hefting import PointMasses
+    from hefting import Shape
 
-    shape = PointMasses.from_box(-0.02, 0.04, -0.025, 0.025, 0.08, 0.2)
+    shape = Shape.from_box(-0.02, 0.04, -0.025, 0.025, 0.08, 0.2)
     for method in ("Bayes", "PMD", "GEO", "LMI", "RTLS"):
         found = identify(recording, shape, method=method, tool=tool).estimate
         assert found.parameters.mass == pytest.approx(OBJECT.mass, abs=0.01), method  # ten times what noise makes

@@ -16,7 +16,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.plots.body import equivalent_ellipsoid, plot_object
 from hefting.plots.style import DRAWN, save_figure
 from hefting.plots.wrench import plot_wrench
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 
 UNPHYSICAL = InertialParameters.from_com(0.5, (0.0, 0.1, 0.0), np.diag((1e-3, 1e-3, 5e-3)))
@@ -24,7 +24,7 @@ UNPHYSICAL = InertialParameters.from_com(0.5, (0.0, 0.1, 0.0), np.diag((1e-3, 1e
 
 @pytest.fixture(scope="module")
 def shape():
-    return PointMasses.from_mesh(hammer().mesh(), points=60)
+    return Shape.from_mesh(hammer().mesh(), points=60)
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import pytest
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.estimators import GEO, OLS, PMD, RTLS
-from hefting.estimators.blend import Blend
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.free_fit import fit_freely
 from wielding import Method, Score, Thing, asymptotic, score, things, wielded
 
@@ -211,7 +211,7 @@ def test_geo_needs_a_well_tuned_weight():
 
     def weighted(factor: float) -> Method:
         def method(thing: Thing, z: Measurements) -> GEO:
-            A = Quadratic.of(Blend.of(z)).A
+            A = Quadratic.of(SampleState.of(z)).A
             return GEO(thing.shape, gamma=factor * weight_by_rule(A))
 
         return method

@@ -6,33 +6,33 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.shapes import PointMasses, load_shape
+from hefting.shapes import Shape, load_shape
 from solids import POSE, SOLIDS
 
 
 def test_hull_of_a_surface_cloud_is_filled():
     cloud = SOLIDS["sphere"].vertices
-    shape = PointMasses.from_hull(cloud, points=200)
+    shape = Shape.from_hull(cloud, points=200)
     assert np.linalg.norm(shape.positions, axis=1).min() < 0.02
     np.testing.assert_allclose(shape.homogeneous.center_of_mass, 0, atol=1e-12)
-    ring = PointMasses.from_hull(SOLIDS["ring"], points=200)
+    ring = Shape.from_hull(SOLIDS["ring"], points=200)
     assert np.linalg.norm(ring.positions[:, :2], axis=1).min() < 0.02  # the hole is filled
 
 
 def test_flat_hull_is_refused():
     with pytest.raises(InputError, match="flat"):
-        PointMasses.from_hull(np.random.default_rng(0).random((20, 3)) * [1, 1, 0])
+        Shape.from_hull(np.random.default_rng(0).random((20, 3)) * [1, 1, 0])
 
 
 def test_cloud_keeps_its_own_points():
     cloud = np.random.default_rng(8).uniform(-0.05, 0.05, (5000, 3)) * [1, 2, 1]
-    shape = PointMasses.from_cloud(cloud, points=100)
+    shape = Shape.from_cloud(cloud, points=100)
     assert abs(shape.n - 100) <= 15  # the number of occupied voxels jumps with the pitch
     assert {tuple(p) for p in shape.positions} <= {tuple(p) for p in cloud}
-    assert PointMasses.from_cloud(cloud[:20]).n == 20
-    dense = PointMasses.from_cloud(cloud, points_per_cm3=0.1)
+    assert Shape.from_cloud(cloud[:20]).n == 20
+    dense = Shape.from_cloud(cloud, points_per_cm3=0.1)
     assert abs(dense.n - 200) <= 100  # in 2000 cm³; voxels on the border count whole
-    body = PointMasses.from_cloud(cloud, points=1000).homogeneous
+    body = Shape.from_cloud(cloud, points=1000).homogeneous
     np.testing.assert_allclose(body.center_of_mass, 0, atol=0.003)  # 3 % of the half side
 
 

@@ -11,7 +11,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.shapes import PointMasses, load_shape, parse_pose
+from hefting.shapes import Shape, load_shape, parse_pose
 from hefting.shapes.reading import read_mesh
 from solids import POSE, SOLIDS
 
@@ -23,7 +23,7 @@ def test_mesh_files(tmp_path, suffix):
     mesh.apply_scale(1000)
     mesh.export(path)
     shape = load_shape(path, unit="mm", pose=POSE, points=40)
-    expected = PointMasses.from_mesh(SOLIDS["ell"], pose=POSE, points=40)
+    expected = Shape.from_mesh(SOLIDS["ell"], pose=POSE, points=40)
     # .ply, .stl and .glb hold single precision: 6e-8 of 40 mm
     np.testing.assert_allclose(shape.positions, expected.positions, atol=1e-8)
 
@@ -86,7 +86,7 @@ def test_text_mesh_in_another_encoding(tmp_path):
 
 def test_box_specification():
     shape = load_shape("box:-0.1,0.1,-0.05,0.05,0,0.2", points=80)
-    expected = PointMasses.from_box(-0.1, 0.1, -0.05, 0.05, 0, 0.2, points=80)
+    expected = Shape.from_box(-0.1, 0.1, -0.05, 0.05, 0, 0.2, points=80)
     np.testing.assert_array_equal(shape.positions, expected.positions)
 
 

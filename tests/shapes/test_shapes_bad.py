@@ -9,7 +9,7 @@ import trimesh
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import pose_matrix
-from hefting.shapes import PointMasses, load_shape
+from hefting.shapes import Shape, load_shape
 from solids import SOLIDS
 
 # suspicious
@@ -18,17 +18,17 @@ from solids import SOLIDS
 def test_millimetres_read_as_metres_are_noticed():
     mesh = SOLIDS["box"].copy()
     mesh.apply_scale(1000)
-    assert "`unit`='mm'" in PointMasses.from_mesh(mesh).warnings[0]
-    assert "`unit`='mm'" in PointMasses.from_mesh(mesh, unit=None).warnings[0]
-    assert not PointMasses.from_mesh(mesh, unit="mm").warnings
-    assert "too small" in PointMasses.from_mesh(SOLIDS["plate"], unit="mm").warnings[0]
+    assert "`unit`='mm'" in Shape.from_mesh(mesh).warnings[0]
+    assert "`unit`='mm'" in Shape.from_mesh(mesh, unit=None).warnings[0]
+    assert not Shape.from_mesh(mesh, unit="mm").warnings
+    assert "too small" in Shape.from_mesh(SOLIDS["plate"], unit="mm").warnings[0]
 
 
 def test_distant_shapes_are_noticed():
     for metres, noticed in ((0.1, False), (0.9, False), (2.0, True)):
-        warnings = PointMasses.from_mesh(SOLIDS["box"], pose=pose_matrix([metres, 0, 0, 0, 0, 0, 1])).warnings
+        warnings = Shape.from_mesh(SOLIDS["box"], pose=pose_matrix([metres, 0, 0, 0, 0, 0, 1])).warnings
         assert bool(warnings) == noticed
-    (warning,) = PointMasses.from_box(0.8, 0.85, 0, 0.05, 0, 0.05).warnings  # nine of its diagonals away
+    (warning,) = Shape.from_box(0.8, 0.85, 0, 0.05, 0, 0.05).warnings  # nine of its diagonals away
     assert "0.8 m away" in warning
 
 
@@ -48,7 +48,7 @@ def test_distant_shapes_are_noticed():
 )
 def test_bad_arguments(arguments):
     with pytest.raises(InputError):
-        PointMasses.from_mesh(SOLIDS["box"], **arguments)
+        Shape.from_mesh(SOLIDS["box"], **arguments)
 
 
 # hostile

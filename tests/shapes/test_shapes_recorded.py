@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from hefting.shapes import PointMasses, load_shape
+from hefting.shapes import Shape, load_shape
 from recordings import TOOL_FOLDERS, needs_recordings
 from solids import winding
 
@@ -18,7 +18,7 @@ MESHES = [folder / "mesh.ply" for folder in TOOL_FOLDERS]
 def test_workshop_tool(path):
     truth = json.loads((path.parent / "truth.json").read_text())
     pose = np.array(truth["object_pose_in_sensor"])
-    shape = PointMasses.from_mesh(path, unit="mm", pose=pose)
+    shape = Shape.from_mesh(path, unit="mm", pose=pose)
     assert 50 <= shape.n <= 75
     assert not shape.warnings
     # the data set rounds the sides to 0.1 mm
@@ -29,7 +29,7 @@ def test_workshop_tool(path):
     # with equal masses the grid has the solid's COM within a tenth of each side, mostly far nearer
     com = (shape.positions.mean(axis=0) - shape.homogeneous.center_of_mass) @ pose[:3, :3]
     assert (np.abs(com) < 0.1 * shape.extents).all()
-    random = PointMasses.from_mesh(path, unit="mm", points=10, sampling="random")
+    random = Shape.from_mesh(path, unit="mm", points=10, sampling="random")
     assert random.n == 10
     assert (winding(mesh.triangles, random.positions * 1000) > 0.5).all()
 

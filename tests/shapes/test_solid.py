@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.shapes.sampling import points_inside
 from hefting.shapes.solid import solid_from_mesh
 from solids import SOLIDS, winding
@@ -89,7 +89,7 @@ def test_holes_give_nearly_the_same_points_and_a_warning():
     mesh = SOLIDS["torus"]
     keep = np.random.default_rng(7).random(len(mesh.faces)) > 0.1
     holed = trimesh.Trimesh(mesh.vertices, mesh.faces[keep], process=False)
-    whole, broken = PointMasses.from_mesh(mesh), PointMasses.from_mesh(holed)
+    whole, broken = Shape.from_mesh(mesh), Shape.from_mesh(holed)
     assert abs(whole.n - broken.n) <= 3
     np.testing.assert_allclose(broken.homogeneous.center_of_mass, 0, atol=1e-3)  # 1 % of the diameter
     assert not whole.warnings
@@ -99,5 +99,5 @@ def test_holes_give_nearly_the_same_points_and_a_warning():
 def test_cavity_stays_empty():
     outer, inner = trimesh.creation.icosphere(3, 0.05), trimesh.creation.icosphere(3, 0.03)
     inner.invert()
-    shape = PointMasses.from_mesh(trimesh.util.concatenate([outer, inner]), points=300)
+    shape = Shape.from_mesh(trimesh.util.concatenate([outer, inner]), points=300)
     assert np.linalg.norm(shape.positions, axis=1).min() > 0.0295  # the cavity's facets reach 1.5 % inward

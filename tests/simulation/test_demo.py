@@ -11,7 +11,7 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.identification import identify
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import demo
 
 
@@ -40,7 +40,7 @@ def test_the_estimate_is_good(result):
 
 def test_a_user_gets_the_same_from_the_files(result):
     facts = json.loads(result.truth_file.read_text())
-    shape = PointMasses.from_mesh(result.mesh, unit=facts["mesh_unit"], pose=facts["object_pose_in_sensor"])
+    shape = Shape.from_mesh(result.mesh, unit=facts["mesh_unit"], pose=facts["object_pose_in_sensor"])
     np.testing.assert_allclose(shape.extents, facts["mesh_extents_m"], rtol=1e-6)  # single precision in STL
     found = identify(result.log, shape, gravity=facts["gravity_world"], wrench=facts["wrench"])
     np.testing.assert_array_equal(found.estimate.parameters.vector, result.estimate.parameters.vector)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from hefting.export import Exported
     from hefting.identification.compare import Comparison
     from hefting.identification.truth import Truth
-    from hefting.shapes import PointMasses
+    from hefting.shapes import Shape
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -155,7 +155,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _identify(
-    a: argparse.Namespace, recording: "Recording", shape: "PointMasses | None", reading: dict[str, Any]
+    a: argparse.Namespace, recording: "Recording", shape: "Shape | None", reading: dict[str, Any]
 ) -> "tuple[Comparison | None, dict[str, Estimate]]":
     """Estimates by method; with their comparison, where several were asked for."""
     settings = _hyperparameters(a)
@@ -191,7 +191,7 @@ def _tool(path: str) -> "Estimate":
     return load_tool(path)
 
 
-def _shape(a: argparse.Namespace, pose: "Array | None") -> "PointMasses":
+def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
     from hefting.shapes import load_shape
 
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)

@@ -16,7 +16,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 
 BiasModel = Literal["none", "estimate"]
 Needs = Literal["nothing", "a bounding box", "a shape", "labelled parts"]
@@ -59,23 +59,23 @@ class Estimator:
         name, model = type(self).__name__, getattr(self, "model", None)
         return name if model == getattr(type(self), "model", None) else f"{name}-{model}"
 
-    def start(self) -> Blend:
+    def start(self) -> SampleState:
         """The state before any sample."""
-        return Blend.empty(self.keeps_time_record)
+        return SampleState.empty(self.keeps_time_record)
 
     def weight(self, measurements: Measurements) -> Array | float:
         """Share w of the full model in each sample (K,), or one number for all."""
         return 1.0
 
-    def update(self, state: Blend, measurements: Measurements) -> Blend:
+    def update(self, state: SampleState, measurements: Measurements) -> SampleState:
         """The state with the samples of `measurements` added."""
         return state.fold(measurements, self.weight(measurements))
 
-    def merge(self, first: Blend, second: Blend) -> Blend:
+    def merge(self, first: SampleState, second: SampleState) -> SampleState:
         """The state of an estimator that has seen the samples of both."""
         return first.merge(second)
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         raise NotImplementedError
 

@@ -13,11 +13,18 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend, Model, model_weight, require_model, require_one_of, require_positive
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
+from hefting.estimators.sample_state import (
+    Model,
+    SampleState,
+    model_weight,
+    require_model,
+    require_one_of,
+    require_positive,
+)
 from hefting.estimators.semidefinite import solve
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 Distance = Literal["entropic", "pullback", "euclidean"]
 DISTANCES: dict[str, str] = {
@@ -54,7 +61,7 @@ class GEO(Estimator):
     best_for = "any motion, when the shape, or at least its bounding box, is about right"
     invariances = frozenset(INVARIANCES)
 
-    shape: PointMasses | None = None
+    shape: Shape | None = None
     """The shape (a box will do): the prior is homogeneous, as heavy as least squares says."""
     prior: InertialParameters | None = None
     """The prior body, in place of a shape."""
@@ -68,7 +75,7 @@ class GEO(Estimator):
     noise: WrenchNoise = None
     """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
     model: Model = "full"
-    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.blend.MODELS`."""
+    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.sample_state.MODELS`."""
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
 
@@ -78,8 +85,8 @@ class GEO(Estimator):
         whitening(self.noise)
         if (self.shape is None) == (self.prior is None):
             raise InputError("GEO needs a shape or a prior body, and not both", fix="a bounding box will do")
-        if self.shape is not None and not isinstance(self.shape, PointMasses):
-            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if self.shape is not None and not isinstance(self.shape, Shape):
+            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         if self.prior is not None and not isinstance(self.prior, InertialParameters):
             raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:
@@ -92,7 +99,7 @@ class GEO(Estimator):
         """Share of the full model in each sample (K,), or one number for all."""
         return model_weight(measurements, self.model, self.c1)
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")

@@ -11,9 +11,9 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise, whitening
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import SampleState
+from hefting.shapes import Shape
 
 REACH = 10.0
 """The bound holds for bodies up to so many times as heavy."""
@@ -35,7 +35,7 @@ class HPS(Estimator):
     best_for = "stop-and-go motion of an object whose parts are known"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
 
-    shape: PointMasses
+    shape: Shape
     """Points with the label of the part each belongs to, and its share of the volume."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
@@ -49,8 +49,8 @@ class HPS(Estimator):
     def __post_init__(self):
         require_bias_model(self.bias)
         whitening(self.noise)
-        if not isinstance(self.shape, PointMasses):
-            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if not isinstance(self.shape, Shape):
+            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         if self.shape.labels is None:
             raise InputError(
                 "HPS needs labelled parts", fix="give a .ply file of points with a 'segmentation' property"
@@ -75,14 +75,14 @@ class HPS(Estimator):
         """M (10, parts)"""
         return self.shape.matrix @ self._shares
 
-    def update(self, state: Blend, measurements: Measurements) -> Blend:
+    def update(self, state: SampleState, measurements: Measurements) -> SampleState:
         """The state with the near-static samples of `measurements` added."""
         a = np.linalg.norm(measurements.linear_acceleration, axis=1)
         alpha = np.linalg.norm(measurements.angular_acceleration, axis=1)
         chosen = (a < self.max_acceleration) & (alpha < self.max_angular_acceleration)
         return state.fold(measurements if chosen.all() else measurements[chosen], 0.0)
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the near-static samples seen.
 
         Raises `NotIdentifiableError` when there are none, when they do not tell the mass from a bias, or when no

@@ -9,11 +9,11 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
+from hefting.estimators.sample_state import SampleState
 from hefting.estimators.semidefinite import solve
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 TYPICAL_RADIUS = 0.1
 """Radius of gyration [m] of what is taken for an object where the data say nothing."""
@@ -34,7 +34,7 @@ class LMI(Estimator):
     best_for = "an object of unknown shape"
     invariances = frozenset(INVARIANCES)
 
-    ellipsoid: PointMasses | None = None
+    ellipsoid: Shape | None = None
     """A shape; if given, the ellipsoid around its bounding box must be able to hold the mass."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
@@ -44,15 +44,15 @@ class LMI(Estimator):
     def __post_init__(self):
         require_bias_model(self.bias)
         whitening(self.noise)
-        if self.ellipsoid is not None and not isinstance(self.ellipsoid, PointMasses):
-            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if self.ellipsoid is not None and not isinstance(self.ellipsoid, Shape):
+            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
 
     @property
     def name(self) -> str:
         """``LMI``, or ``LMI-ellipsoid``."""
         return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
@@ -107,7 +107,7 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
     return G * np.sqrt(problem.size / size if problem.size > 0.0 and size > 0.0 else 1.0)
 
 
-def bounding_ellipsoid(shape: PointMasses) -> Array:
+def bounding_ellipsoid(shape: Shape) -> Array:
     """Q (4, 4) with x'Q x >= 0, x = (point, 1), inside the least ellipsoid around the shape's bounding box, by volume.
 
     Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018). Sides of no length count as 1 mm.

@@ -9,8 +9,8 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend, Model, model_weight, require_model
 from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor, whitening
+from hefting.estimators.sample_state import Model, SampleState, model_weight, require_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class OLS(Estimator):
     """Known wrench noise, levels or a covariance (6, 6): residuals are weighed by it. None: newtons weigh like
     newton-metres, and the covariance comes from the residual."""
     model: Model = "full"
-    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.blend.MODELS`."""
+    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.sample_state.MODELS`."""
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
 
@@ -44,7 +44,7 @@ class OLS(Estimator):
         """Share of the full model in each sample (K,), or one number for all."""
         return model_weight(measurements, self.model, self.c1)
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
         require_samples(state.samples)
         fit = least_squares(state, self.bias == "estimate", self.noise)
@@ -87,7 +87,7 @@ class LeastSquares:
 BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
 
 
-def least_squares(state: Blend, free_bias: bool, noise: WrenchNoise) -> LeastSquares:
+def least_squares(state: SampleState, free_bias: bool, noise: WrenchNoise) -> LeastSquares:
     """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S from `noise`, or the identity.
 
     Without `noise` the covariance is scaled by the mean squared residual. Directions that no sample excites get

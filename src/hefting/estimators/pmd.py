@@ -13,9 +13,9 @@ from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend, Model, model_weight, require_model
 from hefting.estimators.cone import ConeProblem, solve
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import Model, SampleState, model_weight, require_model
+from hefting.shapes import Shape
 
 ACCURACY = 1e-6
 """Gap up to which a solution counts as converged, relative to the objective (or to 1e-6 |b| where it is smaller)."""
@@ -38,7 +38,7 @@ class PMD(Estimator):
     best_for = "a few seconds of slow, noisy motion of a known shape"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
 
-    shape: PointMasses
+    shape: Shape
     """The points, in the sensor frame."""
     c1: float = 300.0
     """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3 and 25e3 on its robot."""
@@ -52,8 +52,8 @@ class PMD(Estimator):
     def __post_init__(self):
         require_bias_model(self.bias)
         require_model(self.model, self.c1)
-        if not isinstance(self.shape, PointMasses):
-            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if not isinstance(self.shape, Shape):
+            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         if not (isinstance(self.regularization, int | float) and 0.0 <= self.regularization < math.inf):
             raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
 
@@ -69,7 +69,7 @@ class PMD(Estimator):
         """Share of the full model in each sample (K,), or one number for all."""
         return model_weight(measurements, self.model, self.c1)
 
-    def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
+    def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
 
         Raises `NotIdentifiableError` when there are no samples.
@@ -140,7 +140,7 @@ class _Rows:
     c1: float
 
     @classmethod
-    def of(cls, state: Blend, free_bias: bool) -> "_Rows":
+    def of(cls, state: SampleState, free_bias: bool) -> "_Rows":
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0

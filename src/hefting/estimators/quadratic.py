@@ -16,7 +16,7 @@ from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array, Indices, frozen
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 
 WrenchNoise = Noise | Array | None
 """Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None: newtons weigh like N m."""
@@ -52,7 +52,7 @@ def whitening(noise: WrenchNoise) -> Array | None:
         raise InputError("the noise covariance of the wrench is not positive definite") from error
 
 
-def stacked_factor(state: Blend, noise: WrenchNoise = None, free_bias: bool = True) -> Array:
+def stacked_factor(state: SampleState, noise: WrenchNoise = None, free_bias: bool = True) -> Array:
     """Triangular factor (17, 17) of [bias columns | ten parameters | wrench] of both models' (whitened) equations.
 
     Without a free bias its six columns and rows are left out: (11, 11).
@@ -124,7 +124,7 @@ class Quadratic:
     """(6, 17) rows [C | A | b] that the best bias satisfies exactly; (0, 17) where none is free"""
 
     @classmethod
-    def of(cls, state: Blend, noise: WrenchNoise = None, free_bias: bool = False) -> "Quadratic":
+    def of(cls, state: SampleState, noise: WrenchNoise = None, free_bias: bool = False) -> "Quadratic":
         """Of all samples in `state`."""
         R = stacked_factor(state, noise, free_bias)
         if free_bias:

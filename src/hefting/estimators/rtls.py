@@ -10,8 +10,8 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.spatial import PARAMETERS, Array
 from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor, whitening
+from hefting.estimators.sample_state import SampleState
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class RTLS(Estimator):
             if not 0.0 <= level < np.inf:
                 raise InputError(f"known noise of the accelerations must be zero or positive, not {level}")
 
-    def estimate(self, state: Blend) -> Estimate:
+    def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen.
 
         Raises `NotIdentifiableError` when there are none, or when no finite parameters are best.

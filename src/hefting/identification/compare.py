@@ -14,7 +14,7 @@ from hefting.identification.identify import NeedError, estimator_for, hyperparam
 from hefting.identification.recommend import recommend
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Comparison:
 
 def compare(
     recording: Recording | str | Path,
-    shape: PointMasses | None = None,
+    shape: Shape | None = None,
     methods: Sequence[str] | str = "all",
     *,
     hyperparameters: dict[str, Any] | None = None,

@@ -16,8 +16,8 @@ from hefting.core.estimate import json_ready
 from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.free_fit import FreeFit
 
 AXES = "xyz"
@@ -34,7 +34,7 @@ RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
 
 
-def rank(state: Blend | Moments, model: RigidModel = "full", tolerance: float = RANK_TOLERANCE) -> int:
+def rank(state: SampleState | Moments, model: RigidModel = "full", tolerance: float = RANK_TOLERANCE) -> int:
     """Rank of the stacked regressors of all samples: at most 10, and 4 of the reduced (gravity-only) model.
 
     Singular values below `tolerance` times the largest count as zero, with columns in SI units: those of a body of
@@ -68,7 +68,7 @@ def condition_number(moments: Moments, size: float, model: RigidModel = "full") 
     return float(np.linalg.cond(_columns(moments, model, size)))
 
 
-def _moments(state: Blend | Moments) -> Moments:
+def _moments(state: SampleState | Moments) -> Moments:
     return state if isinstance(state, Moments) else state.reduced.merge(state.full)
 
 
@@ -224,7 +224,7 @@ class _Reasons:
 
     def _open_com_directions(self) -> Array:
         """(k, 3) orthonormal directions in which m c is open, whatever the other parameters are; k >= 1."""
-        R = stacked_factor(Blend.of(self._z), self._fit.noise, self._biased)
+        R = stacked_factor(SampleState.of(self._z), self._fit.noise, self._biased)
         A = R[6:, 6:16] if self._biased else R[:, :10]
         others = np.delete(A, (1, 2, 3), axis=1)
         U, S, _ = np.linalg.svd(others, full_matrices=False)

@@ -23,7 +23,7 @@ from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import com_warnings, misfit_warnings, require_object
 from hefting.motion.measure import Source
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 SMOOTHED_C1 = 1.0
 """c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
@@ -57,7 +57,7 @@ class NeedError(InputError):
 
 def identify(
     recording: Recording | str | Path,
-    shape: PointMasses | None = None,
+    shape: Shape | None = None,
     *,
     method: str | None = None,
     gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
@@ -135,7 +135,7 @@ def calibrate(
 
 
 def estimator_for(
-    kind: type[Estimator], found: Ingested, shape: PointMasses | None, hyperparameters: dict[str, Any]
+    kind: type[Estimator], found: Ingested, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Estimator:
     """Estimator whose other hyperparameters follow from the recording and the shape.
 
@@ -190,7 +190,7 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
-def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: PointMasses | None) -> Estimate:
+def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None) -> Estimate:
     """The estimate with its residual, with what was assumed and what gives doubt.
 
     Raises `NotIdentifiableError` when its mass is not positive.
@@ -228,7 +228,7 @@ def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, 
     return replace(estimate, warnings=tuple(warnings))
 
 
-def _margin(estimate: Estimate, shape: PointMasses | None) -> float | None:
+def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
     """Depth of the COM in the hull; where the shape is uncertain the method knows better where that is."""
     if shape is None or estimate.hull_margin is not None:
         return estimate.hull_margin
@@ -258,7 +258,7 @@ def _noise_of_all(found: Ingested) -> Noise | None:
     return Noise(noise.force, noise.torque, motion.linear, motion.angular)
 
 
-def _doubts(estimate: Estimate, estimator: Estimator, shape: PointMasses | None, found: Ingested) -> list[Message]:
+def _doubts(estimate: Estimate, estimator: Estimator, shape: Shape | None, found: Ingested) -> list[Message]:
     """What the estimate owes to assumptions, and what is wrong with it."""
     doubts: list[Message] = []
     if estimator.needs != "nothing" and shape is not None:

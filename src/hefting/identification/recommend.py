@@ -10,10 +10,10 @@ the wrench, was the closest of all in the median in each of the four, COM and in
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import Quadratic
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.ingest import Ingested
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 MISFIT = 100.0
 """Excess chi² above which an estimate contradicts the recording; 10 for the true parameters and perfect motion."""
@@ -32,12 +32,12 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
     For the true parameters this is chi² distributed with as many degrees of freedom as the data determine parameters,
     at most ten; the residuals' correlation in time is allowed for.
     """
-    problem = Quadratic.of(Blend.of(found.measurements), found.fit.noise, found.bias == "estimate")
+    problem = Quadratic.of(SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate")
     excess = problem.square(estimate.parameters.vector) - problem.square(problem.least_squares())
     return max(0.0, excess) / found.fit.autocorrelation
 
 
-def uncertainty(found: Ingested, shape: PointMasses) -> float:
+def uncertainty(found: Ingested, shape: Shape) -> float:
     """Largest relative standard deviation of unconstrained least squares: of the mass, of the first moment in sizes of
     the shape, of the inertia in that of a rod of its size; infinite where the motion leaves something open."""
     std = np.sqrt(found.fit.covariance.diagonal()[:10])
@@ -47,7 +47,7 @@ def uncertainty(found: Ingested, shape: PointMasses) -> float:
 
 
 def recommend(
-    results: dict[str, Estimate], found: Ingested, shape: PointMasses | None, seen: Ingested | None = None
+    results: dict[str, Estimate], found: Ingested, shape: Shape | None, seen: Ingested | None = None
 ) -> tuple[str, str]:
     """Name of the estimate to trust, and a sentence why; `seen` is what Bayes saw, if that was only a part."""
     bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
@@ -84,7 +84,7 @@ def recommend(
     return next(iter(bodies)), "the only body that can exist" if len(bodies) == 1 else "a body that can exist"
 
 
-def _is_outside(estimate: Estimate, found: Ingested, shape: PointMasses) -> bool:
+def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
     """Whether a COM found without the shape is outside its hull, by more than its uncertainty and `OUTSIDE`."""
     if estimate.hull_margin is None or not np.isfinite(found.fit.covariance.diagonal()[1:4]).all():
         return False

@@ -11,7 +11,7 @@ from hefting.core.files import read_json
 from hefting.core.inertia import InertialParameters
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.spatial import Array
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Truth:
     axes: Array | None = None
     """(3, 3) axes of the shape's own file in the sensor frame"""
 
-    def errors(self, estimate: InertialParameters, shape: PointMasses | None = None) -> Errors:
+    def errors(self, estimate: InertialParameters, shape: Shape | None = None) -> Errors:
         """Errors of `estimate`; the bounding box is that of the truth, else that of `shape`.
 
         Raises `InputError` when neither has one.

@@ -12,8 +12,8 @@ from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import triangular
 from hefting.core.regressor import FULL_MAP, GRAVITY, MOTION, ONE, WRENCH, full_rows, predict_wrench
 from hefting.core.spatial import PARAMETERS, Array, skew
-from hefting.estimators.blend import Blend
 from hefting.estimators.ols import least_squares
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
 
 NARROW = 0.03
@@ -94,7 +94,7 @@ class FreeFit:
         return replace(self, vector=self.vector - vector, covariance=own)
 
 
-def free_fit(state: Blend, free_bias: bool, inflation: Array | None = None) -> FreeFit:
+def free_fit(state: SampleState, free_bias: bool, inflation: Array | None = None) -> FreeFit:
     """Ten parameters, and a constant bias if free, by least squares in two passes: plain, then whitened.
 
     The noise is the residual of the full model, so it holds what the motion's errors add to the wrench's own. The
@@ -125,7 +125,7 @@ def inflated(covariance: Array, ratio: Array) -> Array:
 
 def fit_freely(measurements: Measurements, free_bias: bool, inflation: Array | None = None) -> FreeFit:
     """`free_fit` of `measurements` alone."""
-    return free_fit(Blend.of(measurements), free_bias, inflation)
+    return free_fit(SampleState.of(measurements), free_bias, inflation)
 
 
 def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
@@ -141,7 +141,7 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
     return WrenchSign(bool(without.vector[0] >= 0.0), 0.0)
 
 
-def with_gravity_reversed(state: Blend) -> Blend:
+def with_gravity_reversed(state: SampleState) -> SampleState:
     """The state, of the full model, had gravity pointed the other way: a - g becomes a + g."""
     factor = state.full.factor.copy()
     factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
@@ -149,14 +149,14 @@ def with_gravity_reversed(state: Blend) -> Blend:
     return replace(state, full=replace(state.full, factor=triangular(factor)))
 
 
-def without_wrench_of(state: Blend, vector: Array) -> Blend:
+def without_wrench_of(state: SampleState, vector: Array) -> SampleState:
     """The state, of the full model, without the wrench that a body of parameters (10,) needs for the same motion."""
     factor = state.full.factor.copy()
     factor[:, WRENCH] -= factor[:, MOTION] @ (FULL_MAP.reshape(-1, 10) @ vector).reshape(12, 6)
     return replace(state, full=replace(state.full, factor=triangular(factor)))
 
 
-def lever(state: Blend, free_bias: bool) -> float:
+def lever(state: SampleState, free_bias: bool) -> float:
     """Distance [m] of the COM from the sensor by gravity alone: first moment by the torque over mass by the force.
 
     Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined:

@@ -17,7 +17,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, in_sensor_axes
 from hefting.estimators.base import BiasModel
 from hefting.estimators.bayes.white_noise import white_motion_noise
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import measured_blocks, residual_size
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
@@ -100,9 +100,9 @@ class Ingested:
         return z if z.weights is None else replace(z, weights=z.weights * float(self.counts.mean()))
 
     @cached_property
-    def state(self) -> Blend:
+    def state(self) -> SampleState:
         """The full model's moments of the measurements."""
-        return Blend.of(self.measurements)
+        return SampleState.of(self.measurements)
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
         """(2,) root mean square of force [N] and torque [N m] that parameters (10,) and a bias (6,) leave, of one
@@ -183,7 +183,7 @@ def ingest(
         weights=_weights(found, measured, counts),
         motion_noise=_motion_noise(measured),
     )
-    state = Blend.of(z)
+    state = SampleState.of(z)
     beside = free_fit(state, True, found.inflation)
     alone = free_fit(state, False, found.inflation)
     sign = _sign(wrench, found, beside if may_be_biased else None, alone)
@@ -281,7 +281,7 @@ def _sign(wrench: str, found: Conditioned, beside: FreeFit | None, alone: FreeFi
     return sign if wrench == "auto" else WrenchSign(wrench == "on-object", sign.t)
 
 
-def _gravity_warnings(z: Measurements, state: Blend, fit: FreeFit) -> list[Message]:
+def _gravity_warnings(z: Measurements, state: SampleState, fit: FreeFit) -> list[Message]:
     """A message when gravity the other way round explains a moving recording much better."""
     if not z.linear_acceleration.any():
         return []
@@ -334,7 +334,7 @@ def _tilt_effect(
             tilted = replace(z, gravity=z.gravity + change)
             if measured.source == "accelerometer":  # it measures a - g
                 tilted = replace(tilted, linear_acceleration=z.linear_acceleration + change)
-        changes.append(free_fit(Blend.of(tilted), free_bias).vector - fit.vector)
+        changes.append(free_fit(SampleState.of(tilted), free_bias).vector - fit.vector)
     return np.array(changes).T
 
 

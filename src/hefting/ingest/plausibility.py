@@ -8,7 +8,7 @@ from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
 from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 LARGEST = 10.0
 """No robot wields a thing this long [m]."""
@@ -24,7 +24,7 @@ VAGUE_TILT = np.radians(10.0)
 """Standard deviation of gravity's direction beyond which it is not found [rad]."""
 
 
-def require_object(found: Ingested, shape: PointMasses | None = None) -> None:
+def require_object(found: Ingested, shape: Shape | None = None) -> None:
     """Raise unless the recording determines the mass of an object that can be held, and gravity if it was to be found.
 
     `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a recording that is too poor, and
@@ -60,7 +60,7 @@ def require_object(found: Ingested, shape: PointMasses | None = None) -> None:
         raise NotIdentifiableError("no positive mass explains the wrench", found.log, fix)
 
 
-def check_wrench(found: Ingested, shape: PointMasses | None) -> None:
+def check_wrench(found: Ingested, shape: Shape | None) -> None:
     """`InputError` for a wrench that only a wrong unit explains, judged by unconstrained least squares."""
     fit, source = found.fit, found.log
     mass = 0.0 if fit.mass_is_open else abs(float(fit.vector[0]))
@@ -79,7 +79,7 @@ def check_wrench(found: Ingested, shape: PointMasses | None) -> None:
         raise InputError(what, source, "give torque in newton-metres; check the shape's unit and pose")
 
 
-def com_warnings(fit: FreeFit, shape: PointMasses | None) -> list[Message]:
+def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     """A message when unconstrained least squares puts the COM well outside the shape."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(abs(float(fit.vector[0])), 1e-12)
     if shape is None or not fit.mass_t > 10.0 or not np.isfinite(spread):

@@ -9,7 +9,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.plots.style import BAR, BLUE, COMPONENTS, INK, SHADOW, TALLEST, VERMILION, WIDTH, figure_of, settled, style
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def plot_object(
     estimate: Estimate,
-    shape: PointMasses | None = None,
+    shape: Shape | None = None,
     mesh: Any = None,
     truth: InertialParameters | None = None,
 ) -> "Figure":
@@ -131,7 +131,7 @@ def _masses(axes: "Axes", places: Array, masses: Array | None, diameter: float):
     )
 
 
-def _pitch(shape: PointMasses) -> float:
+def _pitch(shape: Shape) -> float:
     """Usual distance [m] between neighbouring points."""
     from scipy.spatial import KDTree
 

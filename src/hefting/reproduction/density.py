@@ -14,7 +14,7 @@ from hefting.reproduction.c1 import VALUES
 from hefting.reproduction.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import C1, OBJECTS, RATE, SPEEDS, Thing, thing, wielded
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import paper_points
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def run(job: Job) -> Result:
 
 
 @cache
-def points(density: float) -> PointMasses:
+def points(density: float) -> Shape:
     """The grid of a density [points/cm³], in the sensor frame: the shape of all eight objects is the same."""
     return paper_points(thing("uniform").held, density)
 
@@ -171,7 +171,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report(tables, figures, (*_notes(grids, found, claims), _growth(timed)))
 
 
-def layers(shape: PointMasses) -> int:
+def layers(shape: Shape) -> int:
     """Of points through the thickness of the plate."""
     return len(np.unique(shape.positions[:, 2].round(6)))
 

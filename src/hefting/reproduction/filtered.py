@@ -13,16 +13,16 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
 from hefting.estimators import GEO, Estimator
-from hefting.estimators.blend import Blend
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest.free_fit import fit_freely
 from hefting.motion import sample_weights
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
 from hefting.reproduction.setting import RATE, Thing
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import Wielding
 from hefting.simulation.faults import Six
 from hefting.simulation.wield import POSE_NOISE
@@ -135,9 +135,9 @@ WEAK = 1e-3
 """Of the literature's weight of GEO's prior."""
 
 
-def weak_geo(shape: PointMasses, z: Measurements) -> Estimator:
+def weak_geo(shape: Shape, z: Measurements) -> Estimator:
     """GEO at a weight that leaves the answer to the data, as long as it is a body."""
-    return GEO(shape, gamma=WEAK * weight_by_rule(Quadratic.of(Blend.of(z)).A))
+    return GEO(shape, gamma=WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A))
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")

@@ -14,7 +14,7 @@ from hefting.reproduction.drawing import BLACK, BLUE, ORANGE, PURPLE, VERMILION,
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import Observed, causal_filter, cold, score, smoothed, warm, weak_geo
 from hefting.reproduction.setting import MOSTLY_WRONG, OBJECTS, Thing, published, thing, wielded
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ PUBLISHED = {
     "PMD-25K": (4.45, 4.50, 29.11),
 }
 """Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
-METHODS: dict[str, Callable[[PointMasses, Measurements], Estimator]] = {
+METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
     "OLS": lambda shape, z: OLS(),
     "RTLS": lambda shape, z: RTLS(),
     "GEO, weak": weak_geo,
@@ -97,7 +97,7 @@ def run(job: Job) -> Result:
     return {"scores": scores}
 
 
-def _troubled(subject: Thing, z: Measurements, rng: np.random.Generator) -> dict[str, tuple[PointMasses, Measurements]]:
+def _troubled(subject: Thing, z: Measurements, rng: np.random.Generator) -> dict[str, tuple[Shape, Measurements]]:
     """The shape and the measurements that each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
@@ -131,7 +131,7 @@ def _direction(rng: np.random.Generator) -> Array:
     return v / np.linalg.norm(v)
 
 
-def _moved(shape: PointMasses, pose: Array) -> PointMasses:
+def _moved(shape: Shape, pose: Array) -> Shape:
     """The shape in another place; only what the methods here use of it is moved."""
     return replace(
         shape,

@@ -10,7 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.metrics import Errors, errors_between
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import (
     MODULAR,
     UR5,
@@ -46,7 +46,7 @@ class Thing:
     held: HeldObject
 
     @cached_property
-    def shape(self) -> PointMasses:
+    def shape(self) -> Shape:
         """The paper's 56 points, in the sensor frame."""
         return paper_points(self.held)
 

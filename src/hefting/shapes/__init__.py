@@ -1,6 +1,6 @@
-"""Shapes: mesh, convex hull, point cloud, labelled parts or box -> `PointMasses` in the sensor frame."""
+"""Shapes: mesh, convex hull, point cloud, labelled parts or box -> `Shape` in the sensor frame."""
 
 from hefting.shapes.loading import load_shape, parse_pose
-from hefting.shapes.point_masses import PointMasses
+from hefting.shapes.shape import Shape
 
-__all__ = ["PointMasses", "load_shape", "parse_pose"]
+__all__ = ["Shape", "load_shape", "parse_pose"]

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.spatial import Array, check_pose, pose_matrix
-from hefting.shapes.point_masses import LABELS, PointMasses
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES, read_ply_vertices
+from hefting.shapes.shape import LABELS, Shape
 
 
 def load_shape(
@@ -18,12 +18,12 @@ def load_shape(
     pose: ArrayLike | None = None,
     points: int | None = None,
     points_per_cm3: float | None = None,
-) -> PointMasses:
+) -> Shape:
     """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file, told apart by its suffix.
 
     .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and .ply without faces are
     filled point clouds; .ply without faces but with labels are labelled parts, of which all points are kept.
-    Parameters and errors as for `PointMasses.from_mesh`.
+    Parameters and errors as for `Shape.from_mesh`.
     """
     text = str(spec)
     if text.lower().startswith("box:"):
@@ -36,20 +36,20 @@ def load_shape(
             sides = []
         if len(sides) != 6:
             raise InputError("a box is six numbers", text, "give box:X0,X1,Y0,Y1,Z0,Z1 in metres")
-        return PointMasses.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
+        return Shape.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
     suffix = Path(text).suffix.lower()
     cloud = suffix in CLOUD_SUFFIXES
     if suffix == ".ply":
         vertices = read_ply_vertices(text)
         cloud = not vertices.has_faces
         if cloud and any(name in vertices.columns for name in LABELS):
-            return PointMasses.from_parts(text, unit, pose)
+            return Shape.from_parts(text, unit, pose)
     if cloud:
-        return PointMasses.from_cloud(text, unit, pose, points, points_per_cm3)
+        return Shape.from_cloud(text, unit, pose, points, points_per_cm3)
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
         raise InputError("not a shape", text, f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}")
-    return PointMasses.from_mesh(text, unit, pose, points, points_per_cm3)
+    return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 
 def parse_pose(source: str | Path) -> Array:

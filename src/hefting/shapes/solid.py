@@ -82,7 +82,7 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
     if volume < 0:
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
-        fix = "give a closed mesh, or its convex hull (PointMasses.from_hull)"
+        fix = "give a closed mesh, or its convex hull (Shape.from_hull)"
         raise InputError("the mesh encloses no volume (it is flat, or a surface without thickness)", where, fix)
     if not np.linalg.eigvalsh(second)[0] > 0:
         raise InputError("the mesh's surface is too tangled to tell inside from outside", where, "repair the mesh")
@@ -178,7 +178,7 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     if not count.any():
         return v, np.empty((0, 3), dtype=np.int64)
     if count.sum() > MAX_BOUNDARY:
-        raise InputError("the mesh is mostly holes", where, "use its convex hull (PointMasses.from_hull)")
+        raise InputError("the mesh is mostly holes", where, "use its convex hull (Shape.from_hull)")
     low, high = np.divmod(np.repeat(unique, count), len(v))
     forward = np.repeat(net > 0, count)
     loops = _loops(np.where(forward, high, low), np.where(forward, low, high))

@@ -16,7 +16,7 @@ from hefting.core.spatial import frozen
 from hefting.export import export
 from hefting.identification import identify
 from hefting.logs import write_log
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
 from hefting.simulation.wield import POSE_NOISE
 
@@ -84,7 +84,7 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     facts = truth(body, extents, POSE, mesh_unit="mm", name=held.name)
     write_atomically(truth_file, json.dumps(facts, indent=1) + "\n")
 
-    shape = PointMasses.from_mesh(mesh_file, unit="mm", pose=POSE)
+    shape = Shape.from_mesh(mesh_file, unit="mm", pose=POSE)
     found = identify(log, shape)
     estimate = found.estimate
     exports = (folder / "estimate.json", folder / "estimate.urdf")

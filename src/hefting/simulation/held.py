@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh, unit_scale
 from hefting.shapes.solid import Solid, solid_from_mesh
 from hefting.simulation.objects import SECTIONS, Assembly
@@ -47,7 +47,7 @@ class HeldObject:
     def from_meshes(
         cls, parts: Sequence[tuple[str | Path, float]], unit: str | None = "m", pose: ArrayLike | None = None
     ) -> Self:
-        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and `pose` as for `PointMasses`.
+        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and `pose` as for `Shape`.
 
         The truth is the integral over the meshes. Raises `InputError` for a mesh that cannot be read or is not
         watertight, and for a density that is not positive.
@@ -84,9 +84,9 @@ class HeldObject:
         """The surface in the sensor frame [m]."""
         return self.surface.copy().apply_transform(self.pose)
 
-    def points(self, points: int | None = None, points_per_cm3: float | None = None) -> PointMasses:
-        """Point masses in the surface, in the sensor frame, as `PointMasses.from_mesh` chooses them."""
-        return PointMasses.from_mesh(self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3)
+    def points(self, points: int | None = None, points_per_cm3: float | None = None) -> Shape:
+        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh` chooses them."""
+        return Shape.from_mesh(self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3)
 
     def truth(
         self, gravity: ArrayLike = STANDARD_GRAVITY, on_sensor: bool = False, mesh_unit: str = "m"

@@ -15,7 +15,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.spatial import Array, tensor_to_vector
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from hefting.simulation.held import HeldObject
 from hefting.simulation.objects import Assembly, Part
 
@@ -114,13 +114,13 @@ def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
     return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
 
 
-def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> PointMasses:
+def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> Shape:
     """A regular grid in a modular object, in the sensor frame: 56 points at 0.04 points/cm³, 126 at 0.09.
 
     The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x 25 mm are 0.04 points/cm³ to the
     digit. Of all centred grids of nearly cubic cells with the wanted number of centres in the H, the one whose equal
     point masses have the second moments nearest to the H's; where none has that number, the grid of
-    `PointMasses.from_mesh` of about as many. Raises `InputError` unless there is to be one point at least.
+    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one point at least.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)

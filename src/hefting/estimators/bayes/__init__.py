@@ -19,9 +19,9 @@ from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
-from hefting.estimators.blend import Blend
 from hefting.estimators.quadratic import WrenchNoise, whitening
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import SampleState
+from hefting.shapes import Shape
 
 LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate gives."""
@@ -61,12 +61,12 @@ class Bayes(Estimator):
     invariances = frozenset(INVARIANCES) - {"sensor origin"}
     keeps_time_record = True
 
-    shape: PointMasses
+    shape: Shape
     """Where the object may have mass, in the sensor frame."""
     pose_std: tuple[float, float] = (0.0, 0.0)
     """How well the shape's place is known: standard deviations along [m] and about [rad] each axis of its frame."""
     shape_std: float | None = None
-    """How well the shape itself is known, as a share of its size; None: as it says (`PointMasses.shape_std`)."""
+    """How well the shape itself is known, as a share of its size; None: as it says (`Shape.shape_std`)."""
     noise: WrenchNoise = None
     """Known white noise of the wrench: levels, with those of the accelerations where samples do not tell them
     (`Measurements.motion_noise`), or a covariance (6, 6). None: found from the residuals, with its colour."""
@@ -86,8 +86,8 @@ class Bayes(Estimator):
         elif not isinstance(self.until, Accuracy | None):
             raise InputError(f"until is an accuracy, not {self.until}", fix="as in mass=1%,com=2mm,inertia=20%")
         whitening(self.noise)
-        if not isinstance(self.shape, PointMasses):
-            raise InputError("the shape must be PointMasses", fix="use PointMasses(positions) or load_shape(file)")
+        if not isinstance(self.shape, Shape):
+            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         try:
             pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
             shape_std = None if self.shape_std is None else float(self.shape_std)
@@ -105,7 +105,7 @@ class Bayes(Estimator):
         shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
         return Prior.of(self.shape, self.pose_std, shape_std)
 
-    def estimate(self, state: Blend, start: Estimate | None = None) -> Estimate:
+    def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
 
         Raises `NotIdentifiableError` when there are no samples, or they determine nothing beside a bias.
@@ -151,7 +151,7 @@ class Bayes(Estimator):
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
         return Nearest(vector, masses, distance, margin)
 
-    def posterior(self, state: Blend, start: Estimate | None = None) -> Posterior:
+    def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
         require_samples(state.samples)
         samples, time = Samples.of(state, self.bias == "estimate"), TimeSamples.of(state, self.bias == "estimate")
@@ -245,7 +245,7 @@ class Bayes(Estimator):
             bias=samples.bias(phi) if self.bias == "estimate" else None,
         )
 
-    def _levels(self, state: Blend) -> tuple[Array | None, MotionErrors]:
+    def _levels(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
         """Covariance (6, 6) of the wrench, None where it is not known, and the errors of the motion."""
         noise, S_w = self.noise, None
         given = None if state.record is None else state.record.motion_noise
@@ -282,6 +282,6 @@ def _mean_square(S: Array, R: Array) -> float:
     return max(float(np.trace(np.linalg.solve(S, R))) / 6.0, 1e-12)
 
 
-def _require_information(samples: Samples, state: Blend) -> None:
+def _require_information(samples: Samples, state: SampleState) -> None:
     if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
         raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")

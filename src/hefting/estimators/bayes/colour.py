@@ -16,7 +16,7 @@ from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Groups, Scores
 from hefting.estimators.bayes.spectrum import spectrum
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 
 FEWEST = 20
 """Samples before the noise counts as known: some hundred residuals."""
@@ -77,7 +77,7 @@ class TimeSamples:
     """whether a constant bias is free"""
 
     @classmethod
-    def of(cls, state: Blend, free_bias: bool) -> "TimeSamples | None":
+    def of(cls, state: SampleState, free_bias: bool) -> "TimeSamples | None":
         """Of a state; None where it has no time record, or of one sample only."""
         if state.record is None:
             return None

@@ -13,7 +13,7 @@ import numpy as np
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, skew, tensor_to_vector
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Distortions:
     """(3,) that COM [m], in the sensor frame"""
 
     @classmethod
-    def of(cls, shape: PointMasses, pose_std: tuple[float, float], shape_std: float) -> Self:
+    def of(cls, shape: Shape, pose_std: tuple[float, float], shape_std: float) -> Self:
         """Of a pose known to so many m and rad about each axis of its frame, and a shape known to a share of itself.
 
         That share is the deviation of the whole size, of each side about the COM, and, of half a side, of the place of

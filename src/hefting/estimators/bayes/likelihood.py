@@ -23,7 +23,7 @@ import numpy as np
 from hefting.core.lapack import lapack
 from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 
 D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
@@ -63,7 +63,7 @@ class Samples:
     """mean time between samples [s]"""
 
     @classmethod
-    def of(cls, state: Blend, free_bias: bool) -> Self:
+    def of(cls, state: SampleState, free_bias: bool) -> Self:
         """Of all samples in `state`."""
         R = state.full.factor
         ones = R[:, ONE]

@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
-from hefting.estimators.blend import Blend
+from hefting.estimators.sample_state import SampleState
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class MotionErrors:
     """samples over which they last, at least 1"""
 
     @classmethod
-    def of(cls, noise: MotionNoise | None, state: Blend) -> Self:
+    def of(cls, noise: MotionNoise | None, state: SampleState) -> Self:
         """Of the samples of a state."""
         if noise is None or not (noise.linear or noise.angular):
             return cls(None, 1.0)

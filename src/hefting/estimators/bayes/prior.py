@@ -26,7 +26,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.distortion import Distortions, Move, affine
 from hefting.estimators.bayes.voxels import Voxels
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 SIGMA = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
 """Relative spread of the density, and how likely it is."""
@@ -69,7 +69,7 @@ class Prior:
     """in which ways the shape may be wrong; none for one that is certain"""
 
     @classmethod
-    def of(cls, shape: PointMasses, pose_std: tuple[float, float] = (0.0, 0.0), shape_std: float = 0.0) -> Self:
+    def of(cls, shape: Shape, pose_std: tuple[float, float] = (0.0, 0.0), shape_std: float = 0.0) -> Self:
         """Of a shape in the sensor frame; for its deviations see `Distortions.of`."""
         voxels = Voxels.of(shape)
         Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)

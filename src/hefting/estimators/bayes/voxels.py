@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask, vector_to_tensor
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 
 VOXELS = 4000
 """About so many, unless there are more points."""
@@ -43,7 +43,7 @@ class Voxels:
     """(c, 3) their centroids [m]"""
 
     @classmethod
-    def of(cls, shape: PointMasses) -> Self:
+    def of(cls, shape: Shape) -> Self:
         """Of a shape in the sensor frame."""
         n = shape.n
         axes, sides = _cell(shape)
@@ -87,7 +87,7 @@ def _of_points(x: Array, own: Array) -> Array:
     return parameters
 
 
-def _cell(shape: PointMasses) -> tuple[Array, Array]:
+def _cell(shape: Shape) -> tuple[Array, Array]:
     """Axes (3, 3) as columns and sides (3,) [m] of the box that each point stands for."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
@@ -101,7 +101,7 @@ def _cell(shape: PointMasses) -> tuple[Array, Array]:
     return axes, np.sqrt(12.0 * np.maximum(turned.diagonal(), 1e-12 * max(np.trace(turned), 1e-12)))
 
 
-def _spacing(shape: PointMasses) -> float:
+def _spacing(shape: Shape) -> float:
     """Distance [m] from a point to the nearest other one: the median."""
     from scipy.spatial import KDTree
 

@@ -8,14 +8,14 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.shapes import PointMasses
+from hefting.shapes import Shape
 from solids import POSE, SOLIDS
 
 # the class
 
 
 def test_positions_alone_are_enough():
-    shape = PointMasses([[0.0, 0, 0], [0.1, 0.2, 0.3]])
+    shape = Shape([[0.0, 0, 0], [0.1, 0.2, 0.3]])
     assert shape.n == 2
     assert shape.volumes is shape.labels is shape.cell_inertia is None
     np.testing.assert_allclose(shape.extents, [0.1, 0.2, 0.3])
@@ -28,12 +28,12 @@ def test_matrix_is_the_sum_of_point_inertias():
     p, m = rng.normal(size=(9, 3)), rng.uniform(size=9)
     J = sum(mi * (pi @ pi * np.eye(3) - np.outer(pi, pi)) for pi, mi in zip(p, m, strict=True))
     expected = [m.sum(), *(m @ p), *J[np.triu_indices(3)]]
-    np.testing.assert_allclose(PointMasses(p).matrix @ m, expected, atol=1e-13)  # sums of 9 numbers of order 1
+    np.testing.assert_allclose(Shape(p).matrix @ m, expected, atol=1e-13)  # sums of 9 numbers of order 1
 
 
 def test_arrays_are_copies_and_read_only():
     source = np.zeros((3, 3))
-    shape = PointMasses(source, volumes=np.ones(3), labels=[0, 1, 1])
+    shape = Shape(source, volumes=np.ones(3), labels=[0, 1, 1])
     source[:] = 7
     assert not shape.positions.any()
     for array in (shape.positions, shape.volumes, shape.labels, shape.matrix, shape.pose, shape.extents):
@@ -55,7 +55,7 @@ def test_arrays_are_copies_and_read_only():
 )
 def test_bad_arrays_are_refused(arguments):
     with pytest.raises(InputError):
-        PointMasses(**arguments)
+        Shape(**arguments)
 
 
 def test_import_is_light():
@@ -71,7 +71,7 @@ def test_import_is_light():
 @pytest.mark.parametrize("name", ["box", "sphere", "ell", "plate", "tilted plate", "tilted ring"])
 def test_homogeneous_is_the_exact_body(name):
     mesh = SOLIDS[name]
-    body = PointMasses.from_mesh(mesh, points=20, pose=POSE).homogeneous
+    body = Shape.from_mesh(mesh, points=20, pose=POSE).homogeneous
     rotation = POSE[:3, :3]
     com = rotation @ mesh.center_mass + POSE[:3, 3]
     # trimesh integrates in absolute coordinates: far from its origin (1 m) it loses some digits of 1e-16
@@ -81,7 +81,7 @@ def test_homogeneous_is_the_exact_body(name):
 
 
 def test_box_in_closed_form():
-    shape = PointMasses.from_box(-0.05, 0.05, 0, 0.2, 0.1, 0.15)
+    shape = Shape.from_box(-0.05, 0.05, 0, 0.2, 0.1, 0.15)
     com, J = [0, 0.1, 0.125], np.diag([0.2**2 + 0.05**2, 0.1**2 + 0.05**2, 0.1**2 + 0.2**2]) / 12
     for shares in (np.full(shape.n, 1 / shape.n), shape.volumes):
         body = InertialParameters(shape.cell_matrix @ shares)  # the cells fill the box: exact but for rounding
@@ -97,7 +97,7 @@ def test_box_in_closed_form():
     [("ell", 0.5), ("ring", 0.5), ("tilted ring", 0.5), ("torus", 1.0)],  # one layer cannot meet the torus' height
 )
 def test_volumes_bring_the_points_nearer_to_the_body(name, gain):
-    shape = PointMasses.from_mesh(SOLIDS[name], points=30)
+    shape = Shape.from_mesh(SOLIDS[name], points=30)
     assert shape.volumes.min() > 0
     np.testing.assert_allclose(shape.volumes.sum(), 1, rtol=1e-12)
     whole = shape.homogeneous.moved(_centring(shape)).pseudo_inertia
@@ -112,7 +112,7 @@ def test_volumes_bring_the_points_nearer_to_the_body(name, gain):
 
 
 def test_one_layer_with_cells_is_a_body_with_thickness():
-    shape = PointMasses.from_mesh(SOLIDS["plate"])
+    shape = Shape.from_mesh(SOLIDS["plate"])
     assert np.linalg.matrix_rank(InertialParameters(shape.matrix @ shape.volumes).pseudo_inertia) == 3
     assert np.linalg.matrix_rank(InertialParameters(shape.cell_matrix @ shape.volumes).pseudo_inertia) == 4
 
@@ -124,7 +124,7 @@ def _centring(shape):
 
 
 def test_pose_moves_everything_rigidly():
-    still, moved = (PointMasses.from_mesh(SOLIDS["ell"], pose=pose) for pose in (None, POSE))
+    still, moved = (Shape.from_mesh(SOLIDS["ell"], pose=pose) for pose in (None, POSE))
     np.testing.assert_allclose(moved.positions, still.positions @ POSE[:3, :3].T + POSE[:3, 3], atol=1e-14)
     np.testing.assert_allclose(moved.homogeneous.vector, still.homogeneous.moved(POSE).vector, atol=1e-14)
     ones = np.ones(still.n)
@@ -136,8 +136,8 @@ def test_pose_moves_everything_rigidly():
 @pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("cm", 100), ("mm", 1000), ("in", 1 / 0.0254)])
 def test_units(unit, factor):
     mesh = SOLIDS["cylinder"].copy()
-    expected = PointMasses.from_mesh(mesh)
+    expected = Shape.from_mesh(mesh)
     mesh.apply_scale(factor)
-    shape = PointMasses.from_mesh(mesh, unit=unit)
+    shape = Shape.from_mesh(mesh, unit=unit)
     np.testing.assert_allclose(shape.positions, expected.positions, atol=1e-12)
     np.testing.assert_allclose(shape.extents, [0.04, 0.04, 0.15], rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Blend: samples divided between the reduced (gravity-only) and the full Newton-Euler model."""
+"""SampleState: samples divided between the reduced (gravity-only) and the full Newton-Euler model."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ MODELS: dict[str, str] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Blend:
+class SampleState:
     """Moments of the samples with their equations scaled by 1 - w for the reduced model and by w for the full one.
 
     This is the state of every estimator: w is 1 throughout for those that know the full model only.
@@ -72,7 +72,7 @@ class Blend:
             state = state.fold(measurements[part], weight[part] if np.ndim(weight) == 1 else weight)  # type: ignore[index]
         return state
 
-    def merge(self, other: "Blend") -> Self:
+    def merge(self, other: "SampleState") -> Self:
         """Of the samples of both."""
         samples, record = self.samples + other.samples, None
         if self.record is not None and other.record is not None:

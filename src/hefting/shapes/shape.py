@@ -1,4 +1,4 @@
-"""PointMasses: where an object may have mass, as points in the sensor frame."""
+"""Shape: where an object may have mass, as points in the sensor frame."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,7 +31,7 @@ from hefting.shapes.solid import Hull, Solid, solid_from_mesh
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
 ROUGH = 0.2
-"""`PointMasses.shape_std` of a box or a hull that is only known to hold the object."""
+"""`Shape.shape_std` of a box or a hull that is only known to hold the object."""
 BOX_FACES = (
     *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
     *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
@@ -42,10 +42,10 @@ LABELS = ("segmentation", "label", "labels")
 
 
 @dataclass(frozen=True, eq=False)
-class PointMasses:
+class Shape:
     """Points at which a rigid object may have mass; n of them, each with an unknown mass m_i >= 0.
 
-    ``PointMasses(positions)`` takes (n, 3) in the sensor frame [m]; the factories read shapes. The inertial
+    ``Shape(positions)`` takes (n, 3) in the sensor frame [m]; the factories read shapes. The inertial
     parameters about the sensor origin are linear in the masses: phi = ``matrix`` @ m (Nadeau et al. 2022).
     Raises `InputError` for arrays of the wrong shape or values that are not finite.
     """

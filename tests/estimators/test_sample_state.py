@@ -1,4 +1,4 @@
-"""Blend of both models, and OLS, GEO and PMD on it, against dense matrices of every sample."""
+"""The state of both models, and OLS, GEO and PMD on it, against dense matrices of every sample."""
 
 from dataclasses import replace
 
@@ -11,9 +11,9 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight
 from hefting.estimators import GEO, OLS, PMD, Estimator
-from hefting.estimators.blend import MODELS, Blend, model_weight, require_model
 from hefting.estimators.quadratic import stacked_factor
-from hefting.shapes import PointMasses
+from hefting.estimators.sample_state import MODELS, SampleState, model_weight, require_model
+from hefting.shapes import Shape
 from random_problems import with_wrench
 
 
@@ -28,17 +28,17 @@ def covariance() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def shape() -> PointMasses:
+def shape() -> Shape:
     return random_shape()
 
 
-# Blend
+# SampleState
 
 
 @weights
 def test_squared_residuals_are_those_of_all_rows(z, w):
     """At any parameters and any bias, by the virtual samples of both models."""
-    blend, rng = Blend.of(z, w), np.random.default_rng(55)
+    blend, rng = SampleState.of(z, w), np.random.default_rng(55)
     rows, right = dense(z, w, free_bias=True)
     for _ in range(5):
         unknowns = rng.normal(size=16)
@@ -51,25 +51,25 @@ def test_squared_residuals_are_those_of_all_rows(z, w):
 
 
 def test_weights_of_zero_and_one_leave_the_other_model_alone(z):
-    assert Blend.of(z, 0.0).full.samples == 0
-    assert Blend.of(z, 1.0).reduced.samples == 0
+    assert SampleState.of(z, 0.0).full.samples == 0
+    assert SampleState.of(z, 1.0).reduced.samples == 0
     for scalar, array in ((0.0, np.zeros(K)), (1.0, np.ones(K)), (0.3, np.full(K, 0.3))):
-        a, b = stacked_factor(Blend.of(z, scalar)), stacked_factor(Blend.of(z, array))
+        a, b = stacked_factor(SampleState.of(z, scalar)), stacked_factor(SampleState.of(z, array))
         np.testing.assert_allclose(a.T @ a, b.T @ b, atol=1e-13 * np.abs(a.T @ a).max())
 
 
 @weights
 def test_samples_and_duration(z, w):
-    assert Blend.empty().samples == 0
-    assert Blend.empty().duration == 0.0
-    blend = Blend.of(z, w)
+    assert SampleState.empty().samples == 0
+    assert SampleState.empty().duration == 0.0
+    blend = SampleState.of(z, w)
     assert (blend.samples, blend.duration) == (K, z.time[-1] - z.time[0])
     part = w if np.ndim(w) == 0 else np.asarray(w)[:20]
     rest = w if np.ndim(w) == 0 else np.asarray(w)[20:]
     for both in (
-        Blend.of(z[:20], part).fold(z[20:], rest),
-        Blend.of(z[20:], rest).merge(Blend.of(z[:20], part)),
-        Blend.empty().merge(blend).merge(Blend.empty()),
+        SampleState.of(z[:20], part).fold(z[20:], rest),
+        SampleState.of(z[20:], rest).merge(SampleState.of(z[:20], part)),
+        SampleState.empty().merge(blend).merge(SampleState.empty()),
     ):
         assert (both.samples, both.duration) == (blend.samples, blend.duration)
         a, b = stacked_factor(both), stacked_factor(blend)
@@ -77,10 +77,10 @@ def test_samples_and_duration(z, w):
 
 
 def test_folding_changes_nothing_that_was(z):
-    blend = Blend.of(z[:20], 0.5)
+    blend = SampleState.of(z[:20], 0.5)
     before = stacked_factor(blend).copy()
     blend.fold(z[20:], 0.5)
-    blend.merge(Blend.of(z[20:], 0.5))
+    blend.merge(SampleState.of(z[20:], 0.5))
     np.testing.assert_array_equal(stacked_factor(blend), before)
 
 
