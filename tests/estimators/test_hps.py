@@ -316,7 +316,7 @@ def test_hyperparameters_are_checked():
     shape = parts(np.random.default_rng(14))
     with pytest.raises(InputError, match="labelled parts"):
         HPS(Shape(shape.positions))
-    with pytest.raises(InputError, match="must be Shape"):
+    with pytest.raises(InputError, match="must be a Shape"):
         HPS(shape.positions)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="bias model"):
         HPS(shape, bias="some")  # type: ignore[arg-type]
