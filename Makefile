@@ -25,6 +25,7 @@ lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/pyright
+	$(BIN)/pyright -p pyright-strict.json
 
 bench: .venv/dev.stamp  ## speed, against what one would use instead and against the ratios kept in benchmarks/
 	$(BIN)/python -m benchmarks

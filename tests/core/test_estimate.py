@@ -9,7 +9,8 @@ import pytest
 
 from hefting import __version__
 from hefting.core.errors import InputError
-from hefting.core.estimate import SCHEMA, Certificate, Estimate, com_jacobian
+from hefting.core.estimate import Certificate, Estimate, com_jacobian
+from hefting.core.estimate_json import SCHEMA
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import note, warning
 from hefting.core.spatial import tensor_to_vector
@@ -67,6 +68,11 @@ def assert_same_estimate(first: Estimate, second: Estimate):
 
 
 # the file
+
+
+def test_the_name_of_the_file_format_stays():
+    """Files written by earlier versions carry it."""
+    assert SCHEMA == "hefting.estimate/1"
 
 
 def test_saved_and_loaded_is_the_same_to_the_last_bit(estimate, tmp_path):
@@ -158,7 +164,7 @@ INTERVALS |= {
 def broken(data):
     """Ways to spoil the dictionary of a file, each of which must be noticed."""
     cases = {
-        "another schema": data | {"schema": "hefting.core.estimate/99"},
+        "another schema": data | {"schema": "hefting.estimate/99"},
         "no schema": {k: v for k, v in data.items() if k != "schema"},
         "no vector": {k: v for k, v in data.items() if k != "vector"},
         "no method": {k: v for k, v in data.items() if k != "method"},

@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> None:
     if a.json:
         import json
 
-        from hefting.core.estimate import coded, json_ready
+        from hefting.core.estimate_json import coded, json_ready
 
         results = {k: e.to_dict() for k, e in estimates.items()}
         for name, found in errors.items():

@@ -33,7 +33,9 @@ class Message(str):
         self.code, self.severity, self.argument = code, severity, argument
         return self
 
-    def __getnewargs__(self) -> tuple[str, str, Severity, str | None]:  # for copies and worker processes
+    def __getnewargs__(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self,
+    ) -> tuple[str, str, Severity, str | None]:  # for copies and worker processes
         return self.code, str(self), self.severity, self.argument
 
     def to_dict(self) -> dict[str, Any]:

@@ -4,11 +4,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import eigh
+from scipy.linalg import eigh  # pyright: ignore[reportUnknownVariableType]
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import tensor_to_vector
+from hefting.core.spatial import Array, tensor_to_vector
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def riemannian_distance(first: InertialParameters, second: InertialParameters) -
     scale = 1.0 / np.sqrt(np.abs(P2.diagonal()))
     P1, P2 = P1 * np.outer(scale, scale), P2 * np.outer(scale, scale)
     try:
-        values = np.asarray(eigh(P1, P2, eigvals_only=True))
+        values: Array = np.asarray(eigh(P1, P2, eigvals_only=True), dtype=float)
     except (np.linalg.LinAlgError, ValueError):
         return float("nan")
     if not values.min() > 1e-14 * values.max():  # below it is rounding: a flat body

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 JOINT_STREAMS = ("joint_positions", "joint_velocities")
 
 
-def all_finite(values: NDArray) -> bool:
+def all_finite(values: NDArray[Any]) -> bool:
     """Whether no value is infinite or NaN."""
     with np.errstate(all="ignore"):
         total = np.add.reduce(values, axis=None)  # a sum needs no memory, and is finite only if all of them are
@@ -55,12 +55,13 @@ class Stream:
     """(N,) [s]"""
     values: Array
     """(N, d), units and axes as in `Recording`"""
-    rows: NDArray[np.integer] = field(default=None)  # type: ignore[assignment]
+    rows: NDArray[np.integer[Any]] = field(default=None)  # type: ignore[assignment]
     """(N,) row of the source each sample came from, as a person counts there; by default 1..N"""
 
     def __post_init__(self):
         time, values = frozen(self.time), frozen(self.values)
-        rows = np.arange(1, len(values) + 1, dtype=np.int32) if self.rows is None else self.rows
+        counted = np.arange(1, len(values) + 1, dtype=np.int32)
+        rows: NDArray[np.integer[Any]] = counted if self.rows is None else self.rows
         if not (isinstance(rows, np.ndarray) and rows.dtype.kind == "i" and is_immutable(rows)):
             rows = own(np.array(rows, dtype=np.int64))
         if values.ndim != 2 or values.size == 0 or time.shape != rows.shape or time.shape != values.shape[:1]:
@@ -73,7 +74,7 @@ class Stream:
     def __len__(self) -> int:
         return len(self.time)
 
-    def __getitem__(self, index: slice | NDArray) -> Self:
+    def __getitem__(self, index: slice | NDArray[Any]) -> Self:
         """The samples chosen by a slice, a mask (N,) or an index array."""
         time, values, rows = self.time[index], self.values[index], self.rows[index]
         if not isinstance(index, slice):  # these are copies

@@ -14,6 +14,8 @@ Fixed here and nowhere else:
   products of inertia are those of the tensor: Jxy = -∫ x y dm.
 """
 
+from typing import Any, TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -22,6 +24,7 @@ from hefting.core.errors import InputError
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""
@@ -53,20 +56,20 @@ def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
     return array
 
 
-def own(array: NDArray) -> NDArray:
+def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
     """`array`, which nobody else holds, made read-only in place, so that `frozen` need not copy it."""
     array.setflags(write=False)
     return array
 
 
-def is_immutable(array: NDArray) -> bool:
+def is_immutable(array: NDArray[Any]) -> bool:
     """Whether nothing can write to a C-contiguous array, nor to what it is a view of."""
     base = array.base
     shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
     return shared and not array.flags.writeable and array.flags.c_contiguous
 
 
-def median(values: NDArray) -> float:
+def median(values: NDArray[Any]) -> float:
     """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports `numpy.ma` at its first call."""
     half = len(values) // 2
     if len(values) % 2:

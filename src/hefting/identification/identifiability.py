@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import json_ready
+from hefting.core.estimate_json import json_ready
 from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import SCHEMA, Estimate
+from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import SCHEMA
 from hefting.core.files import read_json
 from hefting.core.inertia import InertialParameters
 from hefting.core.metrics import Errors, errors_between

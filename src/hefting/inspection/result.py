@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.estimate import json_ready
+from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
 from hefting.identification.identifiability import Identifiability

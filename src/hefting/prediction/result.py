@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.estimate import json_ready
+from hefting.core.estimate_json import json_ready
 from hefting.core.spatial import WRENCH, Array, frozen
 from hefting.prediction.agreement import Agreement
 from hefting.prediction.spread import Z95

@@ -1,0 +1,201 @@
+"""The JSON form of an estimate: what `Estimate.save` writes, and the check of what `Estimate.load` reads.
+
+The keys are those of ``hefting identify --json`` and are fixed. JSON has no infinity: null stands where a covariance is
+infinite, or an accuracy was not asked for.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, cast, get_args
+
+import numpy as np
+
+from hefting import __version__
+from hefting.core.accuracy import Accuracy
+from hefting.core.estimate import Certificate, Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import Message, Severity
+from hefting.core.spatial import Array, frozen
+
+SCHEMA = "hefting.estimate/1"
+"""Name and version of the form, under the key ``schema``."""
+INTERVALS = {"mass": (2,), "center_of_mass": (2, 3), "inertia_at_origin": (2, 3, 3), "inertia_at_com": (2, 3, 3)}
+"""Shapes of the lower and upper ends that an estimate may have."""
+
+Json = Mapping[str, Any]
+
+
+def to_json(estimate: Estimate) -> dict[str, Any]:
+    """The estimate as JSON-ready values."""
+    p, certificate = estimate.parameters, estimate.certificate
+    notes = (note for note in estimate.provenance.get("notes", ()) if isinstance(note, Message))
+    return json_ready(
+        {
+            "schema": SCHEMA,
+            "version": __version__,
+            "method": estimate.method,
+            "frame": "sensor",
+            "mass": p.mass,
+            "center_of_mass": p.center_of_mass,
+            "inertia_at_com": p.inertia_at_com,
+            "inertia_at_origin": p.inertia_at_origin,
+            "vector": p.vector,
+            "covariance": estimate.covariance,
+            "intervals": estimate.intervals,
+            "accuracy": None if estimate.accuracy is None else asdict(estimate.accuracy),
+            "sufficient": estimate.sufficient,
+            "std": estimate.std or {"mass": None, "center_of_mass": None, "inertia_at_com": None},
+            "physically_consistent": estimate.physically_consistent,
+            "consistency": {"margins": estimate.consistency.margins, "violated": estimate.consistency.violated},
+            "certificate": None if certificate is None else asdict(certificate) | {"gap": certificate.gap},
+            "bias": estimate.bias,
+            "residual": estimate.residual,
+            "point_masses": estimate.point_masses,
+            "samples": estimate.samples,
+            "duration": estimate.duration,
+            "warnings": list(estimate.warnings),
+            "messages": [coded(message).to_dict() for message in (*estimate.warnings, *notes)],
+            "provenance": estimate.provenance,
+        }
+    )
+
+
+def from_json(data: Json) -> Estimate:
+    """The estimate in JSON values.
+
+    Raises `KeyError`, `TypeError`, `ValueError`, `AttributeError` or `OverflowError` for what is no whole estimate.
+    """
+    vector = _array(data, "vector", 10)
+    if vector is None or not np.isfinite(vector).all():
+        raise ValueError("vector is not ten finite numbers")
+    sufficient = data.get("sufficient")
+    if sufficient is not None and type(sufficient) is not bool:
+        raise ValueError("sufficient is neither true nor false")
+    messages = {str(message): message for message in map(_message, data.get("messages") or ())}
+    return Estimate(
+        method=str(data["method"]),
+        parameters=InertialParameters(vector),
+        samples=int(data["samples"]),
+        duration=None if data.get("duration") is None else float(data["duration"]),
+        covariance=_covariance(data),
+        intervals=_intervals(data.get("intervals")),
+        accuracy=_accuracy(data.get("accuracy")),
+        sufficient=sufficient,
+        certificate=_certificate(data.get("certificate")),
+        bias=_array(data, "bias", 6),
+        point_masses=_array(data, "point_masses", None),
+        residual=_array(data, "residual", 2),
+        hull_margin=_hull_margin(data.get("consistency")),
+        warnings=tuple(messages.get(str(text)) or coded(str(text)) for text in data.get("warnings", ())),
+        provenance=_provenance(data.get("provenance", {}), messages),
+    )
+
+
+def coded(text: str) -> Message:
+    """A message as it is; a text that has no code gets ``unknown``."""
+    return text if isinstance(text, Message) else Message("unknown", text)
+
+
+def json_ready(value: Any) -> Any:
+    """Arrays to lists and non-finite numbers to None, through dicts and lists."""
+    if isinstance(value, dict):
+        return {str(k): json_ready(v) for k, v in cast(dict[Any, Any], value).items()}
+    if isinstance(value, list | tuple):
+        return [json_ready(v) for v in cast(list[Any], value)]
+    if isinstance(value, np.ndarray):
+        return json_ready(cast(Array, value).tolist())
+    if isinstance(value, np.generic):
+        return json_ready(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def _array(data: Json, name: str, *shape: int | None) -> Array | None:
+    """The array `name` of a shape, None standing for any length; None where there is none."""
+    values = _shaped(data, name, *shape)
+    if values is not None and not np.isfinite(values).all():
+        raise ValueError(f"{name} holds what is no number")
+    return values
+
+
+def _shaped(data: Json, name: str, *shape: int | None) -> Array | None:
+    if data.get(name) is None:
+        return None
+    values = np.array(data[name], dtype=float)
+    if len(values.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, values.shape, strict=True)):
+        raise ValueError(f"{name} has shape {values.shape}")
+    return values
+
+
+def _covariance(data: Json) -> Array | None:
+    """(10, 10); null on the diagonal is an undetermined variance."""
+    values = _shaped(data, "covariance", 10, 10)
+    if values is None:
+        return None
+    undetermined = [i for i in range(10) if data["covariance"][i][i] is None]
+    values[undetermined, undetermined] = np.inf
+    if np.isnan(values).any():
+        raise ValueError("covariance holds what is no number")
+    return values
+
+
+def _certificate(data: Json | None) -> Certificate | None:
+    if data is None:
+        return None
+    return Certificate(
+        objective=float(data["objective"]),
+        bound=float(data["bound"]),
+        iterations=int(data["iterations"]),
+        converged=bool(data["converged"]),
+    )
+
+
+def _intervals(data: Json | None) -> dict[str, Array] | None:
+    if data is None:
+        return None
+    intervals = {str(name): frozen(ends) for name, ends in data.items()}
+    if {name: ends.shape for name, ends in intervals.items()} != INTERVALS:
+        raise ValueError("the intervals are not those of mass, COM and inertia")
+    if any(np.isnan(ends).any() or (ends[0] > ends[1]).any() for ends in intervals.values()):
+        raise ValueError("an interval has no lower and upper end")
+    return intervals
+
+
+def _accuracy(data: Json | None) -> Accuracy | None:
+    if data is None:
+        return None
+    limits = [data[name] for name in ("mass", "center_of_mass", "inertia")]
+    if not all(limit is None or (_is_number(limit) and limit > 0.0) for limit in limits):
+        raise ValueError("an accuracy is not a positive number")
+    return Accuracy(*(np.inf if limit is None else float(limit) for limit in limits))
+
+
+def _hull_margin(consistency: Json | None) -> float | None:
+    margins: Json = (consistency or {}).get("margins") or {}
+    hull: Any = margins.get("hull")
+    if hull is not None and not _is_number(hull):
+        raise ValueError("the margin of the hull is not a finite number")
+    return None if hull is None else float(hull)
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a JSON value is a finite number, which a truth value is not."""
+    return type(value) in (int, float) and bool(np.isfinite(value))
+
+
+def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
+    """Provenance with the codes of its notes."""
+    provenance = dict(data)
+    if isinstance(provenance.get("notes"), list):
+        provenance["notes"] = [messages.get(text, text) for text in provenance["notes"]]
+    return provenance
+
+
+def _message(data: Json) -> Message:
+    """The message of its JSON; `ValueError` when it is none."""
+    severity, argument = data["severity"], data.get("argument")
+    texts = (data["code"], data["text"], *(() if argument is None else (argument,)))
+    if severity not in get_args(Severity) or not all(isinstance(text, str) for text in texts):
+        raise ValueError("a message is not made of texts")
+    return Message(data["code"], data["text"], severity, argument)
