@@ -6,6 +6,7 @@ The UR5 of this file is made from its maker's table, link by link; that of the l
 import numpy as np
 import pytest
 
+from arms import mounted
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.inertia import InertialParameters
 from hefting.core.regressor import predict_wrench
@@ -181,7 +182,7 @@ def test_the_librarys_chain_is_the_one_made_link_by_link():
     np.testing.assert_allclose(found.motion.linear_acceleration - GRAVITIES[1], expected[:, 19:22], atol=1e-12)
 
 
-@pytest.mark.parametrize("arm", [UR5, XARM7, XARM7.mounted(0.115)], ids=("ur5", "xarm7", "xarm7, sensor further out"))
+@pytest.mark.parametrize("arm", [UR5, XARM7, mounted(XARM7, 0.115)], ids=("ur5", "xarm7", "xarm7, sensor further out"))
 @pytest.mark.parametrize("speed", [1.0, 1.5, 2.0, 3.0, 4.0])
 def test_simulator_and_model_check_each_other(arm, speed):
     """All objects, speeds and arms: the regressor predicts what MuJoCo's sensors show."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from arms import mounted
 from hefting.core.errors import InputError
 from hefting.robots import Robot
 from hefting.simulation import UR5, XARM7, Arm, JointMotion, random_smooth, sinusoids, stop_and_go
@@ -112,7 +113,7 @@ def test_the_papers_linear_speeds_are_those_of_a_point_beyond_the_flange():
         joints = sinusoids(35.0, 60.0, angular)
         motion = UR5.motion(joints)
         assert motion.linear_speed((0.0, 0.0, 0.115)).mean() == pytest.approx(linear, rel=0.035)
-        assert UR5.mounted(0.115).motion(joints).mean_speeds[1] == pytest.approx(
+        assert mounted(UR5, 0.115).motion(joints).mean_speeds[1] == pytest.approx(
             motion.linear_speed((0.0, 0.0, 0.115)).mean(), rel=1e-12
         )
         assert motion.mean_speeds[1] < 0.55 * linear  # at the flange itself it is half of that

@@ -1,4 +1,4 @@
-"""The command line: parse, call one library function, print or save.
+"""Command line: parse, call one library function, print or save.
 
 Plain `argparse`, one command's file and parser at a time, and imports of the library inside the commands keep
 ``hefting --help`` and the start of every command quick.

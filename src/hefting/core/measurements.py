@@ -115,11 +115,6 @@ class Measurements:
         }
         return replace(self, **chosen)
 
-    def thinned(self, most: int) -> Self:
-        """At most so many of the samples, evenly chosen."""
-        step = -(-len(self) // most)
-        return self if step <= 1 else self[::step]
-
     @property
     def wrench(self) -> Array:
         """(K, 6) force and torque."""

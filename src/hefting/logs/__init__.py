@@ -1,4 +1,4 @@
-"""Log files: one reader a format, each giving a `Recording`; the suffix says which, and the header.
+"""Logs: one reader a format, each giving a `Recording`; the suffix says which, and the header.
 
 Here are the choice of the reader, and the canonical table: one row an instant, named columns, blanks for what was not
 measured.

@@ -1,4 +1,4 @@
-"""Motion of the sensor from what a log holds of it: see `hefting.motion.measure`."""
+"""Motion: poses, gyroscope and accelerometer -> velocities and accelerations of the sensor, with their errors."""
 
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.measure import Curves, Measured, measure, smooth_poses

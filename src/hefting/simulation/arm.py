@@ -1,6 +1,6 @@
 """A serial arm: from the joints' motion to the exact motion of the sensor frame at its end."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Self
 
@@ -154,12 +154,6 @@ class Arm:
                 for at, pair in zip(self.start, self.robot.limits, strict=True)
             ]
         )
-
-    def mounted(self, height: float) -> Self:
-        """The same arm with its sensor frame `height` [m] further along its own z axis."""
-        robot = self.robot
-        up = rotation_matrices(robot.home_orientation)[:, 2]
-        return replace(self, robot=replace(robot, home_position=frozen(robot.home_position + height * up)))
 
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
         """What the joints of the real arm could not do, one line each."""

@@ -17,9 +17,6 @@ ZERO: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 FT300: Six = (0.1, 0.1, 0.1, 0.005, 0.005, 0.003)
 """Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's moderate level, but about z."""
 
-FT300_RANGE = (300.0, 30.0)
-"""Its measuring range [N], [N m]."""
-
 WRENCH_NOISE: dict[str, Six] = {
     **{name: (n.force, n.force, n.force, n.torque, n.torque, n.torque) for name, n in NOISE_LEVELS.items()},
     "ft300": FT300,

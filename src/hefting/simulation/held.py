@@ -79,11 +79,6 @@ class HeldObject:
         """Sides (3,) [m] of the bounding box along the object's axes."""
         return frozen(self.surface.extents)
 
-    @cached_property
-    def surface_in_sensor(self) -> "trimesh.Trimesh":
-        """The surface in the sensor frame [m]."""
-        return self.surface.copy().apply_transform(self.pose)
-
     def points(self, points: int | None = None, points_per_cm3: float | None = None) -> Shape:
         """Point masses in the surface, in the sensor frame, as `Shape.from_mesh` chooses them."""
         return Shape.from_mesh(self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3)

@@ -1,0 +1,50 @@
+"""Names of modules, classes and functions in docstrings, comments and pages lead to what they name."""
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted(
+    [
+        *(path for folder in ("src", "benchmarks") for path in (ROOT / folder).rglob("*.py")),
+        *(ROOT / "docs").glob("*.md"),
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+    ]
+)
+REFERENCE = re.compile(r"`+((?:hefting|benchmarks)(?:\.\w+)+)`+")
+"""A dotted name in backquotes."""
+
+
+def resolves(dotted: str) -> bool:
+    """Whether a dotted name is a module, or an attribute of one, or of a class in one."""
+    parts = dotted.split(".")
+    for cut in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(parts[:cut]))
+        except ImportError:
+            continue
+        for name in parts[cut:]:
+            if name in getattr(found, "__dataclass_fields__", ()):
+                return True
+            if not hasattr(found, name):
+                return False
+            found = getattr(found, name)
+        return True
+    return False
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_references_lead_somewhere(path):
+    names = set(REFERENCE.findall(path.read_text()))
+    assert not {name for name in names if not resolves(name)}
+
+
+def test_a_wrong_reference_is_seen():
+    assert resolves("hefting.core.spatial.Array")
+    assert resolves("hefting.Estimate.load")
+    assert not resolves("hefting.nowhere")
+    assert not resolves("hefting.core.spatial.nothing")
