@@ -1,8 +1,8 @@
 """Identifiability: how much of a body a motion can tell, and why not the rest.
 
 Ranks and condition numbers speak of the motion alone; which parameters are open depends on the noise and on a free
-bias as well, so that is taken from unconstrained least squares (`hefting.ingest.free_fit.FreeFit`). The reasons are read
-off the motion: where gravity pointed in sensor axes, and about which axes the sensor was accelerated.
+bias as well, so that is taken from unconstrained least squares (`hefting.ingest.free_fit.FreeFit`). The reasons are
+read off the motion: where gravity pointed in sensor axes, and about which axes the sensor was accelerated.
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Reproduction: the paper's experiments on simulated data: jobs that run anywhere, tables and figures beside the published ones."""
+"""Reproduction: the paper's experiments on simulated data, with tables and figures beside the published ones."""
 
 import time
 from collections.abc import Sequence
