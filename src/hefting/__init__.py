@@ -25,13 +25,6 @@ _HOME = {
     "Shape": "shapes",
     "load_shape": "shapes",
     "parse_pose": "shapes",
-    "Bayes": "estimators",
-    "PMD": "estimators",
-    "OLS": "estimators",
-    "GEO": "estimators",
-    "LMI": "estimators",
-    "HPS": "estimators",
-    "RTLS": "estimators",
     "Estimate": "core.estimate",
     "Certificate": "core.estimate",
     "errors_between": "core.metrics",
@@ -43,10 +36,7 @@ _HOME = {
     "HeftingError": "core.errors",
     "InputError": "core.errors",
 }
-
-
-__all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
-
+"""Where each public name is; the estimators are those of `hefting.estimators.METHODS`."""
 
 _RENAMED = {"PointMasses": "Shape"}
 """Former public names, and what they are now."""
@@ -58,12 +48,22 @@ def __getattr__(name: str):
 
         warnings.warn(f"hefting.{name} is hefting.{_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
         name = _RENAMED[name]
-    if name not in _HOME:
+    if name == "__all__":
+        return [*_HOME, *_methods()]
+    if name in _HOME:
+        value = getattr(import_module(f"hefting.{_HOME[name]}"), name)
+    elif name[:1].isupper() and name in _methods():  # submodules and what Python looks for begin otherwise
+        value = _methods()[name]
+    else:
         raise AttributeError(f"module 'hefting' has no attribute '{name}'")
-    value = getattr(import_module(f"hefting.{_HOME[name]}"), name)
     globals()[name] = value
     return value
 
 
+def _methods() -> dict[str, type]:
+    """The estimators by name; the first call imports NumPy."""
+    return import_module("hefting.estimators").METHODS
+
+
 def __dir__() -> list[str]:
-    return sorted([*_HOME, "__version__"])
+    return sorted([*_HOME, *_methods(), "__version__"])

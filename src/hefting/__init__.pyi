@@ -14,13 +14,7 @@ from hefting.core.metrics import errors_between as errors_between
 from hefting.core.moments import Moments as Moments
 from hefting.core.recording import Recording as Recording
 from hefting.core.recording import Stream as Stream
-from hefting.estimators import GEO as GEO
-from hefting.estimators import HPS as HPS
-from hefting.estimators import LMI as LMI
-from hefting.estimators import OLS as OLS
-from hefting.estimators import PMD as PMD
-from hefting.estimators import RTLS as RTLS
-from hefting.estimators import Bayes as Bayes
+from hefting.estimators.methods import *  # noqa: F403
 from hefting.identification import Identification as Identification
 from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify

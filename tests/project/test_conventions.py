@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import hefting
+from hefting.estimators import METHODS
 
 ROOT = Path(hefting.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
@@ -125,18 +126,22 @@ def test_public_names_exist_and_are_those_of_the_stub():
     for name in public_names():
         assert getattr(hefting, name) is not None
     stub = ast.parse((ROOT / "__init__.pyi").read_text())
-    typed = {
-        (f"{node.module}.{alias.name}", alias.asname or alias.name)
-        for node in stub.body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
+    named = [(node.module, a.name) for node in stub.body if isinstance(node, ast.ImportFrom) for a in node.names]
+    typed = {(f"{module}.{name}", name) for module, name in named if name != "*"}
+    assert [module for module, name in named if name == "*"] == ["hefting.estimators.methods"]
+    typed |= {(f"hefting.estimators.methods.{name}", name) for name in METHODS}
     assert {name for _, name in typed} == public_names()
     for path, name in typed:  # the stub takes each from where it is
         module, attribute = path.rsplit(".", 1)
         assert getattr(importlib.import_module(module), attribute) is getattr(hefting, name)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         hefting.nothing  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_public_names_are_found_by_the_star_and_submodules_cost_nothing_else():
+    assert set(hefting.__all__) == public_names()
+    code = "import sys; from hefting import cli; assert not hasattr(cli, 'x'); hasattr({}); print(*sys.modules)"
+    assert "numpy" not in run(code.format("sys.modules['hefting'], 'wrapped'")).split()
 
 
 def test_public_names_do_not_depend_on_what_was_imported_before():

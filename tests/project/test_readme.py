@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hefting.cli import main
+from hefting.estimators import describe_methods
 from hefting.simulation import demo
 
 README = Path(__file__).parents[2] / "README.md"
@@ -51,6 +52,23 @@ def test_python(folder, monkeypatch, capsys):
     assert live.samples < 1000
     assert abs(live.parameters.mass - whole.mass) < 0.01 * whole.mass
     assert "<robot" in capsys.readouterr().out
+
+
+def test_the_table_of_methods_is_as_they_say():
+    """One row a method, in their order; what each needs, and whether its body can always exist."""
+    rows = [
+        [cell.strip() for cell in row]
+        for row in re.findall(r"^\| \*\*(.*)\|(.*)\|(.*)\|(.*)\|$", README.read_text(), re.M)
+    ]
+    found = {row[0].split("**")[0]: (row[2], row[3] == "always") for row in rows}
+    described = describe_methods()
+    expected = {name: (re.sub(r"^an? ", "", of["needs"]), of["consistent"]) for name, of in described.items()}
+    new = [
+        f"| **{name}** | {described[name]['summary']} | {expected[name][0]} | |"
+        for name in expected
+        if name not in found
+    ]
+    assert list(found.items()) == list(expected.items()), f"make the README's table agree; new rows: {new}"
 
 
 def test_links_lead_somewhere():

@@ -26,16 +26,22 @@ COMMANDS = {
 }
 """Every command and its help. Its module has `add_arguments(parser)` and `run(arguments)`."""
 
+
+def option_of(name: str) -> str:
+    """Option of an argument of the library that has the same name."""
+    return f"--{name.replace('_', '-')}"
+
+
 OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
-    name: f"--{name.replace('_', '-')}"
+    name: option_of(name)
     for name in (
         *("shape", "unit", "object_pose", "points", "points_per_cm3", "pose_std", "shape_std"),
         *("gravity", "wrench", "bias", "motion", "tool", "start", "duration", "truth", "map", "urdf", "sensor_frame"),
-        *("method", "until", "c1", "regularization", "gamma", "into", "link", "sensor_pose_in_flange", "output"),
+        *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
         *("wrench_topic", "pose_topic", "twist_topic", "joint_topic", "imu_topic", "world_frame"),
     )
 }
-"""Option of each argument of the library that a message may name."""
+"""Option of each argument of the library that a message may name, but for the numbers that methods declare."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -90,10 +96,17 @@ def render(text: str) -> str:
 
 def _option(match: re.Match[str]) -> str:
     name, quoted, plain = match.groups()
-    if name not in OPTIONS:
+    option = OPTIONS.get(name) or _option_of_a_method(name)
+    if option is None:
         return match[0]
     value = quoted or plain
-    return f"{OPTIONS[name]} {value}" if value else OPTIONS[name]
+    return f"{option} {value}" if value else option
+
+
+def _option_of_a_method(name: str) -> str | None:
+    """Option of a number that methods declare; None where it is none, or no command has looked at methods yet."""
+    estimators = sys.modules.get("hefting.estimators")
+    return option_of(name) if estimators is not None and name in estimators.options() else None
 
 
 def _joined(words: list[str]) -> list[str]:

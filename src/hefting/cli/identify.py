@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.options import (
     POSE,
     add_gravity,
@@ -34,12 +34,16 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
+    from hefting.estimators import default_method, methods_with, options
+
+    having = {name: ", ".join(methods_with(name)) for name in ("pose_std", "shape_std", "until")}
     log = add_recording(parser)
     add_gravity(log)
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
-        help="see hefting methods; default Bayes, without a shape LMI. Of several, one is recommended",
+        help=f"see hefting methods; default {default_method(True)}, without a shape {default_method(False)}. "
+        "Of several, one is recommended",
     )
     shape = parser.add_argument_group("the object's shape")
     shape.add_argument(
@@ -49,9 +53,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     shape.add_argument("--unit", metavar="m|cm|mm|in", help="length unit of its file; default m")
     shape.add_argument("--object-pose", metavar="POSE", help=f"the file's frame in the sensor frame: {POSE}")
-    shape.add_argument("--pose-std", metavar="5mm,5deg", help="Bayes: how well that pose is known; default exactly")
     shape.add_argument(
-        "--shape-std", metavar="20%%", help="Bayes: how well the shape is known; default exactly, 20%% for a box"
+        "--pose-std", metavar="5mm,5deg", help=f"{having['pose_std']}: how well that pose is known; default exactly"
+    )
+    shape.add_argument(
+        "--shape-std",
+        metavar="20%%",
+        help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a box",
     )
     shape.add_argument("--points", type=int, metavar="N", help="about how many point masses; default 56")
     shape.add_argument("--points-per-cm3", type=float, metavar="D", help="their density instead")
@@ -69,13 +77,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
     method = parser.add_argument_group("methods")
+    for name, option in options().items():
+        text = option.help.replace("%", "%%")
+        method.add_argument(option_of(name), type=float, metavar=option.metavar, help=text)
     method.add_argument(
-        "--c1", type=float, help="PMD: dynamism at which the full model takes over; default 300, 1 with smoothed poses"
-    )
-    method.add_argument("--regularization", type=float, metavar="LAMBDA", help="PMD: pull to equal masses; default 0.1")
-    method.add_argument("--gamma", type=float, help="GEO: weight of the homogeneous prior; default 30")
-    method.add_argument(
-        "--until", metavar="mass=1%%,com=2mm,inertia=20%%", help="Bayes: use no more than it takes to be so sure (95%%)"
+        "--until",
+        metavar="mass=1%%,com=2mm,inertia=20%%",
+        help=f"{having['until']}: use no more than it takes to be so sure (95%%)",
     )
     results = parser.add_argument_group("results")
     results.add_argument("--truth", metavar="FILE", help="true parameters or another estimate, to compare with (JSON)")
@@ -210,8 +218,9 @@ def _write(paths: list[str], estimate: "Estimate", flange: "Array | None") -> "l
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
-    given = ("c1", "regularization", "gamma")
-    settings = {name: getattr(a, name) for name in given if getattr(a, name) is not None}
+    from hefting.estimators import options
+
+    settings = {name: getattr(a, name) for name in options() if getattr(a, name) is not None}
     if a.pose_std is not None:
         settings["pose_std"] = quantities(a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg")
     if a.shape_std is not None:

@@ -1,39 +1,40 @@
-"""Estimators: one file a method, one small contract (`hefting.estimators.base`)."""
+"""Estimators: one file a method, one small contract (`hefting.estimators.base`), one list (`.methods`)."""
 
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any
 
 from hefting.core.errors import InputError
-from hefting.estimators.base import INVARIANCES, Estimator
-from hefting.estimators.bayes import Bayes
-from hefting.estimators.geo import GEO
-from hefting.estimators.hps import HPS
-from hefting.estimators.lmi import LMI
-from hefting.estimators.ols import OLS
-from hefting.estimators.pmd import PMD
-from hefting.estimators.rtls import RTLS
+from hefting.estimators import methods
+from hefting.estimators.base import INVARIANCES
+from hefting.estimators.base import Estimator as Estimator
+from hefting.estimators.methods import *  # noqa: F403
 
 METHODS: dict[str, type[Estimator]] = {
-    "Bayes": Bayes,
-    "PMD": PMD,
-    "GEO": GEO,
-    "HPS": HPS,
-    "LMI": LMI,
-    "OLS": OLS,
-    "RTLS": RTLS,
+    kind.__name__: kind
+    for kind in sorted((kind for kind in vars(methods).values() if isinstance(kind, type)), key=lambda kind: kind.rank)
 }
 """Every method by its name, those first that use most of what is known."""
 
-VARIANTS: dict[str, tuple[str, dict[str, str]]] = {
-    f"{name}-{model}": (name, {"model": model})
-    for name, models in (
-        ("PMD", ("full", "reduced")),
-        ("GEO", ("blended", "reduced")),
-        ("OLS", ("blended", "reduced")),
-    )
-    for model in models
-} | {"LMI-ellipsoid": ("LMI", {"ellipsoid": "shape"})}
-"""The same with another model of the motion than their own, and LMI with a condition more; what makes them so."""
+_VARIANTS: list[tuple[str, str, dict[str, Any]]] = [
+    (f"{name}-{ending}", name, dict(settings))
+    for name, kind in METHODS.items()
+    for ending, settings in kind.variants.items()
+]
+VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
+    variant: (name, settings)
+    for variant, name, settings in sorted(_VARIANTS, key=lambda variant: "model" not in variant[2])
+}
+"""The same with another model of the motion than their own, then those with a condition more; what makes them so."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """A number that users may give as a hyperparameter."""
+
+    help: str
+    """What it means, for each method that says so."""
+    metavar: str | None
+    """What stands for the number in a usage; None: its name."""
 
 
 def spelled(name: str) -> str:
@@ -56,6 +57,30 @@ def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
     return METHODS[base], dict(settings)
 
 
+def default_method(shape_known: bool) -> str:
+    """Name of the method to use where none is named: the first, or the first that needs no shape."""
+    return next(name for name, kind in METHODS.items() if shape_known or kind.needs == "nothing")
+
+
+def methods_with(hyperparameter: str) -> list[str]:
+    """Names of the methods that have a hyperparameter, in their own model of the motion."""
+    return [name for name, kind in METHODS.items() if hyperparameter in kind.hyperparameters()]
+
+
+def options() -> dict[str, Option]:
+    """Every number that users may give as a hyperparameter, by its name, in the order of the methods."""
+    found: dict[str, Option] = {}
+    for method, kind in METHODS.items():
+        for field in fields(kind):
+            if "help" in field.metadata:
+                text, before = f"{method}: {field.metadata['help']}", found.get(field.name)
+                if before is not None:
+                    found[field.name] = Option(f"{before.help}; {text}", before.metavar)
+                else:
+                    found[field.name] = Option(text, field.metadata.get("metavar"))
+    return found
+
+
 def describe_methods() -> dict[str, dict[str, Any]]:
     """What every method does, needs, guarantees and is indifferent to, by name; JSON-ready."""
     return {
@@ -76,20 +101,3 @@ def _default(field: Field) -> Any:
     if field.default is MISSING:
         return None
     return list(field.default) if isinstance(field.default, tuple) else field.default
-
-
-__all__ = [
-    "GEO",
-    "HPS",
-    "LMI",
-    "METHODS",
-    "OLS",
-    "PMD",
-    "RTLS",
-    "VARIANTS",
-    "Bayes",
-    "Estimator",
-    "describe_methods",
-    "method_named",
-    "spelled",
-]

@@ -1,28 +1,20 @@
 """GEO: least squares pulled towards a homogeneous body, along the manifold of bodies (Lee, Wensing & Park 2020)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
-from hefting.estimators.sample_state import (
-    Model,
-    SampleState,
-    model_weight,
-    require_model,
-    require_one_of,
-    require_positive,
-)
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
+from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState, require_one_of, require_positive
 from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
 
@@ -55,11 +47,16 @@ class GEO(Estimator):
     scaled by its square, and a given prior by it. The Euclidean distance depends on axes, origin and units.
     """
 
+    rank = 30
+    role = "prior"
     needs = "a bounding box"
+    instead_of_shape = ("prior",)
     consistent = True
     source = "Lee, Wensing & Park, IEEE T-RO 36(2), 2020"
     best_for = "any motion, when the shape, or at least its bounding box, is about right"
     invariances = frozenset(INVARIANCES)
+    variants: ClassVar = {"blended": {"model": "blended"}, "reduced": {"model": "reduced"}}
+    when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     shape: Shape | None = None
     """The shape (a box will do): the prior is homogeneous, as heavy as least squares says."""
@@ -67,7 +64,7 @@ class GEO(Estimator):
     """The prior body, in place of a shape."""
     distance: Distance = "entropic"
     """D, see `DISTANCES`."""
-    gamma: float | None = None
+    gamma: float | None = field(default=None, metadata={"help": "weight of the homogeneous prior; default 30"})
     """Weight of the prior, in units of the squared (whitened) wrench; None: `GAMMA` where the noise is known, and else
     `KAPPA` tr(A'A), the rule of the authors' later code. The Euclidean distance has units, and always that rule."""
     bias: BiasModel = "none"
@@ -80,13 +77,9 @@ class GEO(Estimator):
     """Of the blend: dynamism at which the full model takes over."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
-        require_model(self.model, self.c1)
-        whitening(self.noise)
+        super().__post_init__()
         if (self.shape is None) == (self.prior is None):
             raise InputError("GEO needs a shape or a prior body, and not both", fix="a bounding box will do")
-        if self.shape is not None and not isinstance(self.shape, Shape):
-            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         if self.prior is not None and not isinstance(self.prior, InertialParameters):
             raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:
@@ -95,9 +88,11 @@ class GEO(Estimator):
         if self.gamma is not None:
             require_positive("gamma", self.gamma)
 
-    def weight(self, measurements: Measurements) -> Array | float:
-        """Share of the full model in each sample (K,), or one number for all."""
-        return model_weight(measurements, self.model, self.c1)
+    @property
+    def told(self) -> dict[str, Any]:
+        """As of every method, with the weight of the prior that is used."""
+        usual = self.gamma is None and self.distance != "euclidean"
+        return super().told | ({"gamma": GAMMA} if usual else {})
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""

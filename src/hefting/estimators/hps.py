@@ -10,8 +10,8 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.estimators.base import BiasModel, Estimator, require_bias_model
-from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise, whitening
+from hefting.estimators.base import BiasModel, Estimator
+from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 
@@ -29,6 +29,8 @@ class HPS(Estimator):
     gravity does not tell all masses. The choice of samples depends on the sensor's origin and on units.
     """
 
+    rank = 40
+    role = "shape"
     needs = "labelled parts"
     consistent = True
     source = "Nadeau, Giamou & Kelly, ICRA 2023"
@@ -47,10 +49,7 @@ class HPS(Estimator):
     """Samples count as static below it [rad/s²]."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
-        whitening(self.noise)
-        if not isinstance(self.shape, Shape):
-            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
+        super().__post_init__()
         if self.shape.labels is None:
             raise InputError(
                 "HPS needs labelled parts", fix="give a .ply file of points with a 'segmentation' property"

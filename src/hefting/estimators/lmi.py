@@ -1,16 +1,16 @@
 """LMI: least squares over bodies that can exist (Wensing, Kim & Slotine 2018)."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples, require_shape
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information, whitening
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
@@ -29,10 +29,14 @@ class LMI(Estimator):
     box: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
     """
 
+    rank = 50
+    role = "free"
+    takes_shape: ClassVar = {"ellipsoid": "a bounding box"}
     consistent = True
     source = "Wensing, Kim & Slotine, IEEE RA-L 3(1), 2018"
     best_for = "an object of unknown shape"
     invariances = frozenset(INVARIANCES)
+    variants: ClassVar = {"ellipsoid": {"ellipsoid": "shape"}}
 
     ellipsoid: Shape | None = None
     """A shape; if given, the ellipsoid around its bounding box must be able to hold the mass."""
@@ -42,10 +46,9 @@ class LMI(Estimator):
     """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
-        whitening(self.noise)
-        if self.ellipsoid is not None and not isinstance(self.ellipsoid, Shape):
-            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
+        super().__post_init__()
+        if self.ellipsoid is not None:
+            require_shape(self.ellipsoid)
 
     @property
     def name(self) -> str:

@@ -1,16 +1,16 @@
 """OLS: least squares on the full model, plain or weighted by known noise (Atkeson, An & Hollerbach 1986)."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Measurements
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor, whitening
-from hefting.estimators.sample_state import Model, SampleState, model_weight, require_model
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples
+from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor
+from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +21,14 @@ class OLS(Estimator):
     origin and units do not matter where the noise is given.
     """
 
+    rank = 60
+    role = "free"
+    gives_covariance = True
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
     best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)
+    variants: ClassVar = {"blended": {"model": "blended"}, "reduced": {"model": "reduced"}}
+    when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
@@ -34,15 +39,6 @@ class OLS(Estimator):
     """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.sample_state.MODELS`."""
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
-
-    def __post_init__(self):
-        require_bias_model(self.bias)
-        require_model(self.model, self.c1)
-        whitening(self.noise)
-
-    def weight(self, measurements: Measurements) -> Array | float:
-        """Share of the full model in each sample (K,), or one number for all."""
-        return model_weight(measurements, self.model, self.c1)
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""

@@ -1,20 +1,20 @@
 """PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
-from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.base import BiasModel, Estimator, require_samples
 from hefting.estimators.cone import ConeProblem, solve
-from hefting.estimators.sample_state import Model, SampleState, model_weight, require_model
+from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 from hefting.shapes import Shape
 
 ACCURACY = 1e-6
@@ -31,18 +31,28 @@ class PMD(Estimator):
     dynamism nu. With ``bias="estimate"`` one constant wrench is added to both models and is free.
     """
 
+    rank = 20
+    role = "shape"
     needs = "a shape"
+    assumes = "the shape and equal masses"
     consistent = True
     depends_on_count = True
     source = "Nadeau, Giamou & Kelly, ICRA 2022"
     best_for = "a few seconds of slow, noisy motion of a known shape"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
+    variants: ClassVar = {"full": {"model": "full"}, "reduced": {"model": "reduced"}}
+    when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     shape: Shape
     """The points, in the sensor frame."""
-    c1: float = 300.0
+    c1: float = field(
+        default=300.0,
+        metadata={"help": "dynamism at which the full model takes over; default 300, 1 with smoothed poses"},
+    )
     """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3 and 25e3 on its robot."""
-    regularization: float = 0.1
+    regularization: float = field(
+        default=0.1, metadata={"help": "pull to equal masses; default 0.1", "metavar": "LAMBDA"}
+    )
     """lambda [N/kg]: pull towards equal masses."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
@@ -50,10 +60,7 @@ class PMD(Estimator):
     """``"blended"``, as published; ``"full"`` or ``"reduced"`` throughout."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
-        require_model(self.model, self.c1)
-        if not isinstance(self.shape, Shape):
-            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
+        super().__post_init__()
         if not (isinstance(self.regularization, int | float) and 0.0 <= self.regularization < math.inf):
             raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
 
@@ -64,10 +71,6 @@ class PMD(Estimator):
         U, S, V = np.linalg.svd(M, full_matrices=False)
         rank = int(np.sum(1e-12 * S[0] < S))
         return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
-
-    def weight(self, measurements: Measurements) -> Array | float:
-        """Share of the full model in each sample (K,), or one number for all."""
-        return model_weight(measurements, self.model, self.c1)
 
     def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.

@@ -1,6 +1,7 @@
 """RTLS: recursive total least squares (Kubus, Kröger & Wahl 2008)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,8 +10,8 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.spatial import PARAMETERS, Array
-from hefting.estimators.base import BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor, whitening
+from hefting.estimators.base import BiasModel, Estimator, Known, require_samples
+from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor
 from hefting.estimators.sample_state import SampleState
 
 
@@ -27,6 +28,7 @@ class RTLS(Estimator):
     noise elsewhere. The columns of a constant bias are exact.
     """
 
+    rank = 70
     source = "Kubus, Kröger & Wahl, IROS 2008"
     best_for = "long, fast, clean recordings with known noise of the accelerations"
     invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "units"})
@@ -38,15 +40,21 @@ class RTLS(Estimator):
     accelerations make in each column. Where these are zero, so is the column's: that of ordinary least squares."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
+        if self.noise is not None and not isinstance(self.noise, Noise):
+            raise InputError("RTLS wants the noise as levels of wrench and accelerations", fix="give a Noise, or None")
+        super().__post_init__()
         if self.noise is None:
             return
-        if not isinstance(self.noise, Noise):
-            raise InputError("RTLS wants the noise as levels of wrench and accelerations", fix="give a Noise, or None")
-        whitening(self.noise)
         for level in (self.noise.linear_acceleration, self.noise.angular_acceleration):
             if not 0.0 <= level < np.inf:
                 raise InputError(f"known noise of the accelerations must be zero or positive, not {level}")
+
+    @classmethod
+    def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
+        """As of every method, with the noise of wrench and accelerations; unknown where the latter's is."""
+        noise, motion = known.noise, known.motion_noise
+        both = None if motion is None else Noise(noise.force, noise.torque, motion.linear, motion.angular)
+        return super().settings(known, model) | {"noise": both}
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen.

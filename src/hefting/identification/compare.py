@@ -10,7 +10,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
-from hefting.identification.identify import NeedError, estimator_for, hyperparameters_of, run, with_diagnostics
+from hefting.identification.identify import NeedError, estimator_for, run, with_diagnostics
 from hefting.identification.recommend import recommend
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
@@ -69,14 +69,13 @@ def compare(
     if not kinds:
         raise InputError("no method is named", fix=f"use all or some of {', '.join(METHODS)}")
     wanted = hyperparameters or {}
-    taken = {name: hyperparameters_of(kind, settings.get("model")) for name, (kind, settings) in kinds.items()}
+    taken = {name: kind.hyperparameters(settings.get("model")) for name, (kind, settings) in kinds.items()}
     for key in wanted:
         if not any(key in known for known in taken.values()):
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
     found = ingest(recording, **reading)
     require_object(found, shape)
-    results, seconds, skipped = {}, {}, {}
-    seen = None
+    results, seconds, skipped, seen = {}, {}, {}, {}
     for name, (kind, settings) in kinds.items():
         own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
@@ -85,9 +84,7 @@ def compare(
             estimate, used = run(estimator, found)
             elapsed = time.perf_counter() - start
             results[name] = with_diagnostics(estimate, estimator, used, shape)
-            if name == "Bayes":
-                seen = used
-            seconds[name] = elapsed
+            seconds[name], seen[name] = elapsed, used
         except (NeedError, NotIdentifiableError) as error:
             if not everything:
                 raise

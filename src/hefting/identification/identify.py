@@ -1,21 +1,20 @@
 """Recording -> Estimate: the whole way, with what has to be found out on it (sign, bias, weights) and told."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError, nearest
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import Measurements, Noise
+from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
-from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
-from hefting.estimators.geo import GAMMA
+from hefting.estimators import Estimator, default_method, method_named, methods_with
+from hefting.estimators.base import Known
 from hefting.identification.identifiability import identifiability
 from hefting.identification.stopping import first_sufficient, told
 from hefting.ingest.conditioned import WrenchSign
@@ -24,11 +23,6 @@ from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import com_warnings, misfit_warnings, require_object
 from hefting.motion.measure import Source
 from hefting.shapes import Shape
-
-SMOOTHED_C1 = 1.0
-"""c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
-with these it biases PMD's answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean errors at
-300 over those at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.8 to 4 about the COM."""
 
 SHAPES = {
     "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
@@ -76,7 +70,7 @@ def identify(
     recording : a recording or the path of a log.
     shape : where the object may have mass, in the sensor frame.
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default Bayes with a shape and LMI
-        without.
+        without (`hefting.estimators.default_method`).
     gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot on a tilted base.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
     bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there is none, ``"auto"`` keeps
@@ -85,17 +79,17 @@ def identify(
     start, duration : part of the recording to use [s].
     tool : estimate, in the same sensor frame, of what the sensor holds besides the object, to subtract.
     hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or shape are not
-        exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is `SMOOTHED_C1` where
-        poses are smoothed here, else the paper's.
+        exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is
+        `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here, else the paper's.
 
     Raises `InputError` for input that cannot be right (names what, where and what to do) and
     `NotIdentifiableError` when the recording determines nothing.
     """
     warnings = ()
     if method is None:
-        method = "Bayes" if shape is not None else "LMI"
+        method = default_method(shape is not None)
         if shape is None:
-            what = "no shape given, so LMI: the inertia tensor rests on the motion alone; give `shape` for more"
+            what = f"no shape given, so {method}: the inertia tensor rests on the motion alone; give `shape` for more"
             warnings = (warning("no-shape", what, "shape"),)
     kind, settings = method_named(method)
     found = ingest(
@@ -141,52 +135,57 @@ def estimator_for(
 
     Raises `InputError` when the method needs what is not given, or has no such hyperparameter.
     """
-    known = hyperparameters_of(kind, hyperparameters.get("model"))
+    model = hyperparameters.get("model")
+    known = kind.hyperparameters(model)
     for name in hyperparameters:
         if name not in known:
-            others = [other for other, k in METHODS.items() if name in hyperparameters_of(k)]
+            others = methods_with(name)
             fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
             raise InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
-    ellipsoid = hyperparameters.get("ellipsoid") == "shape"
-    needs = "a bounding box" if ellipsoid else kind.needs
-    if shape is None and needs != "nothing" and "prior" not in hyperparameters:
-        name = "LMI-ellipsoid" if ellipsoid else kind.__name__
-        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}, or use LMI")
-    if kind is HPS and shape is not None and shape.labels is None:
-        raise NeedError("HPS needs labelled parts", fix=f"give `shape` {SHAPES['labelled parts']}")
-    if ellipsoid:
-        hyperparameters = hyperparameters | {"ellipsoid": shape}
-    settings: dict[str, Any] = {"bias": found.bias}
-    if "shape" in known and "prior" not in hyperparameters:
-        settings["shape"] = shape
-    if "noise" in known:
-        settings["noise"] = _noise_of_all(found) if kind is RTLS else found.fit.noise
-    if "c1" in known and found.source in ("smooth", "inertial"):
-        settings["c1"] = SMOOTHED_C1
-    if kind is not Bayes:
-        return kind(**(settings | hyperparameters))
-    settings["shape_std"] = 0.0 if shape is None else shape.shape_std
-    settings["systematic"] = found.systematic
-    settings["noise"] = None  # as the weighted residuals say
-    return Bayes(**(settings | hyperparameters))
+    standing = [name for name in kind.takes_shape if hyperparameters.get(name) == "shape"]
+    _require_what_it_needs(kind, shape, hyperparameters, standing)
+    settings = kind.settings(_known(found, shape), model)
+    if any(name in hyperparameters for name in kind.instead_of_shape):
+        settings.pop("shape", None)
+    return kind(**(settings | hyperparameters | dict.fromkeys(standing, shape)))
 
 
-def hyperparameters_of(kind: type[Estimator], model: str | None = None) -> list[str]:
-    """Names of a method's hyperparameters; c1 only where its model, or the one given, is the blended one."""
-    blended = (model or getattr(kind, "model", None)) == "blended"
-    return [field.name for field in fields(kind) if field.name != "c1" or blended]
+def _require_what_it_needs(
+    kind: type[Estimator], shape: Shape | None, hyperparameters: dict[str, Any], standing: list[str]
+) -> None:
+    """`NeedError` where the shape is not there, or not as a method needs it; `standing` are its hyperparameters for
+    which the shape stands."""
+    name, needs = kind.__name__, kind.needs
+    if standing:
+        name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
+    if shape is None and needs != "nothing" and not any(key in hyperparameters for key in kind.instead_of_shape):
+        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}")
+    if needs == "labelled parts" and shape is not None and shape.labels is None:
+        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
+
+
+def _known(found: Ingested, shape: Shape | None) -> Known:
+    """What hyperparameters may follow from."""
+    return Known(
+        bias=found.bias,
+        noise=found.fit.noise,
+        motion_noise=None if found.source == "columns" else found.measurements.motion_noise,
+        smoothed=found.source in ("smooth", "inertial"),
+        systematic=found.systematic,
+        shape=shape,
+    )
 
 
 def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
-    """The estimate, and the recording as far as it was used: with `Bayes.until` no farther than that takes."""
+    """The estimate, and the recording as far as it was used: no farther than an accuracy `asked` for takes."""
     z = found.weighted_by_count if estimator.depends_on_count else found.measurements
-    if not (isinstance(estimator, Bayes) and isinstance(estimator.until, Accuracy)):
+    if estimator.asked is None:
         return estimator.fit(z), found
     estimate, used = first_sufficient(estimator, z, found.static)
     if found.static:
-        estimate = told(estimate, estimator.until, used, len(z), "poses")
+        estimate = told(estimate, estimator.asked, used, len(z), "poses")
     else:
-        estimate = told(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
+        estimate = told(estimate, estimator.asked, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
@@ -205,14 +204,10 @@ def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, 
             what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
         raise NotIdentifiableError(what, where=found.log, fix=fix)
     rms = found.residual(estimate.parameters.vector, estimate.bias)
-    names = hyperparameters_of(type(estimator), getattr(estimator, "model", None))
-    known = {name: getattr(estimator, name) for name in names}
-    kept = {k: v for k, v in known.items() if isinstance(v, int | float | str | tuple) and k != "bias"}
-    provenance = found.provenance | kept | estimate.provenance
-    if isinstance(estimator, GEO) and estimator.gamma is None and estimator.distance != "euclidean":
-        provenance["gamma"] = GAMMA
-    if known.get("shape") is not None:
-        provenance["points"] = known["shape"].n
+    provenance = found.provenance | estimator.told | estimate.provenance
+    own: Shape | None = getattr(estimator, "shape", None)
+    if own is not None:
+        provenance["points"] = own.n
     estimate = replace(
         estimate,
         samples=round(float(found.counts.sum())),
@@ -250,23 +245,14 @@ def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
     return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
 
 
-def _noise_of_all(found: Ingested) -> Noise | None:
-    """Noise of wrench and accelerations, where the latter were found from noisy poses; else None."""
-    noise, motion = found.fit.noise, found.measurements.motion_noise
-    if motion is None or found.source == "columns":
-        return None
-    return Noise(noise.force, noise.torque, motion.linear, motion.angular)
-
-
 def _doubts(estimate: Estimate, estimator: Estimator, shape: Shape | None, found: Ingested) -> list[Message]:
     """What the estimate owes to assumptions, and what is wrong with it."""
     doubts: list[Message] = []
     if estimator.needs != "nothing" and shape is not None:
         free = found.fit.open_parameters(float(np.linalg.norm(shape.extents)))
         names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
-        assumed = "the shape and equal masses" if isinstance(estimator, PMD) else "the shape"
         if free:
-            what = f"the motion leaves {names} open: what is shown follows from {assumed}"
+            what = f"the motion leaves {names} open: what is shown follows from {estimator.assumes}"
             doubts.append(warning("open-without-shape", what))
     else:
         summary = identifiability(found.measurements, found.fit, TYPICAL_SIZE).summary

@@ -5,11 +5,15 @@ right shape, a bounding box, a shape 20 % too large and one misplaced by 5 mm an
 shape that is nearly right is worth more than a perfect fit: noise of the accelerations alone makes least squares
 contradict the true body. Only where the data determine everything do they overrule the shape. Bayes, where it explains
 the wrench, was the closest of all in the median in each of the four, COM and inertia alike.
+
+What a method may be recommended for, its class says (`hefting.estimators.base.ROLES`).
 """
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.estimators import METHODS
+from hefting.estimators.base import Role
 from hefting.estimators.quadratic import Quadratic
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.ingest import Ingested
@@ -47,41 +51,45 @@ def uncertainty(found: Ingested, shape: Shape) -> float:
 
 
 def recommend(
-    results: dict[str, Estimate], found: Ingested, shape: Shape | None, seen: Ingested | None = None
+    results: dict[str, Estimate], found: Ingested, shape: Shape | None, seen: dict[str, Ingested] | None = None
 ) -> tuple[str, str]:
-    """Name of the estimate to trust, and a sentence why; `seen` is what Bayes saw, if that was only a part."""
+    """Name of the estimate to trust, and a sentence why; `seen` is what methods saw, where that was only a part."""
     bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
     if not bodies:
         best = min(results, key=lambda name: misfit(results[name], found))
         return best, "no method found a body that can exist; this one explains the wrench best"
-    free = next((name for name in ("LMI", "OLS") if name in bodies), None)
+    free, prior = _first("free", bodies), _first("prior", bodies)
     if shape is None:
         if free is None:
             best = min(bodies, key=lambda name: misfit(bodies[name], found))
             return best, "a body that can exist"
         return free, "the body that explains the wrench best; no shape is known"
-    margin = bodies["GEO"].hull_margin if "GEO" in bodies else None
+    margin = bodies[prior].hull_margin if prior is not None else None
     if free is not None and (_is_outside(bodies[free], found, shape) or (margin is not None and margin < -OUTSIDE)):
         return free, "without the shape the COM is outside it: check the shape's pose and unit"
-    if "Bayes" in bodies and (chi2 := misfit(bodies["Bayes"], seen or found)) <= MISFIT:
-        return "Bayes", f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
-    s = uncertainty(found, shape)
-    if "GEO" in bodies:
-        chi2 = misfit(bodies["GEO"], found)
+    posterior = _first("posterior", bodies)
+    if posterior is not None:
+        chi2 = misfit(bodies[posterior], (seen or {}).get(posterior, found))
         if chi2 <= MISFIT:
-            return (
-                "GEO",
-                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape",
-            )
+            return posterior, f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
+    s = uncertainty(found, shape)
+    if prior is not None:
+        chi2 = misfit(bodies[prior], found)
+        if chi2 <= MISFIT:
+            return prior, f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape"
         if s > PRECISE or free is None:
-            return "GEO", f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit"
+            return prior, f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit"
         return free, f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone"
     if free is not None and s < SUFFICIENT:
         return free, f"the recording determines all parameters to {100 * s:.0f} % of a body of this size"
-    for name in ("PMD", "HPS"):
-        if name in bodies:
-            return name, "the recording is too poor to do without the shape"
+    if (inside := _first("shape", bodies)) is not None:
+        return inside, "the recording is too poor to do without the shape"
     return next(iter(bodies)), "the only body that can exist" if len(bodies) == 1 else "a body that can exist"
+
+
+def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
+    """Of the methods with a role the first that found a body."""
+    return next((name for name, kind in METHODS.items() if kind.role == role and name in bodies), None)
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:

@@ -8,7 +8,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
-from hefting.estimators import Bayes
+from hefting.estimators.base import Estimator
 
 FIRST = 50
 """Samples before the first look; of static poses one."""
@@ -16,17 +16,17 @@ STEP, SHARE = 0.1, 0.02
 """Between looks: s, and of the time so far, whichever is longer."""
 
 
-def first_sufficient(estimator: Bayes, measurements: Measurements, static: bool = False) -> tuple[Estimate, int]:
+def first_sufficient(estimator: Estimator, measurements: Measurements, static: bool = False) -> tuple[Estimate, int]:
     """The first sufficient estimate and how many samples it took; or that of all, where none is.
 
-    The samples are in order of time, or static poses. Errors as for `Bayes.estimate` of all samples.
+    The samples are in order of time, or static poses. Errors as for the `estimate` of all samples.
     """
     z = measurements
     state, estimate, seen = estimator.start(), None, 0
     for end in _looks(z, static):
         state, seen = estimator.update(state, z[seen:end]), end
         try:
-            estimate = estimator.estimate(state, estimate)
+            estimate = estimator.estimate_from(state, estimate)
         except NotIdentifiableError:
             if seen == len(z):
                 raise

@@ -14,6 +14,7 @@ from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import PARAMETERS, STANDARD_GRAVITY, WRENCH, Array, Mask, frozen
+from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs import read_log
 from hefting.motion import measure
@@ -145,7 +146,8 @@ def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
     """What the user should know of the estimate."""
     doubts = []
     if estimate.covariance is None:
-        what = f"the estimate ({estimate.method}) has no covariance, so there is no band: OLS and Bayes give one"
+        others = " and ".join(name for name, kind in reversed(METHODS.items()) if kind.gives_covariance)
+        what = f"the estimate ({estimate.method}) has no covariance, so there is no band: {others} give one"
         doubts.append(warning("no-band", what))
     if not estimate.physically_consistent:
         doubts.append(warning("not-physical", f"no body has the estimate's parameters: {estimate.consistency}"))

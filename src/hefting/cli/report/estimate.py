@@ -13,13 +13,12 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.estimators import options
 
 if TYPE_CHECKING:
     from hefting.core.metrics import Errors
 
 AXES = "xyz"
-SETTINGS = ("points", "c1", "regularization", "gamma")
-"""Hyperparameters that are shown."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 """How a terminal is told of each style."""
@@ -168,7 +167,7 @@ def facts(estimate: Estimate) -> Iterable[str]:
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"
     if made.get("shape_std"):
         yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
-    settings = [f"{k} = {made[k]:g}" for k in SETTINGS if isinstance(made.get(k), float | int)]
+    settings = [f"{k} = {made[k]:g}" for k in ("points", *options()) if isinstance(made.get(k), float | int)]
     if settings:
         yield ", ".join(settings)
     if estimate.residual is not None:

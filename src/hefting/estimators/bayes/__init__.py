@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
+from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, Known, require_samples
 from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE, Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
@@ -19,7 +20,7 @@ from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
-from hefting.estimators.quadratic import WrenchNoise, whitening
+from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 
@@ -54,8 +55,11 @@ class Bayes(Estimator):
     of samples, and how states are merged, where it is given.
     """
 
+    rank = 10
+    role = "posterior"
     needs = "a shape"
     consistent = True
+    gives_covariance = True
     source = "this project, docs/bayes.md"
     best_for = "a known shape, any motion, and wherever it matters how sure the answer is"
     invariances = frozenset(INVARIANCES) - {"sensor origin"}
@@ -80,14 +84,11 @@ class Bayes(Estimator):
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
 
     def __post_init__(self):
-        require_bias_model(self.bias)
+        super().__post_init__()
         if isinstance(self.until, str):
             object.__setattr__(self, "until", Accuracy.parse(self.until))
         elif not isinstance(self.until, Accuracy | None):
             raise InputError(f"until is an accuracy, not {self.until}", fix="as in mass=1%,com=2mm,inertia=20%")
-        whitening(self.noise)
-        if not isinstance(self.shape, Shape):
-            raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
         try:
             pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
             shape_std = None if self.shape_std is None else float(self.shape_std)
@@ -99,6 +100,22 @@ class Bayes(Estimator):
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
             raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
+
+    @classmethod
+    def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
+        """As of every method, with the shape's own deviation; the noise it finds itself."""
+        shape_std = 0.0 if known.shape is None else known.shape.shape_std
+        own = {"noise": None, "shape_std": shape_std, "systematic": known.systematic}
+        return super().settings(known, model) | own
+
+    @property
+    def asked(self) -> Accuracy | None:
+        """The accuracy that `until` asks for."""
+        return self.until if isinstance(self.until, Accuracy) else None
+
+    def estimate_from(self, state: SampleState, start: Estimate | None) -> Estimate:
+        """The estimate; `start`, an earlier one over the same shape, saves time. Errors as for `estimate`."""
+        return self.estimate(state, start)
 
     @cached_property
     def _prior(self) -> Prior:
