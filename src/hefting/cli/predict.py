@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from hefting.cli import render
-from hefting.cli.options import add_json, add_recording, check_output, numbers, progress, read_recording
+from hefting.cli.options import GRAVITY, add_json, add_recording, check_output, numbers, progress, read_recording
 from hefting.core.errors import InputError
 
 
@@ -12,9 +12,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting predict``."""
     parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
     log = add_recording(parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench")
-    log.add_argument(
-        "--gravity", metavar="X,Y,Z", default="0,0,-9.80665", help="in world axes [m/s²]; default %(default)s"
-    )
+    log.add_argument("--gravity", metavar="X,Y,Z", default=GRAVITY, help="in world axes [m/s²]; default %(default)s")
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
