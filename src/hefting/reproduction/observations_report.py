@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.core.spatial import Array
-from hefting.reproduction.drawing import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, legend_above, over_limit
+from hefting.core.spatial import SPEED_LIMIT, Array
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import group, legend_above, over_limit
 from hefting.reproduction.experiment import Cell, Job, Report, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
-from hefting.reproduction.setting import ISO_LIMIT, MOSTLY_WRONG, SPEEDS, published
+from hefting.reproduction.setting import MOSTLY_WRONG, QUANTITIES, SPEEDS, printed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +23,7 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
 """Errors [%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper says "> 500"."""
-QUANTITIES = ("mass", "COM", "inertia")
+LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
 """Of motion: windows anywhere in it by the paper's filter and this project's smoother, and its first 1.5 s."""
@@ -46,7 +47,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     scores = pooled(results)
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     others = [name for name in dict.fromkeys(method for _, method, _ in scores) if name not in MAIN]
-    columns = ("motion", "method", *(f"{q} %, {s:g} rad/s" for q in QUANTITIES for s in speeds), "consistent %")
+    columns = ("motion", "method", *(f"{q} %, {s:g} rad/s" for q in LABELS for s in speeds), "consistent %")
     windows, starts = (len(scores[kind, "PMD", speeds[0]]) for kind in ("warm", FIRST))
     objects = len({job["object"] for job, _ in results})
     tables = (
@@ -80,19 +81,15 @@ def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
     places = [list(SPEEDS).index(s) for s in speeds]
     share = {"OLS": "few", "RTLS": "few", "GEO": 100.0, "PMD": 100.0}
     return [
-        ("published", name, *(_printed(values[i]) for values in errors for i in places), share[name])
+        ("published", name, *(printed(values[i]) for values in errors for i in places), share[name])
         for name, errors in PUBLISHED.items()
     ]
-
-
-def _printed(value: float) -> Cell:
-    return published(value) if value >= MOSTLY_WRONG else value
 
 
 def _rows(scores: Scores, methods: Iterable[str], speeds: list[float]) -> tuple[tuple[Cell, ...], ...]:
     rows = []
     for kind, method in product(KINDS, methods):
-        means = [_printed(_error(scores, kind, method, s, i)) for i in range(len(QUANTITIES)) for s in speeds]
+        means = [printed(_error(scores, kind, method, s, i)) for i in range(len(LABELS)) for s in speeds]
         rows.append((kind, method, *means, 100.0 * _consistent(scores, kind, method, speeds)))
     return tuple(rows)
 
@@ -110,12 +107,12 @@ def _differences(scores: Scores, speeds: list[float]) -> Table:
     rows = []
     for name, errors in PUBLISHED.items():
         for method in GEOS[:2] if name == "GEO" else (name,):
-            for quantity, label in enumerate(QUANTITIES):
+            for quantity, label in enumerate(LABELS):
                 for s in speeds:
                     theirs = errors[quantity][list(SPEEDS).index(s)]
                     ratios = [_error(scores, kind, method, s, quantity) / theirs for kind in COMPARED]
                     alike = [k for k, r in zip(COMPARED, ratios, strict=True) if _is_alike(r, theirs)]
-                    rows.append((method, label, s, _printed(theirs), *ratios, "; ".join(alike) or "none"))
+                    rows.append((method, label, s, printed(theirs), *ratios, "; ".join(alike) or "none"))
     columns = (
         "method",
         "error",
@@ -251,8 +248,6 @@ def _ordering(results: list[tuple[Job, Result]], scores: Scores, speeds: list[fl
 
 def _figure(scores: Scores, speeds: list[float]) -> "Figure":
     """A panel an error, a group a method, in it a line a kind of motion over the speeds."""
-    from hefting.plots.style import SHADOW, figure_of, settled, style
-
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
     with style():
@@ -268,16 +263,11 @@ def _figure(scores: Scores, speeds: list[float]) -> "Figure":
                 at = i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1)
                 look = {"linewidth": 0.7, "markersize": 2.8, "label": kind if i == 0 else None, "clip_on": False}
                 axes.plot(at, np.minimum(values, TOPS[quantity]), marker=marker, color=colour, **look)
-            for i in range(0, len(methods), 2):
-                axes.axvspan(i - 0.5, i + 0.5, color=SHADOW, alpha=0.5, linewidth=0.0, zorder=0)
-            axes.set(yscale="log", ylabel=f"{QUANTITIES[quantity]} error [%]", xlim=(-0.5, len(methods) - 0.5))
-            axes.set_ylim(top=TOPS[quantity])
-            axes.set_xticks(
-                range(len(methods)), [m.replace(", ", "\n").replace("literature", "liter.") for m in methods]
-            )
+            group(axes, methods, TOPS[quantity])
+            axes.set_ylabel(f"{LABELS[quantity]} error [%]")
         listed = ", ".join(f"{s:g}" + " (> ISO)" * over_limit(s) for s in speeds)
         panels[1].set_xlabel(
-            f"within a group, left to right: {listed} rad/s; > ISO: above {ISO_LIMIT} m/s (ISO 10218-1)"
+            f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
         )
         legend_above(figure, panels[0], len(DRAWN))
         return settled(figure)
