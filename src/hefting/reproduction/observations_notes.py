@@ -62,7 +62,7 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
         if m not in always
     )
     return (
-        f"Physically consistent in every window of every kind: {', '.join(always) or 'none'}. "
+        f"Physically consistent in every window of every kind: {'; '.join(always) or 'none'}. "
         f"Windows [%] in which others are not: {others or 'none'}."
     )
 
