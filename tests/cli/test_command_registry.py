@@ -40,7 +40,6 @@ def test_the_readme_tells_of_every_command(name):
 def test_what_contributors_are_told_is_so():
     told = " ".join((ROOT / "CONTRIBUTING.md").read_text().split())
     for file, name in {
-        "estimators": "METHODS",
         "export": "FILES",
         "plots": "FIGURES",
         "reproduction": "FILES",
