@@ -22,7 +22,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import pose_matrix
 from hefting.export import export
-from hefting.export.controllers import zyx_angles
+from hefting.export.kuka import zyx_angles
 
 
 def read_ur(text):

@@ -20,7 +20,7 @@ from hefting.core.moments import Moments
 from hefting.estimators import PMD
 from hefting.identification.identifiability import condition_number
 from hefting.reproduction import c1, condition, density, gravity, noise, stop_and_go
-from hefting.reproduction.setting import OBJECTS, SPEEDS, signal_to_noise, thing, wielded
+from hefting.reproduction.setting import OBJECTS, QUANTITIES, SPEEDS, signal_to_noise, thing, wielded
 from hefting.simulation import UR5, sinusoids, wield_in_mujoco
 
 ALL = (density, c1, stop_and_go, condition, gravity, noise)
@@ -145,7 +145,7 @@ def test_the_full_model_weighs_less_the_larger_c1_and_more_the_faster_the_motion
 def test_fast_motion_ends_better_than_it_begins(quick):
     """At 4 rad/s and c1 = 300 the full model has all the weight: 140 times the data, at least 3 times the accuracy."""
     result = next(result for job, result in quick[c1] if job["speed"] == 4.0)
-    for name in c1.QUANTITIES:
+    for name in QUANTITIES:
         errors = result[name][c1.VALUES.index(300.0)]
         assert errors[-1] < errors[0] / 3.0, name
 

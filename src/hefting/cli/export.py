@@ -4,19 +4,22 @@ import argparse
 import sys
 
 from hefting.cli import render
-from hefting.cli.options import add_sensor_pose
+from hefting.cli.options import add_sensor_pose, either
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
+    from hefting.export import INSERTABLE, TARGETS
+
     parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
     parser.add_argument(
         "--to",
         metavar="TARGET",
         required=True,
-        help="urdf, mjcf, sdf, usd, ur, xarm, franka, kuka, abb, fanuc, csv or json",
+        help=either(list(TARGETS)),
     )
-    parser.add_argument("--into", metavar="FILE", help="put it into a link of this URDF, MJCF or SDF file")
+    formats = either(list(INSERTABLE.values()))
+    parser.add_argument("--into", metavar="FILE", help=f"put it into a link of this {formats} file")
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_sensor_pose(parser)
     parser.add_argument("--output", metavar="FILE", help="write there instead of printing")

@@ -13,6 +13,7 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_pose,
     check_output,
+    either,
     gravity_of,
     numbers,
     progress,
@@ -92,10 +93,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help="write .json, .urdf, .xml (MJCF), .sdf, .usda or .csv; repeatable",
+        help=f"write {_formats()}; repeatable",
     )
     add_sensor_pose(results)
     add_json(results)
+
+
+def _formats() -> str:
+    """Suffixes of files that can be written, with the format's name where its suffix does not tell it."""
+    from hefting.export import SUFFIXES
+
+    names = [suffix if name in suffix else f"{suffix} ({name.upper()})" for suffix, name in SUFFIXES.items()]
+    return either(names)
 
 
 def run(arguments: argparse.Namespace) -> None:

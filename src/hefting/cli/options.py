@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from hefting.core.quantity import Kind
     from hefting.core.recording import Recording
 
+GRAVITY = "0,0,-9.80665"
+"""`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 READING = {
     "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
@@ -34,6 +36,11 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
     """Where the sensor is on the robot's flange."""
     parser.add_argument("--sensor-pose-in-flange", metavar="POSE", help=f"controllers want flange axes: {POSE}")
+
+
+def either(words: Sequence[str]) -> str:
+    """One or more words as a choice: ``"a, b or c"``."""
+    return " or ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:
@@ -90,7 +97,7 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--gravity",
         metavar="X,Y,Z|estimate",
-        default="0,0,-9.80665",
+        default=GRAVITY,
         help="in world axes [m/s²], or find its direction; default %(default)s",
     )
 

@@ -4,17 +4,26 @@ import argparse
 from pathlib import Path
 
 from hefting.cli import render
-from hefting.cli.options import add_json, add_recording, check_output, numbers, progress, read_recording
+from hefting.cli.options import (
+    GRAVITY,
+    add_json,
+    add_recording,
+    check_output,
+    either,
+    numbers,
+    progress,
+    read_recording,
+)
 from hefting.core.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting predict``."""
+    from hefting.plots.style import FORMATS
+
     parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
     log = add_recording(parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench")
-    log.add_argument(
-        "--gravity", metavar="X,Y,Z", default="0,0,-9.80665", help="in world axes [m/s²]; default %(default)s"
-    )
+    log.add_argument("--gravity", metavar="X,Y,Z", default=GRAVITY, help="in world axes [m/s²]; default %(default)s")
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
@@ -29,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help="write the wrench and its band (.csv), or a picture (.png, .svg, .pdf); repeatable",
+        help=f"write the wrench and its band (.csv), or a picture ({', '.join(FORMATS)}); repeatable",
     )
     add_json(results)
 
@@ -38,12 +47,13 @@ def run(arguments: argparse.Namespace) -> None:
     """Predict, save what was asked for, and print peaks and extremes."""
     from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
+    from hefting.plots.style import FORMATS
     from hefting.prediction import predict
 
-    a = arguments
+    a, formats = arguments, (".csv", *FORMATS)
     for path in a.output:
-        if Path(path).suffix.lower() not in (".csv", ".png", ".svg", ".pdf"):
-            raise InputError(f"'{Path(path).suffix}' is not an output format", path, "use .csv, .png, .svg or .pdf")
+        if Path(path).suffix.lower() not in formats:
+            raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {either(formats)}")
         check_output(path, a.estimate, a.log, a.map, a.urdf)
     gravity = numbers(a.gravity, 3, "--gravity")
     estimate = Estimate.load(a.estimate)
@@ -70,6 +80,6 @@ def _content(found, suffix: str) -> bytes:
     """The prediction as a file of a suffix."""
     if suffix == ".csv":
         return found.csv()
-    from hefting.plots.prediction import picture
+    from hefting.plots import picture_of, plot_prediction
 
-    return picture(found, suffix)
+    return picture_of(plot_prediction(found), suffix)

@@ -29,6 +29,9 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""
 
+SPEED_LIMIT = 0.25
+"""Largest speed of the tool centre point [m/s] next to people, by ISO 10218-1 (2011)."""
+
 PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 """Order of the ten inertial parameters [kg, kg m (3), kg m² (6)]."""
 

@@ -4,11 +4,12 @@
     exported = export(estimate, "ur", sensor_pose_in_flange=pose)
     exported = export(estimate, "urdf", into="robot.urdf", link="tool0")
 
-Each target is a function from `Body` to text; this file knows only that.
+Each target is a file of this package that ends with its `Target`; here is their list, and what is done with one.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 from numpy.typing import ArrayLike
@@ -16,11 +17,50 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, warning
-from hefting.export import controllers, mjcf, records, sdf, urdf, usd
 from hefting.export.body import THINNEST, Body
-from hefting.export.splice import Place, put_inertial
+from hefting.export.splice import put_inertial
+from hefting.export.target import Target
 
-__all__ = ["SUFFIXES", "TARGETS", "Exported", "export"]
+__all__ = ["INSERTABLE", "SUFFIXES", "TARGETS", "Exported", "Target", "export"]
+
+FILES = (
+    "urdf",
+    "mjcf",
+    "sdf",
+    "usd",
+    "ur",
+    "xarm",
+    "franka",
+    "kuka",
+    "abb",
+    "fanuc",
+    "json_file",
+    "csv_file",
+)
+"""The file of each target, in the order in which they are named."""
+
+
+def _by_name(files: Sequence[str]) -> dict[str, Target]:
+    targets = [import_module(f"{__name__}.{file}").TARGET for file in files]
+    return {target.name: target for target in targets}
+
+
+def _by_suffix(targets: Sequence[Target]) -> dict[str, str]:
+    ordered = sorted(targets, key=lambda target: not target.is_read_back)
+    return {suffix: target.name for target in ordered for suffix in target.suffixes}
+
+
+REGISTRY: dict[str, Target] = _by_name(FILES)
+"""Every target by its name."""
+
+TARGETS: dict[str, str] = {name: target.description for name, target in REGISTRY.items()}
+"""Every target and what it is."""
+
+SUFFIXES: dict[str, str] = _by_suffix(tuple(REGISTRY.values()))
+"""Target of each file suffix; first that of a text which is read back."""
+
+INSERTABLE: dict[str, str] = {name: target.place.format for name, target in REGISTRY.items() if target.place}
+"""Targets that can be put into an existing file, and the name of its format."""
 
 
 @dataclass(frozen=True)
@@ -33,50 +73,6 @@ class Exported:
     """Frame of its numbers: ``sensor`` or ``flange``."""
     warnings: tuple[str, ...] = ()
     """One sentence each."""
-
-
-@dataclass(frozen=True)
-class _Simulator:
-    """A file format for simulators; `place` and `inertial` where one can be put into an existing file."""
-
-    write: Callable[[Body], str]
-    place: Place | None = None
-    inertial: Callable[[Body], str] | None = None
-
-
-SIMULATORS = {
-    "urdf": _Simulator(urdf.write, urdf.PLACE, urdf.inertial),
-    "mjcf": _Simulator(mjcf.write, mjcf.PLACE, mjcf.inertial),
-    "sdf": _Simulator(sdf.write, sdf.PLACE, sdf.inertial),
-    "usd": _Simulator(usd.write),
-}
-CONTROLLERS: dict[str, Callable[[Body], str]] = {
-    "ur": controllers.write_ur,
-    "xarm": controllers.write_xarm,
-    "franka": controllers.write_franka,
-    "kuka": controllers.write_kuka,
-    "abb": controllers.write_abb,
-    "fanuc": controllers.write_fanuc,
-}
-
-TARGETS = {
-    "urdf": "link of a URDF robot (ROS, Pinocchio, MuJoCo)",
-    "mjcf": "body of a MuJoCo model",
-    "sdf": "link of an SDFormat model (Gazebo)",
-    "usd": "rigid body of a USD stage, usda text (Isaac Sim)",
-    "ur": "Universal Robots: URScript set_target_payload",
-    "xarm": "UFACTORY xArm: Python set_tcp_load (mass and COM only)",
-    "franka": "Franka: libfranka setLoad, ROS 2 SetLoad",
-    "kuka": "KUKA: KRL load data",
-    "abb": "ABB: RAPID loaddata",
-    "fanuc": "Fanuc: payload schedule",
-    "json": "the estimate itself, which Hefting reads back",
-    "csv": "the estimate as one row of a table",
-}
-"""Every target and what it is."""
-
-SUFFIXES = {".json": "json", ".urdf": "urdf", ".xml": "mjcf", ".sdf": "sdf", ".usda": "usd", ".csv": "csv"}
-"""Target of each file suffix."""
 
 
 def export(
@@ -104,20 +100,48 @@ def export(
     Raises `InputError` for an unknown target, arguments that do not fit it, a file or link that does not,
     and, for everything but JSON and CSV, parameters no body can have.
     """
-    if target not in TARGETS:
+    if target not in REGISTRY:
         raise InputError(
-            f"unknown target '{target}'{nearest(target, TARGETS)}", fix=f"choose from: {', '.join(TARGETS)}"
+            f"unknown target '{target}'{nearest(target, REGISTRY)}", fix=f"choose from: {', '.join(REGISTRY)}"
         )
-    _check_arguments(target, into, link, name)
-    if target in ("json", "csv"):
-        text = records.write_json(estimate) if target == "json" else records.write_csv(estimate, name)
-        what = f"{target} holds the estimate in sensor axes: the sensor's pose in the flange was not used"
-        unused = warning("sensor-pose-unused", what, "sensor_pose_in_flange")
-        return Exported(text, "sensor", (unused,) if sensor_pose_in_flange is not None else ())
+    chosen = REGISTRY[target]
+    _check_arguments(chosen, into, link, name)
+    if chosen.write_estimate is not None:
+        text = chosen.write_estimate(estimate, name)
+        return Exported(text, "sensor", () if sensor_pose_in_flange is None else (_pose_unused(chosen),))
 
     body = Body.from_parameters(estimate.parameters, name, "sensor")
     if sensor_pose_in_flange is not None:
         body = body.moved(sensor_pose_in_flange, "flange")
+    if chosen.needs_inertia and body.is_point:
+        raise InputError(
+            "the estimate is a point mass, and a simulator needs an inertia",
+            fix="identify it from a motion that rotates, or with a shape",
+        )
+    warnings = _body_warnings(chosen, body)
+    if into is None:
+        assert chosen.write is not None  # as there is no `write_estimate`
+        return Exported(chosen.write(body), body.frame, tuple(warnings))
+    text, more = _put_into(chosen, body, into, link)
+    return Exported(text, body.frame, (*warnings, *more))
+
+
+def _check_arguments(target: Target, into: str | Path | None, link: str | None, name: str) -> None:
+    if into is not None and target.place is None:
+        raise InputError(f"{target.name} cannot be put into an existing file", fix=f"only {', '.join(INSERTABLE)} can")
+    if link is not None and into is None:
+        raise InputError(f"link '{link}' of which file?", fix="name the file with (`into`=FILE)")
+    if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
+        raise InputError(f"{name[:200]!r} cannot name a body", fix="give one printable line, and not 'world'")
+
+
+def _pose_unused(target: Target) -> Message:
+    what = f"{target.name} holds the estimate in sensor axes: the sensor's pose in the flange was not used"
+    return warning("sensor-pose-unused", what, "sensor_pose_in_flange")
+
+
+def _body_warnings(target: Target, body: Body) -> list[Message]:
+    """Of a body whose thickness was raised, of sensor axes where flange axes are wanted, and the target's own."""
     warnings = []
     if body.thickened:
         what = (
@@ -125,50 +149,22 @@ def export(
             f"simulators from refusing it and changes its inertia by about {THINNEST:g} of the largest moment"
         )
         warnings.append(warning("body-thickened", what))
-    if target in CONTROLLERS:
-        return Exported(CONTROLLERS[target](body), body.frame, (*warnings, *_controller_warnings(target, body)))
-
-    simulator = SIMULATORS[target]
-    if body.is_point:
-        raise InputError(
-            "the estimate is a point mass, and a simulator needs an inertia",
-            fix="identify it from a motion that rotates, or with a shape",
-        )
-    if into is None:
-        return Exported(simulator.write(body), body.frame, tuple(warnings))
-    assert simulator.place is not None  # as _check_arguments saw
-    assert simulator.inertial is not None
-    text, replaced = put_inertial(into, link, simulator.inertial(body), simulator.place)
-    warnings.append(warning("link-frame-assumed", f"the frame of '{link}' is taken to be the {body.frame} frame"))
-    if target == "mjcf" and mjcf.ignores_inertial(text):
-        what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
-        warnings.append(warning("inertials-ignored", what))
-    if replaced:
-        warnings.append(warning("inertial-replaced", f"'{link}' had an inertial: it was replaced, not added to"))
-    return Exported(text, body.frame, tuple(warnings))
-
-
-def _check_arguments(target: str, into: str | Path | None, link: str | None, name: str) -> None:
-    if into is not None and (target not in SIMULATORS or SIMULATORS[target].place is None):
-        able = ", ".join(key for key, simulator in SIMULATORS.items() if simulator.place)
-        raise InputError(f"{target} cannot be put into an existing file", fix=f"only {able} can")
-    if link is not None and into is None:
-        raise InputError(f"link '{link}' of which file?", fix="name the file with (`into`=FILE)")
-    if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
-        raise InputError(f"{name[:200]!r} cannot name a body", fix="give one printable line, and not 'world'")
-
-
-def _controller_warnings(target: str, body: Body) -> list[Message]:
-    warnings = []
-    if body.frame != "flange":
+    if target.wants_flange and body.frame != "flange":
         what = (
             "written in sensor axes, but the controller takes flange axes: "
             "give the sensor's pose in the flange (`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)"
         )
         warnings.append(warning("sensor-axes", what, "sensor_pose_in_flange"))
-    if target == "fanuc" and (share := controllers.dropped_products(body)) > 0.01:
-        what = f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out"
-        warnings.append(warning("products-left-out", what))
-    if target == "abb" and body.is_point:
-        warnings.append(warning("point-mass", "the estimate is a point mass: the three moments are zero"))
-    return warnings
+    return [*warnings, *target.warnings(body)]
+
+
+def _put_into(target: Target, body: Body, into: str | Path, link: str | None) -> tuple[str, list[Message]]:
+    """Text of the file `into` with the body's inertial in a link, and what to know of it."""
+    assert target.place is not None  # as _check_arguments saw
+    assert target.inertial is not None
+    text, replaced = put_inertial(into, link, target.inertial(body), target.place)
+    warnings = [warning("link-frame-assumed", f"the frame of '{link}' is taken to be the {body.frame} frame")]
+    warnings += target.file_warnings(text)
+    if replaced:
+        warnings.append(warning("inertial-replaced", f"'{link}' had an inertial: it was replaced, not added to"))
+    return text, warnings

@@ -130,3 +130,10 @@ def number(value: float) -> str:
 def numbers(values: Iterable[float], separator: str = " ") -> str:
     """`number` of each value, joined."""
     return separator.join(map(number, values))
+
+
+def quoted(text: str) -> str:
+    """Text as the value of an XML attribute, with its quotes."""
+    from xml.sax.saxutils import quoteattr  # which imports an HTTP client
+
+    return quoteattr(text)

@@ -4,10 +4,11 @@
 """
 
 import re
-from xml.sax.saxutils import quoteattr
 
-from hefting.export.body import Body, number, numbers
+from hefting.core.messages import Message, warning
+from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.splice import Place
+from hefting.export.target import Target
 
 PLACE = Place("MJCF", roots=("mujoco", "mujocoinclude"), element="body", parents=None)
 
@@ -20,7 +21,7 @@ def inertial(body: Body) -> str:
 
 def write(body: Body) -> str:
     """A whole model: the body, free in the world."""
-    name = quoteattr(body.name)
+    name = quoted(body.name)
     return f"""<!-- body frame: {body.frame}; SI units; inertia about the centre of mass -->
 <mujoco model={name}>
   <worldbody>
@@ -33,6 +34,21 @@ def write(body: Body) -> str:
 """
 
 
-def ignores_inertial(model: str) -> bool:
-    """Whether the model's text makes MuJoCo compute inertia from geoms alone."""
-    return re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model) is not None
+def file_warnings(model: str) -> list[Message]:
+    """A warning where the model's text makes MuJoCo compute inertia from geoms alone."""
+    if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model) is None:
+        return []
+    what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
+    return [warning("inertials-ignored", what)]
+
+
+TARGET = Target(
+    name="mjcf",
+    description="body of a MuJoCo model",
+    suffixes=(".xml",),
+    write=write,
+    needs_inertia=True,
+    place=PLACE,
+    inertial=inertial,
+    file_warnings=file_warnings,
+)

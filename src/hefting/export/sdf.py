@@ -4,10 +4,9 @@ The inertial's pose is the COM, and the tensor is about the COM in the axes of t
 products of inertia are those of the tensor, -∫ x y dm.
 """
 
-from xml.sax.saxutils import quoteattr
-
-from hefting.export.body import Body, number, numbers
+from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.splice import Place
+from hefting.export.target import Target
 
 PLACE = Place("SDF", roots=("sdf",), element="link", parents=("model",))
 
@@ -24,7 +23,7 @@ def inertial(body: Body) -> str:
 
 def write(body: Body) -> str:
     """A whole model of one link."""
-    name = quoteattr(body.name)
+    name = quoted(body.name)
     content = inertial(body).replace("\n", "\n      ")
     return f"""<?xml version="1.0"?>
 <!-- link frame: {body.frame}; SI units; inertia about the centre of mass -->
@@ -36,3 +35,14 @@ def write(body: Body) -> str:
   </model>
 </sdf>
 """
+
+
+TARGET = Target(
+    name="sdf",
+    description="link of an SDFormat model (Gazebo)",
+    suffixes=(".sdf",),
+    write=write,
+    needs_inertia=True,
+    place=PLACE,
+    inertial=inertial,
+)

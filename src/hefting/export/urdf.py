@@ -3,10 +3,9 @@
 The inertial's origin is the COM and the tensor is about the COM, in the axes of that origin, here the link's.
 """
 
-from xml.sax.saxutils import quoteattr
-
-from hefting.export.body import Body, number, numbers
+from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.splice import Place
+from hefting.export.target import Target
 
 PLACE = Place("URDF", roots=("robot",), element="link", parents=("robot",))
 
@@ -25,7 +24,7 @@ def write(body: Body) -> str:
 
     Not as the root link, whose inertia simulators attach to the world or drop (MuJoCo, KDL).
     """
-    name = quoteattr(body.name)
+    name = quoted(body.name)
     content = inertial(body).replace("\n", "\n    ")
     return f"""<?xml version="1.0"?>
 <!-- link frame: {body.frame}; SI units; inertia about the centre of mass -->
@@ -34,9 +33,20 @@ def write(body: Body) -> str:
   <link name={name}>
     {content}
   </link>
-  <joint name={quoteattr(body.name + "_in_world")} type="floating">
+  <joint name={quoted(body.name + "_in_world")} type="floating">
     <parent link="world"/>
     <child link={name}/>
   </joint>
 </robot>
 """
+
+
+TARGET = Target(
+    name="urdf",
+    description="link of a URDF robot (ROS, Pinocchio, MuJoCo)",
+    suffixes=(".urdf",),
+    write=write,
+    needs_inertia=True,
+    place=PLACE,
+    inertial=inertial,
+)

@@ -6,6 +6,7 @@ and kilograms; the quaternion is w first. Readers keep single precision: the att
 """
 
 from hefting.export.body import Body, number, numbers
+from hefting.export.target import Target
 
 
 def write(body: Body) -> str:
@@ -30,3 +31,12 @@ def Xform "{name}" (
     quatf physics:principalAxes = ({numbers(body.quaternion(), ", ")})
 }}
 """
+
+
+TARGET = Target(
+    name="usd",
+    description="rigid body of a USD stage, usda text (Isaac Sim)",
+    suffixes=(".usda",),
+    write=write,
+    needs_inertia=True,
+)

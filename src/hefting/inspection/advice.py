@@ -3,7 +3,7 @@
 from math import degrees
 
 from hefting.core.recording import Recording
-from hefting.inspection.movement import SPEED_LIMIT
+from hefting.core.spatial import SPEED_LIMIT
 from hefting.inspection.result import Inspection
 from hefting.inspection.streams import StreamFacts
 

@@ -6,14 +6,11 @@ import numpy as np
 
 from hefting.core.recording import Recording
 from hefting.core.regressor import dynamism
-from hefting.core.spatial import Array
+from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.ingest import Ingested
 from hefting.inspection.streams import GAP
 from hefting.motion import Measured
 from hefting.motion.measure import DESCRIPTIONS
-
-SPEED_LIMIT = 0.25
-"""m/s: the largest speed of the tool centre point, by ISO 10218-1 (2011), next to people."""
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import numpy as np
 
 from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message
-from hefting.core.spatial import Array
+from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
-from hefting.inspection.movement import SPEED_LIMIT, Movement
+from hefting.inspection.movement import Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts
 

@@ -1,12 +1,11 @@
 """Picture of a predicted wrench: force and torque with their 95 % bands, and what was measured. Needs matplotlib."""
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hefting.core.spatial import Array, Indices
-from hefting.plots.style import COMPONENTS, DRAWN, INK, figure_of, settled, style
+from hefting.plots.style import COMPONENTS, INK, MEASURED, PARTS, chosen, figure_of, settled, style
 from hefting.prediction import Prediction
 from hefting.prediction.spread import Z95
 
@@ -14,11 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FORMATS = (".png", ".svg", ".pdf")
-"""File name endings of pictures."""
-PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
-MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
-"""A measured line, wide and pale, below the predicted one."""
 SHADED = 0.3
 """Opacity of the band."""
 
@@ -36,7 +30,7 @@ def plot_prediction(prediction: Prediction) -> "Figure":
     with style():
         figure = figure_of(4.6 if deep else 3.2)
         rows = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
-        shown = _chosen(len(prediction))
+        shown = chosen(len(prediction))
         time = prediction.time[shown] + prediction.static
         for (name, unit, first), whole in zip(PARTS, rows[:: 2 if deep else 1], strict=True):
             _whole(whole, prediction, shown, first)
@@ -59,21 +53,6 @@ def plot_prediction(prediction: Prediction) -> "Figure":
         return settled(figure)
 
 
-def picture(prediction: Prediction, suffix: str) -> bytes:
-    """The same as the content of a file of a suffix of `FORMATS`; raster 300 dpi. No date: the same every time."""
-    content = io.BytesIO()
-    figure = plot_prediction(prediction)
-    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with style():
-        figure.savefig(content, format=suffix.lower()[1:], dpi=300, metadata=undated.get(suffix.lower(), {}))
-    return content.getvalue()
-
-
-def _chosen(count: int) -> Indices:
-    """At most `DRAWN` of so many indices, evenly chosen."""
-    return np.unique(np.linspace(0, count - 1, min(count, DRAWN)).astype(np.intp))
-
-
 def _whole(axes: "Axes", prediction: Prediction, shown: Indices, first: int) -> None:
     """The predicted force or torque with its band, over what was measured."""
     a = prediction.agreement
@@ -81,7 +60,7 @@ def _whole(axes: "Axes", prediction: Prediction, shown: Indices, first: int) -> 
     band = None if prediction.std is None else Z95 * _finite(prediction.std[shown])
     for i, colour in enumerate(COMPONENTS.values(), first):
         if a is not None:
-            seen = _chosen(len(a.time))
+            seen = chosen(len(a.time))
             line: dict[str, Any] = MEASURED | ({"marker": "_", "linestyle": "none"} if prediction.static else {})
             axes.plot(a.time[seen] + prediction.static, a.wrench[seen, i], color=colour, **line)
         if band is not None:
@@ -106,7 +85,7 @@ def _half_width(axes: "Axes", prediction: Prediction, shown: Indices, first: int
 def _difference(axes: "Axes", prediction: Prediction, first: int) -> None:
     a = prediction.agreement
     assert a is not None
-    seen = _chosen(len(a.time))
+    seen = chosen(len(a.time))
     for i, colour in enumerate(COMPONENTS.values(), first):
         axes.plot(a.time[seen] + prediction.static, a.difference[seen, i], color=colour, **_line(prediction, 0.4))
     axes.axhline(0.0, color=INK, linewidth=0.4)

@@ -6,14 +6,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hefting.core.errors import MissingDependencyError
 from hefting.core.files import write_atomically
+from hefting.core.spatial import Indices
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-"""From the colour-blind safe palette of Okabe & Ito (2008)."""
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+"""The colour-blind safe palette of Okabe & Ito (2008) but its yellow, too pale for lines."""
 COMPONENTS = {"x": BLUE, "y": VERMILION, "z": GREEN}
 SHADOW, INK = "#E4E4E4", "#303030"
 WIDTH = 3.5
@@ -24,6 +28,18 @@ BAR = 0.07
 """Height of the colour bar [in]."""
 DRAWN = 1500
 """Most samples drawn of a long recording, evenly chosen."""
+PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
+"""Of a wrench: name, unit and first column of each."""
+MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
+"""A measured line, wide and pale, below the computed one."""
+FORMATS: dict[str, dict[str, None]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+"""File name endings of pictures, and what is left out of their metadata for files that are alike to be the same."""
+DPI = 300
+"""Of pictures made of pixels."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 7.0,
@@ -46,14 +62,19 @@ STYLE: dict[Any, Any] = {
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
     """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; their paths."""
-    png, svg = io.BytesIO(), io.BytesIO()
-    with style():
-        figure.savefig(png, format="png", dpi=300)
-        figure.savefig(svg, format="svg", metadata={"Date": None})
     paths = Path(f"{stem}.png"), Path(f"{stem}.svg")
-    write_atomically(paths[0], png.getvalue())
-    write_atomically(paths[1], svg.getvalue())
+    contents = [picture_of(figure, path.suffix) for path in paths]
+    for path, content in zip(paths, contents, strict=True):
+        write_atomically(path, content)
     return paths
+
+
+def picture_of(figure: "Figure", suffix: str) -> bytes:
+    """`figure` as the content of a file of a suffix of `FORMATS`; raster 300 dpi. The same bytes every time."""
+    content = io.BytesIO()
+    with style():
+        figure.savefig(content, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
+    return content.getvalue()
 
 
 @contextmanager
@@ -72,6 +93,11 @@ def figure_of(height: float, width: float = WIDTH) -> "Figure":
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def chosen(count: int) -> Indices:
+    """At most `DRAWN` of so many indices, evenly chosen."""
+    return np.unique(np.linspace(0, count - 1, min(count, DRAWN)).astype(np.intp))
 
 
 def settled(figure: "Figure") -> "Figure":

@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
-from hefting.plots.style import COMPONENTS, DRAWN, INK, figure_of, settled, style
+from hefting.plots.style import COMPONENTS, INK, MEASURED, PARTS, chosen, figure_of, settled, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,16 +23,15 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
     if estimate.bias is not None:
         predicted = predicted + estimate.bias
     residual = measurements.wrench - predicted
-    shown = np.unique(np.linspace(0, len(measurements) - 1, min(len(measurements), DRAWN)).astype(int))
+    shown = chosen(len(measurements))
     time = measurements.time[shown] - measurements.time[0]
     with style():
         figure = figure_of(4.3)
         rows = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)})
-        for top, part, name, unit in ((0, 0, "Force", "N"), (2, 3, "Torque", "N m")):
-            whole, rest = rows[top], rows[top + 1]
+        for (name, unit, part), whole, rest in zip(PARTS, rows[::2], rows[1::2], strict=True):
             for i, (component, colour) in enumerate(COMPONENTS.items()):
                 column = part + i
-                whole.plot(time, measurements.wrench[shown, column], color=colour, linewidth=1.8, alpha=0.35)
+                whole.plot(time, measurements.wrench[shown, column], color=colour, **MEASURED)
                 whole.plot(time, predicted[shown, column], color=colour, linewidth=0.7, label=component)
                 rest.plot(time, residual[shown, column], color=colour, linewidth=0.4)
             whole.set_ylabel(f"{name} [{unit}]")
@@ -54,7 +53,7 @@ def _wrench_legend(axes: "Axes") -> None:
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=colour, linewidth=1.2, label=name) for name, colour in COMPONENTS.items()]
-    handles.append(Line2D([], [], color=INK, linewidth=1.8, alpha=0.35, label="measured"))
+    handles.append(Line2D([], [], color=INK, label="measured", **MEASURED))
     handles.append(Line2D([], [], color=INK, linewidth=0.7, label="predicted"))
     axes.legend(
         handles=handles,

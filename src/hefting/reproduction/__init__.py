@@ -2,21 +2,10 @@
 
 import time
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
-from hefting.reproduction import (
-    c1,
-    condition,
-    density,
-    gravity,
-    noise,
-    objects,
-    observations,
-    prediction,
-    robot,
-    stop_and_go,
-)
 from hefting.reproduction.experiment import Experiment, Report, Table
 from hefting.reproduction.page import write_page
 from hefting.reproduction.progress import Bars
@@ -24,10 +13,27 @@ from hefting.reproduction.runner import run_experiments
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
 
-EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.name: module.EXPERIMENT
-    for module in (objects, gravity, condition, density, c1, noise, observations, stop_and_go, robot, prediction)
-}
+FILES = (
+    "objects",
+    "gravity",
+    "condition",
+    "density",
+    "c1",
+    "noise",
+    "observations",
+    "stop_and_go",
+    "robot",
+    "prediction",
+)
+"""The file of each experiment, in the order of the page; each ends with its `EXPERIMENT`."""
+
+
+def _by_name(files: Sequence[str]) -> dict[str, Experiment]:
+    experiments = [import_module(f"{__name__}.{file}").EXPERIMENT for file in files]
+    return {experiment.name: experiment for experiment in experiments}
+
+
+EXPERIMENTS: dict[str, Experiment] = _by_name(FILES)
 """By name, in the order of the page."""
 
 

@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.spatial import SPEED_LIMIT
 from hefting.estimators import PMD
-from hefting.reproduction.drawing import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, over_limit
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, ISO_LIMIT, OBJECTS, RATE, SPEEDS, thing, wielded
+from hefting.reproduction.setting import C1, OBJECTS, QUANTITIES, RATE, SPEEDS, thing, wielded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +24,6 @@ SHOWN = (1.5, 10.0)
 """In the table [s]."""
 SEEDS = 8
 """Of the noise, for each object and speed."""
-QUANTITIES = ("mass", "center_of_mass", "inertia_at_origin")
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -71,9 +72,10 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         for speed in speeds
         for i, value in enumerate(VALUES)
     ]
-    columns = [f"{name} %, {t:g} s" for t in SHOWN for name in ("mass", "COM", "inertia")]
+    columns = [f"{name} %, {t:g} s" for t in SHOWN for name in QUANTITIES.values()]
     best = [
-        (s, *(VALUES[int(np.argmin(found[name][s][:, k]))] for k in places for name in QUANTITIES[1:])) for s in speeds
+        (s, *(VALUES[int(np.argmin(found[name][s][:, k]))] for k in places for name in list(QUANTITIES)[1:]))
+        for s in speeds
     ]
     chosen = [f"{name}, {t:g} s" for t in SHOWN for name in ("COM", "inertia")]
     seeds, objects = results[0][0]["seeds"], len({job["object"] for job, _ in results})
@@ -121,8 +123,6 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
 
 def _figure(found: dict[float, np.ndarray], label: str) -> "Figure":
     """A panel a speed, a line a c1; the legend has the sixth place."""
-    from hefting.plots.style import figure_of, settled, style
-
     with style():
         rows = len(found) // 2 + 1
         figure = figure_of(1.35 * rows + 0.25)
@@ -137,7 +137,7 @@ def _figure(found: dict[float, np.ndarray], label: str) -> "Figure":
             axes.set_xticks([], minor=True)
         for axes in panels[len(found) :]:
             axes.set_axis_off()
-        limit = f"> ISO: above {ISO_LIMIT} m/s\n(ISO 10218-1)"
+        limit = f"> ISO: above {SPEED_LIMIT} m/s\n(ISO 10218-1)"
         panels[len(found)].legend(*panels[0].get_legend_handles_labels(), loc="center", title=limit, title_fontsize=6.5)
         for axes in panels[max(len(found) - 2, 0) : len(found)]:
             axes.tick_params(labelbottom=True)

@@ -7,7 +7,8 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
-from hefting.reproduction.drawing import BLUE, VERMILION, legend_above, mark_limit
+from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import DURATION, SPEEDS, wielded
 
@@ -125,8 +126,6 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
 
 
 def _figure(results: list[tuple[Job, Result]]) -> "Figure":
-    from hefting.plots.style import INK, figure_of, settled, style
-
     simulated = [(job["speed"], result) for job, result in results if job["arm"] == "ur5"]
     robot = next(result for job, result in results if job["arm"] == "xarm7")
     speeds = [speed for speed, _ in simulated]

@@ -10,8 +10,9 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
+from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_of, settled, style
 from hefting.reproduction.c1 import VALUES
-from hefting.reproduction.drawing import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, legend_above
+from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import C1, OBJECTS, RATE, SPEEDS, Thing, thing, wielded
 from hefting.shapes import Shape
@@ -234,8 +235,6 @@ def _growth(timed: list[tuple[Job, Result]]) -> str:
 
 def _accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarray]]) -> "Figure":
     """Mean over the objects, with its standard error, of each series."""
-    from hefting.plots.style import figure_of, settled, style
-
     panels = {"mass": "mass error [%]", "center_of_mass": "COM error [%]", "inertia_at_origin": "inertia error [%]"}
     lines = (
         ("moderate", 0, VERMILION, "o", "moderate noise, 1.5 s"),
@@ -262,8 +261,6 @@ def _accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarr
 
 
 def _times_figure(timed: list[tuple[Job, Result]]) -> "Figure":
-    from hefting.plots.style import figure_of, settled, style
-
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with style():
         figure = figure_of(2.6)

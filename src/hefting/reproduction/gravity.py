@@ -4,10 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.reproduction.drawing import BLUE, VERMILION, legend_above, mark_limit
+from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
+from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import ISO_LIMIT, OBJECTS, SPEEDS, thing, wielded
+from hefting.reproduction.setting import OBJECTS, SPEEDS, thing, wielded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,7 +150,7 @@ def _notes(recomputed: list[tuple], results: list[tuple[Job, Result]], speeds: l
         "same angular velocity.",
         f"The paper's linear speeds are {SPEEDS[slow] / slow:.2f} m/s per rad/s; the sensor's origin, here at the "
         f"UR5's flange, goes at {sensor / slow:.3f} and the objects' COM at {com / slow:.3f}. The dotted line is where "
-        f"the paper's pairs put {ISO_LIMIT} m/s.",
+        f"the paper's pairs put {SPEED_LIMIT} m/s.",
     )
 
 
@@ -162,8 +163,6 @@ def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
 
 
 def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]) -> "Figure":
-    from hefting.plots.style import INK, figure_of, settled, style
-
     with style():
         figure = figure_of(2.5)
         axes = figure.subplots()

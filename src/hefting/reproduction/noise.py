@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
+from hefting.plots.style import INK, figure_of, settled, style
 from hefting.reproduction.drawing import legend_above, mark_limit, over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
@@ -117,8 +118,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
-    from hefting.plots.style import INK, figure_of, settled, style
-
     levels = [level for level in NOISE_LEVELS if level != "none"]
     with style():
         figure = figure_of(2.6, width=7.2)
@@ -145,8 +144,6 @@ def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
 
 
 def _over_time_figure(speeds, average) -> "Figure":
-    from hefting.plots.style import figure_of, settled, style
-
     with style():
         figure = figure_of(2.3, width=7.2)
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))

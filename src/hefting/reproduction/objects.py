@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import tensor_to_vector
-from hefting.reproduction.drawing import BLUE, SKY, VERMILION
+from hefting.plots.style import BLUE, INK, SKY, VERMILION, figure_of, settled, style
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import OBJECTS
 from hefting.simulation import MODULAR, Part
@@ -59,8 +59,6 @@ def _figure(objects: list[tuple[str, Result]]) -> "Figure":
     """Top views, to scale."""
     from matplotlib.lines import Line2D
 
-    from hefting.plots.style import INK, figure_of, settled, style
-
     with style():
         figure = figure_of(5.3, 7.2)
         panels = figure.subplots(2, 4, sharex=True, sharey=True).ravel()
@@ -95,8 +93,6 @@ def _depth(part: Part) -> int:
 def _draw(axes: "Axes", part: Part) -> None:
     """Seen along z, in millimetres."""
     from matplotlib.patches import Circle, Rectangle
-
-    from hefting.plots.style import INK
 
     x, y = 1e3 * part.center[0], 1e3 * part.center[1]
     colour = {PLA: PRINT, STEEL_WEIGHT: STEEL, ABS_WEIGHT: SKY}.get(part.density, AIR)

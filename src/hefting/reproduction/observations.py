@@ -10,7 +10,7 @@ from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.core.spatial import tensor_to_vector
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.ingest.free_fit import fit_freely
-from hefting.reproduction.experiment import Experiment, Job, Result
+from hefting.reproduction.experiment import Experiment, Job, Report, Result
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
     Observed,
@@ -23,7 +23,8 @@ from hefting.reproduction.filtered import (
     weak_geo,
     windows,
 )
-from hefting.reproduction.observations_report import KINDS, report
+from hefting.reproduction.observations_notes import notes
+from hefting.reproduction.observations_report import KINDS, figure, pooled, tables
 from hefting.reproduction.setting import C1, DURATION, OBJECTS, Thing, thing, wielded
 from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
@@ -119,6 +120,14 @@ def _first(exact: Wielding, seed: tuple[int, ...], count: int, share: float) -> 
         observed = Observed.of(exact, WRENCH_NOISE["moderate"], (*seed, k), noise)
         live = live or causal_filter(observed)
         yield window, begun_with(observed[window], live)
+
+
+def report(results: list[tuple[Job, Result]]) -> Report:
+    """Tables, figure, and what they say."""
+    scores = pooled(results)
+    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    figures = {"observations": figure(scores, speeds)}
+    return Report(tables(results, scores, speeds), figures, notes(results, scores, speeds))
 
 
 EXPERIMENT = Experiment(

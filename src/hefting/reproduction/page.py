@@ -1,18 +1,17 @@
 """The page of a reproduction: each experiment's tables and figures beside the published ones, in files and as HTML."""
 
 import html
-import io
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import hefting
 from hefting.core.files import write_atomically
+from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import Experiment, Report, Table, shown
 from hefting.reproduction.runner import make_folder, source_version
 
 PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
-PNG_DPI = 300
 PIXELS_AN_INCH = 130
 LONG = 16
 """Rows of a table above which the page folds it away, unless it is an experiment's first."""
@@ -35,8 +34,6 @@ nav li { margin: 0.1rem 0; }
 
 def write_page(reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool) -> Path:
     """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and the page; returns its path."""
-    from hefting.plots.style import style
-
     for experiment, report in reports:
         place = folder / experiment.name
         make_folder(place)
@@ -44,12 +41,7 @@ def write_page(reports: list[tuple[Experiment, Report]], folder: Path, seconds: 
             for suffix, text in ((".csv", table.csv()), (".json", table.json()), (".md", table.markdown())):
                 write_atomically(place / f"{table.name}{suffix}", text)
         for name, figure in report.figures.items():
-            for suffix in (".svg", ".png"):
-                content = io.BytesIO()
-                metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
-                with style():  # the same bytes every time
-                    figure.savefig(content, format=suffix[1:], dpi=PNG_DPI, metadata=metadata)
-                write_atomically(place / f"{name}{suffix}", content.getvalue())
+            save_figure(figure, place / name)
     path = folder / "index.html"
     write_atomically(path, page(reports, seconds, quick))
     return path

@@ -6,6 +6,7 @@ import numpy as np
 
 from hefting.core.regressor import predict_wrench
 from hefting.estimators import PMD
+from hefting.plots.style import COMPONENTS, INK, figure_of, settled, style
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
 from hefting.reproduction.robot import SPEED
@@ -92,8 +93,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 def _figure(result: Result) -> "Figure":
     """True (solid) and predicted (dashed) torques, and predicted minus true."""
     from matplotlib.lines import Line2D
-
-    from hefting.plots.style import COMPONENTS, INK, figure_of, settled, style
 
     time, true, found = np.array(result["time"]), np.array(result["true"]), np.array(result["warm"]["torque"])
     with style():

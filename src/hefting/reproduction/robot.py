@@ -10,10 +10,11 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.reproduction.drawing import BLACK, BLUE, ORANGE, PURPLE, VERMILION, legend_above
+from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import group, legend_above
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import Observed, causal_filter, cold, score, smoothed, warm, weak_geo
-from hefting.reproduction.setting import MOSTLY_WRONG, OBJECTS, Thing, published, thing, wielded
+from hefting.reproduction.setting import MOSTLY_WRONG, OBJECTS, QUANTITIES, Thing, printed, thing, wielded
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
 
@@ -152,12 +153,12 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
     def means(kind: str, cause: str, method: str) -> list[Cell]:
         values = [float(v) for v in found[kind, cause, method][:, :3].mean(axis=0)]
-        return [published(v) if v >= MOSTLY_WRONG else v for v in values]
+        return [printed(v) for v in values]
 
     def share(kind: str, cause: str, method: str) -> float:
         return 100.0 * float(found[kind, cause, method][:, -1].mean())
 
-    theirs = {name: [published(v) if v >= MOSTLY_WRONG else v for v in errors] for name, errors in PUBLISHED.items()}
+    theirs = {name: [printed(v) for v in errors] for name, errors in PUBLISHED.items()}
     rows: list[tuple[Cell, ...]] = [("published, real arm", name, *errors, None) for name, errors in theirs.items()]
     for kind, cause in (("warm", "none"), ("cold", "none"), ("smoother", "none"), ("warm", "all"), ("cold", "all")):
         label = kind if cause == "none" else f"{kind}, {CAUSES['all']} faults"
@@ -211,13 +212,10 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
     """A panel an error, a group a method, in it a mark a kind of motion."""
-    from hefting.plots.style import SHADOW, figure_of, settled, style
-
-    labels = [name.replace(", ", "\n").replace("literature", "liter.").replace("PMD-", "PMD\n") for name in METHODS]
     with style():
         figure = figure_of(2.5, 7.2)
         panels = figure.subplots(1, 3)
-        for quantity, (axes, name) in enumerate(zip(panels, ("mass", "COM", "inertia"), strict=True)):
+        for quantity, (axes, name) in enumerate(zip(panels, QUANTITIES.values(), strict=True)):
             for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
                 values = [
                     PUBLISHED[method.split(",")[0]][quantity] if key is None else mean[(*key, method)][quantity]
@@ -226,11 +224,8 @@ def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
                 at = np.arange(len(METHODS)) + 0.15 * (j - 2)
                 look = {"color": colour, "markersize": 3.5, "clip_on": False, "label": label}
                 axes.plot(at, np.minimum(values, TOPS[quantity]), marker, **look)
-            for i in range(0, len(METHODS), 2):
-                axes.axvspan(i - 0.5, i + 0.5, color=SHADOW, alpha=0.5, linewidth=0.0, zorder=0)
-            axes.set(yscale="log", ylabel=f"{name} error [%]", xlim=(-0.5, len(METHODS) - 0.5))
-            axes.set_ylim(top=TOPS[quantity])
-            axes.set_xticks(range(len(METHODS)), labels)
+            group(axes, tuple(METHODS), TOPS[quantity])
+            axes.set_ylabel(f"{name} error [%]")
         panels[1].set_xlabel("method")
         legend_above(figure, panels[0], len(DRAWN))
         return settled(figure)

@@ -10,6 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.metrics import Errors, errors_between
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
+from hefting.plots.style import BLUE, GREEN, ORANGE, VERMILION
 from hefting.shapes import Shape
 from hefting.simulation import (
     MODULAR,
@@ -31,10 +32,10 @@ RATE = 100.0
 """Samples a second."""
 DURATION = 35.0
 """Of a motion [s]."""
-ISO_LIMIT = 0.25
-"""Largest TCP speed of ISO 10218-1 [m/s]."""
 C1 = 300.0
 """Of PMD in the paper's simulations."""
+QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
+"""Errors that the paper gives, and what they are called in tables and figures."""
 MOSTLY_WRONG = 500.0
 """Percent: the paper says "> 500" above it."""
 
@@ -76,8 +77,8 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
     "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
 }
 """The paper's four, at its hyperparameters; GEO with its authors' weight and the homogeneous body."""
-COLOURS = {"OLS": "#0072B2", "RTLS": "#E69F00", "GEO": "#009E73", "PMD": "#D55E00"}
-"""Of the methods in all figures (Okabe & Ito 2008)."""
+COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
+"""Of the methods in all figures."""
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 
@@ -87,9 +88,9 @@ def mean(values: Iterable[float | None]) -> float | None:
     return float(np.mean(known)) if known else None
 
 
-def published(value: float) -> str:
-    """A published figure as it is printed there: "> 500" above that."""
-    return "> 500" if value >= MOSTLY_WRONG else f"{value:g}"
+def printed(value: float) -> str | float:
+    """An error [%] as the paper prints it: "> 500" above that."""
+    return "> 500" if value >= MOSTLY_WRONG else value
 
 
 def signal_to_noise(measurements: Measurements, noise: Noise) -> float:

@@ -7,9 +7,10 @@ import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
-from hefting.reproduction.drawing import BLUE, VERMILION, legend_above
+from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, OBJECTS, RATE, Thing, thing
+from hefting.reproduction.setting import C1, OBJECTS, QUANTITIES, RATE, Thing, thing
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ SETTINGS = {
     "moderate, motion too": MODERATE,
 }
 """Noise of the wrench alone, as a robot knows that it rests; and of the accelerations as well."""
-QUANTITIES = ("mass", "center_of_mass", "inertia_at_origin")
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -102,8 +102,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray) -> "Figure":
-    from hefting.plots.style import INK, figure_of, settled, style
-
     with style():
         figure = figure_of(2.3)
         axes = figure.subplots()

@@ -93,9 +93,7 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
 
     drawn: tuple[Path, ...] = ()
     if pictures:
-        from hefting.plots.body import plot_object
-        from hefting.plots.style import save_figure
-        from hefting.plots.wrench import plot_wrench
+        from hefting.plots import plot_object, plot_wrench, save_figure
 
         drawn = save_figure(plot_wrench(found.measurements, estimate), folder / "wrench")
         picture = plot_object(estimate, shape, surface.copy().apply_transform(POSE), body)

@@ -18,9 +18,6 @@ START = tuple(UR5.start.tolist())
 FREQUENCIES = (0.10, 0.13, 0.16)
 """Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to the wanted speed."""
 
-SPEED_LIMIT = 0.25
-"""m/s: the largest speed of the tool centre point, by ISO 10218-1 (2011), next to people."""
-
 LARGEST_SCALE = 1e4
 """Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that starts from rest has no time to."""
 

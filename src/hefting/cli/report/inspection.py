@@ -10,9 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.printing import warning_lines
-from hefting.core.spatial import Array
+from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
-from hefting.inspection.movement import SPEED_LIMIT
 
 if TYPE_CHECKING:
     from hefting.ingest import Conditioned, Drift

@@ -1,11 +1,10 @@
-"""JSON and CSV: the estimate itself, in sensor axes and SI units, whether or not a body can have it."""
+"""CSV: the estimate itself as a row, in sensor axes and SI units, whether or not a body can have it."""
 
-import csv
 import io
-import json
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import tensor_to_vector
+from hefting.export.target import Target
 
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 AT_COM = ("mass", "cx", "cy", "cz", *(f"I{e}" for e in ENTRIES))
@@ -20,13 +19,10 @@ COLUMNS = (
 empty where the method has none; duration in s."""
 
 
-def write_json(estimate: Estimate) -> str:
-    """What `Estimate.load` reads back."""
-    return json.dumps(estimate.to_dict(), indent=1) + "\n"
-
-
-def write_csv(estimate: Estimate, name: str) -> str:
+def write(estimate: Estimate, name: str) -> str:
     """A header and one row, so that rows of many estimates stack."""
+    import csv
+
     p, std = estimate.parameters, estimate.std
     at_com = (p.mass, *p.center_of_mass, *tensor_to_vector(p.inertia_at_com))
     spread = (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"])) if std else (None,) * 10
@@ -42,3 +38,11 @@ def write_csv(estimate: Estimate, name: str) -> str:
         )
     )
     return stream.getvalue()
+
+
+TARGET = Target(
+    name="csv",
+    description="the estimate as one row of a table",
+    suffixes=(".csv",),
+    write_estimate=write,
+)

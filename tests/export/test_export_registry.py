@@ -1,0 +1,92 @@
+"""An export target is one file and one line: what is listed and written follows from them."""
+
+import re
+from pathlib import Path
+
+import pytest
+from test_export_bodies import make
+
+from hefting.export import FILES, REGISTRY, SUFFIXES, TARGETS
+from hefting.logs import write_log
+from hefting.simulation import UR5, hammer, simulate, sinusoids
+from registries import PACKAGE, Copy
+
+README = (Path(__file__).parents[2] / "README.md").read_text()
+NOT_TARGETS = {"__init__", "body", "controller", "splice", "target"}
+
+TOY = '''"""Toy: the mass alone."""
+
+from hefting.export.body import Body, number
+from hefting.export.target import Target
+
+
+def write(body: Body) -> str:
+    """The mass [kg]."""
+    return f"toy {number(body.mass)}\\n"
+
+
+TARGET = Target(name="toy", description="a toy", suffixes=(".toy",), write=write, wants_flange=True)
+'''
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """The package with the toy target."""
+    copy = Copy(tmp_path_factory.mktemp("toy"))
+    copy.add("export/toy.py", TOY)
+    copy.add_line("export/__init__.py", '    "fanuc",', '    "toy",')
+    return copy
+
+
+@pytest.fixture(scope="module")
+def estimate(copy):
+    """File of an estimate, and the mass [kg] in it."""
+    found = make("box", 0)[0]
+    found.save(copy.folder / "estimate.json")
+    return "estimate.json", found.parameters.mass
+
+
+def test_each_file_is_listed_and_its_target_is_whole():
+    assert set(FILES) == {path.stem for path in (PACKAGE / "export").glob("*.py")} - NOT_TARGETS
+    assert len(FILES) == len(REGISTRY)
+    for name, target in REGISTRY.items():
+        assert target.name == name == name.lower()
+        assert (target.write is None) != (target.write_estimate is None)
+        assert (target.place is None) == (target.inertial is None)
+        assert all(suffix.startswith(".") for suffix in target.suffixes)
+    suffixes = [suffix for target in REGISTRY.values() for suffix in target.suffixes]
+    assert sorted(suffixes) == sorted(SUFFIXES)  # no two targets share one
+
+
+def test_the_readme_names_every_target():
+    words = set(re.findall(r"\w+", README.lower()))
+    assert set(TARGETS) <= words
+
+
+def test_a_new_target_in_python(copy, estimate):
+    file, mass = estimate
+    code = (
+        "from hefting.core.estimate import Estimate; from hefting.export import SUFFIXES, TARGETS, export; "
+        f"found = export(Estimate.load({file!r}), 'toy'); "
+        "print(TARGETS['toy'], SUFFIXES['.toy'], found.frame, *(w.code for w in found.warnings), found.text)"
+    )
+    assert copy.python("-c", code).split() == ["a", "toy", "toy", "sensor", "sensor-axes", "toy", repr(mass)]
+
+
+def test_a_new_target_on_the_command_line(copy, estimate):
+    file, mass = estimate
+    pose = ("--sensor-pose-in-flange", "0,0,0.03,0,0,0,1")
+    assert copy.hefting("export", file, "--to", "toy", *pose) == f"toy {mass!r}\n"
+    assert "fanuc, toy, json or csv" in " ".join(copy.hefting("export", "--help").split())
+    assert ".usda, .toy or .csv; repeatable" in " ".join(copy.hefting("identify", "--help").split())
+
+
+def test_a_new_target_by_its_suffix(copy):
+    body = hammer().parameters
+    write_log(simulate(UR5.motion(sinusoids(3.0, 100.0, 1.5)), body), copy.folder / "log.csv")
+    out = copy.hefting("identify", "log.csv", "--method", "OLS", "--output", "a.toy")
+    assert "wrote a.toy (sensor axes)" in out
+    assert "--sensor-pose-in-flange" in " ".join(out.split())
+    word, mass = (copy.folder / "a.toy").read_text().split()
+    assert word == "toy"
+    assert float(mass) == pytest.approx(body.mass, rel=1e-3)  # no noise
