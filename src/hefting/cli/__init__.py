@@ -32,10 +32,9 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
         *("shape", "unit", "object_pose", "points", "points_per_cm3", "pose_std", "shape_std"),
         *("gravity", "wrench", "bias", "motion", "tool", "start", "duration", "truth", "map", "urdf", "sensor_frame"),
         *("method", "until", "c1", "regularization", "gamma", "into", "link", "sensor_pose_in_flange", "output"),
-        *("wrench_topic", "pose_topic", "twist_topic", "joint_topic", "imu_topic", "world_frame"),
     )
 }
-"""Option of each argument of the library that a message may name."""
+"""Option of each argument of the library that a message may name, besides those of log formats."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -90,10 +89,16 @@ def render(text: str) -> str:
 
 def _option(match: re.Match[str]) -> str:
     name, quoted, plain = match.groups()
-    if name not in OPTIONS:
-        return match[0]
+    option = OPTIONS.get(name) or _format_option(name)
     value = quoted or plain
-    return f"{OPTIONS[name]} {value}" if value else OPTIONS[name]
+    return match[0] if option is None else f"{option} {value}" if value else option
+
+
+def _format_option(name: str) -> str | None:
+    """The option of an argument that a log format takes; None when none takes it."""
+    from hefting.logs.formats import all_options
+
+    return f"--{name.replace('_', '-')}" if name in all_options() else None
 
 
 def _joined(words: list[str]) -> list[str]:

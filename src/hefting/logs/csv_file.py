@@ -13,9 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
+from hefting.logs.formats import Format
 from hefting.logs.layout import Layout
 from hefting.logs.table import Block, label
+from hefting.logs.writing import table_from_recording
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -264,3 +268,28 @@ def _single_spaces(text: bytes) -> bytes:
 def _separator(line: str) -> str:
     separator = max(",;\t", key=line.count)
     return separator if separator in line else " "
+
+
+def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
+    """Write canonical CSV, each number with the fewest digits that give back the same bits; all streams fit."""
+    from pyarrow import csv as pacsv
+
+    table = table_from_recording(recording)
+    stream = io.BytesIO()
+    stream.write((",".join(table.column_names) + "\n").encode())
+    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
+    del table
+    write_atomically(path, stream.getvalue())
+    return ()
+
+
+FORMAT = Format(
+    name="CSV",
+    description="CSV with the columns below, or any through a column map",
+    suffixes=(".csv", ".txt", ".tsv"),
+    help_names=(".csv",),
+    open_table=open_csv,
+    written=(".csv",),
+    write=write_csv,
+)
+"""Separated text with a header row."""

@@ -28,6 +28,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
+from hefting.logs.formats import Format
 from hefting.logs.orientations import rotated_back
 from hefting.logs.table import Table, collect, in_seconds
 
@@ -172,3 +173,12 @@ def _reference(values: dict[str, Array], raw: bool) -> list[Message]:
         what = f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"
         return [warning("torque-reference-assumed", what)]
     return []
+
+
+FORMAT = Format(
+    name="UR real-time record",
+    description="UR real-time record (`record.py` of RTDE), recognised by its header",
+    read_table=read_ur,
+    is_header=is_ur,
+)
+"""Columns of a robot controller, in any file with named columns."""

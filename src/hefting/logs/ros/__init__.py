@@ -7,23 +7,13 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
-from hefting.logs.ros.containers import BAG_SUFFIXES, Contents, is_bag, read_messages
+from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import listing
 from hefting.logs.ros.messages import Collector, same_name
 from hefting.logs.ros.streams import Streams
+from hefting.logs.ros_bag import BAG_OPTIONS, BAG_SUFFIXES, is_bag
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
-
-BAG_OPTIONS = (
-    "wrench_topic",
-    "pose_topic",
-    "twist_topic",
-    "joint_topic",
-    "imu_topic",
-    "world_frame",
-    "sensor_frame",
-)
-"""Names of the keyword options of `read_bag`."""
 
 
 def read_bag(
