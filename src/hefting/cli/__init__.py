@@ -96,7 +96,7 @@ def _option(match: re.Match[str]) -> str:
 
 def _format_option(name: str) -> str | None:
     """The option of an argument that a log format takes; None when none takes it."""
-    from hefting.logs.formats import all_options
+    from hefting.logs.registry import all_options
 
     return f"--{name.replace('_', '-')}" if name in all_options() else None
 

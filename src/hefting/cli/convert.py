@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Convert, and say what was read and chosen."""
     from hefting.logs import check_output as check_format
     from hefting.logs import write_log
-    from hefting.logs.formats import find_writer
+    from hefting.logs.registry import find_writer
 
     a = arguments
     check_format(a.output)
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _output_help() -> str:
     """The suffixes that are written: of canonical tables, then of each other format."""
-    from hefting.logs.formats import formats, join_words, table_formats
+    from hefting.logs.registry import formats, join_words, table_formats
 
     parts = ["canonical " + join_words([suffix for each in table_formats() for suffix in each.written], "or")]
     for each in formats():

@@ -66,7 +66,7 @@ def add_recording(
     parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of its kind."""
-    from hefting.logs.formats import all_options, formats, join_words, table_formats
+    from hefting.logs.registry import all_options, formats, join_words, table_formats
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
     tables = join_words([each.name for each in table_formats()], "or")
@@ -92,7 +92,7 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
 def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) -> "Recording":
     """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
     from hefting.logs import read_log
-    from hefting.logs.formats import all_options, find_format
+    from hefting.logs.registry import all_options, find_format
 
     a = arguments
     found = find_format(a.log)

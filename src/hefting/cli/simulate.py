@@ -20,7 +20,7 @@ LEVER = 0.05
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting simulate``."""
-    from hefting.logs.formats import formats
+    from hefting.logs.registry import formats
 
     suffixes = sorted((suffix for each in formats() for suffix in each.written), key=lambda suffix: not suffix)
     written = ", ".join(suffix or "or a folder for no suffix" for suffix in suffixes)

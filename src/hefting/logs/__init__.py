@@ -1,4 +1,4 @@
-"""Log files: each format of `hefting.logs.formats` gives a `Recording`; the name of the file says which it is."""
+"""Log files: each format of `hefting.logs.registry` gives a `Recording`; the name of the file says which it is."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,7 +6,9 @@ from typing import Any
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording
-from hefting.logs.formats import Format, find_format, find_writer, formats, join_words, suffix_of, table_formats
+from hefting.logs.registry import Format, find_format, find_writer, formats, join_words, suffix_of, table_formats
+
+__all__ = ["check_output", "formats", "is_bag", "read_log", "write_log"]
 
 
 def read_log(

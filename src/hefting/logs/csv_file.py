@@ -16,8 +16,8 @@ from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
-from hefting.logs.formats import Format
 from hefting.logs.layout import Layout
+from hefting.logs.registry import Format
 from hefting.logs.table import Block, label
 from hefting.logs.writing import table_from_recording
 

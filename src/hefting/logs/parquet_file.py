@@ -11,8 +11,8 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.recording import Recording
-from hefting.logs.formats import Format
 from hefting.logs.layout import Layout
+from hefting.logs.registry import Format
 from hefting.logs.table import Block, label
 from hefting.logs.writing import table_from_recording
 

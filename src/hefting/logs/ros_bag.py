@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.recording import Recording
-from hefting.logs.formats import Format
+from hefting.logs.registry import Format
 
 BAG_SUFFIXES = (".bag", ".mcap", ".db3")
 """File name endings that are read as bags."""

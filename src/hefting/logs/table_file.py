@@ -5,7 +5,7 @@ from pathlib import Path
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording
 from hefting.logs.canonical import read_canonical
-from hefting.logs.formats import Format, formats
+from hefting.logs.registry import Format, formats
 
 MAX_BYTES = 2 * 1024**3
 """Largest table that is read [bytes]: its numbers are held in memory, and slow motion needs far less."""

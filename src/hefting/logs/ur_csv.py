@@ -28,8 +28,8 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.logs.formats import Format
 from hefting.logs.orientations import rotated_back
+from hefting.logs.registry import Format
 from hefting.logs.table import Table, collect, in_seconds
 
 FIELDS = {
