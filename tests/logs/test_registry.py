@@ -96,23 +96,24 @@ FORMAT = Format(
 
 
 def add_format(monkeypatch, folder, name, text):
-    """Write the format's file, and its line into the registry, until the end of the test."""
+    """Write the format's file, and its line into the registry; yield, and remove both."""
     (folder / f"{name}.py").write_text(text)
     monkeypatch.syspath_prepend(folder)
-    monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr("hefting.logs.registry.MODULES", (*MODULES, name))
+    yield
+    sys.modules.pop(name, None)
 
 
 @pytest.fixture
 def toy(monkeypatch, tmp_path):
     """The format that reads everything itself."""
-    add_format(monkeypatch, tmp_path, "toy_log", TOY)
+    yield from add_format(monkeypatch, tmp_path, "toy_log", TOY)
 
 
 @pytest.fixture
 def table(monkeypatch, tmp_path):
     """The format with named columns."""
-    add_format(monkeypatch, tmp_path, "reversed_log", TABLE)
+    yield from add_format(monkeypatch, tmp_path, "reversed_log", TABLE)
 
 
 def swinging() -> Recording:

@@ -7,7 +7,7 @@ from pathlib import Path
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
-from hefting.logs.table import Table, checked_static, collect, in_seconds, listed, require_streams
+from hefting.logs.table import Table, collect, in_seconds, require_streams, summarize_list, warn_about_static
 
 MAX_COLUMNS = 1000
 """Most columns that a header may have."""
@@ -37,7 +37,7 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
     streams, more = collect(table, time, columns)
     require_streams(streams, table.source, wrench_needed)
     if time is None:
-        return checked_static(Recording(streams, True, table.source, warnings + more))
+        return warn_about_static(Recording(streams, True, table.source, warnings + more))
     streams, about_time = in_seconds(streams, table.source)
     return Recording(streams, False, table.source, warnings + more + about_time)
 
@@ -56,9 +56,9 @@ def known_columns(
     present = set(named)
     if len(present) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
-        raise InputError(f"column {shown(twice)} is there {named.count(twice)} times", source, "keep one of them")
+        raise InputError(f"column {quote_name(twice)} is there {named.count(twice)} times", source, "keep one of them")
 
-    groups = _groups(present)
+    groups = _group_columns(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
     unknown = [name for name in named if name not in expected]
     absent = [name for name in dict.fromkeys((*EXPECTED, *sorted(expected))) if name not in present]
@@ -67,33 +67,35 @@ def known_columns(
         missing = [column for column in columns if column not in present]
         if missing and len(missing) < len(columns):
             there = " ".join(column for column in columns if column in present)
-            resembling = (f"; unknown: {shown(name)}{guess}" for name in unknown if (guess := nearest(name, missing)))
+            resembling = (
+                f"; unknown: {quote_name(name)}{guess}" for name in unknown if (guess := nearest(name, missing))
+            )
             what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
             raise InputError(what, source, f"give all of {' '.join(columns)}")
     for name in unknown:
-        if match := _meant(name, absent):
+        if match := _guess_column(name, absent):
             unit = ", in seconds" if match == "time" else ""
-            what = f"unknown column {shown(name)} (did you mean '{match}'?)"
+            what = f"unknown column {quote_name(name)} (did you mean '{match}'?)"
             raise InputError(what, source, f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)")
 
     for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
         if not present & {FIXED[stream][0], *others}:
-            guesses = listed([shown(name) + nearest(name, FIXED[stream]) for name in unknown])
+            guesses = summarize_list([quote_name(name) + nearest(name, FIXED[stream]) for name in unknown])
             raise InputError(f"there is no {stream}{guesses and '; unknown columns: '}{guesses}", source, fix)
     found = {stream: columns for stream, columns in groups.items() if columns[0] in present}
-    ignored = [shown(name) + nearest(name, absent) for name in unknown]
+    ignored = [quote_name(name) + nearest(name, absent) for name in unknown]
     ignored += [f"number {i} without a name" for i, name in enumerate(names, 1) if not name]
     if not ignored:
         return found, ()
-    return found, (warning("columns-ignored", f"ignored unknown columns: {listed(ignored)}", "column_map"),)
+    return found, (warning("columns-ignored", f"ignored unknown columns: {summarize_list(ignored)}", "column_map"),)
 
 
-def shown(name: str) -> str:
+def quote_name(name: str) -> str:
     """A name of someone else's in quotes, cut short."""
     return repr(name[:40])
 
 
-def _groups(present: set[str]) -> dict[str, tuple[str, ...]]:
+def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
     """The columns each stream should have, joints up to the highest number that is there."""
     groups = dict(FIXED)
     for stream in JOINT_STREAMS:
@@ -104,7 +106,7 @@ def _groups(present: set[str]) -> dict[str, tuple[str, ...]]:
     return groups
 
 
-def _meant(name: str, absent: Sequence[str]) -> str | None:
+def _guess_column(name: str, absent: Sequence[str]) -> str | None:
     """The absent column that `name` surely stands for: the same letters, or another word for time."""
     letters = re.sub(r"[\W_]", "", name).lower()
     from difflib import get_close_matches

@@ -28,7 +28,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.logs.orientations import rotated_back
+from hefting.logs.orientations import rotate_into_sensor
 from hefting.logs.registry import Format
 from hefting.logs.table import Table, collect, in_seconds
 
@@ -89,7 +89,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
         notes.append(note("pose-source", remarks))
         if felt:
             more += _reference(values, raw)
-            found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
+            found["wrench"] = values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
     elif raw:
         found["wrench"] = values[RAW]
     elif felt:
