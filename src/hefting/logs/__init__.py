@@ -9,6 +9,7 @@ from hefting.core.recording import Recording
 from hefting.logs.registry import Format, find_format, find_writer, formats, join_words, suffix_of, table_formats
 
 __all__ = ["check_output", "formats", "is_bag", "read_log", "write_log"]
+"""Names that are public here."""
 
 
 def read_log(

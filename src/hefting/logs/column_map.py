@@ -37,6 +37,7 @@ from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
 MAX_MAP = 1_000_000
 """Largest map that is read [bytes]."""
+
 MAX_NAMES = 1000
 """Most columns that one key may name."""
 
@@ -58,6 +59,8 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
 """Kinds of unit of each key and how many columns have them; 0: as many as are given."""
 
 KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
+"""Keys of a column map that name columns, in the order in which messages list them."""
+
 ALLOWED = {
     "time": ("column", "unit", "rate"),
     "orientation": ("columns", "unit", "form", "order"),

@@ -40,7 +40,10 @@ PLAIN = b"0123456789.eE+-,\n"
 """What numbers without blanks between commas are made of."""
 
 BLANKS = [" " * n for n in range(33)]
+"""Cells that pyarrow takes for blank: up to 32 spaces."""
+
 NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
+"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks around it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,7 +59,7 @@ class ParquetTable:
                     )
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-            raise _unreadable(self.source, error) from error
+            raise _read_error(self.source, error) from error
 
 
 def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
@@ -73,14 +73,14 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     try:
         names = tuple(parquet.read_schema(path).names)
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        raise _unreadable(path, error) from error
+        raise _read_error(path, error) from error
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(f"column {twice[0][0][:40]!r} is there {twice[0][1]} times", path, "keep one of them")
     return ParquetTable(str(path), names)
 
 
-def _unreadable(path: str | Path, error: Exception) -> InputError:
+def _read_error(path: str | Path, error: Exception) -> InputError:
     reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
     return InputError(f"cannot be read as Parquet ({reason})", path, "write the file again")
 

@@ -17,7 +17,11 @@ SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
 """The reader of each suffix; any other is MCAP."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""First bytes of data that are compressed with zstd."""
+
 MAX_METADATA = 1_000_000
+"""Part of a bag's metadata.yaml that is read [bytes]."""
+
 MAX_INFLATED = 4 * 1024**3
 """Largest size a file compressed as a whole is decompressed to, on disk [bytes]."""
 
@@ -47,14 +51,14 @@ def read_messages(contents: Contents, wanted: Callable[[Topic], bool]) -> Iterat
             contents.topics.append(topic)
         return first if wanted(first) else None
 
-    for path in _files(contents):
+    for path in _find_files(contents):
         try:
             yield from _scan(path, declare)
         except Cut as cut:
             contents.cuts.append(f"{path.name} {cut}")
 
 
-def _files(contents: Contents) -> list[Path]:
+def _find_files(contents: Contents) -> list[Path]:
     path = contents.path
     if not path.exists():
         raise InputError("does not exist", where=path)
