@@ -9,6 +9,7 @@ import pytest
 
 from hefting.cli import main
 from hefting.estimators import describe_methods
+from hefting.logs import formats
 from hefting.simulation import demo
 
 README = Path(__file__).parents[2] / "README.md"
@@ -74,3 +75,12 @@ def test_the_table_of_methods_is_as_they_say():
 def test_links_lead_somewhere():
     for target in re.findall(r"\]\(([^)]+)\)", README.read_text()):
         assert target.startswith("https://") or (README.parent / target).exists(), target
+
+
+def test_the_table_of_log_formats_is_the_registry():
+    rows = []
+    for each in formats():
+        read = [f"`{suffix}`" for suffix in each.suffixes] + ["folder"] * bool(each.folder)
+        written = [f"`{suffix}`" if suffix else "folder" for suffix in each.written]
+        rows.append(f"| {each.description} | {' '.join(read) or 'any table'} | {' '.join((*written, '|'))}")
+    assert "\n".join(("| log | read | written |", "|---|---|---|", *rows)) + "\n\n" in README.read_text()

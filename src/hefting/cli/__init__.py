@@ -38,10 +38,9 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
         *("shape", "unit", "object_pose", "points", "points_per_cm3", "pose_std", "shape_std"),
         *("gravity", "wrench", "bias", "motion", "tool", "start", "duration", "truth", "map", "urdf", "sensor_frame"),
         *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
-        *("wrench_topic", "pose_topic", "twist_topic", "joint_topic", "imu_topic", "world_frame"),
     )
 }
-"""Option of each argument of the library that a message may name, but for the numbers that methods declare."""
+"""Option of each argument of the library that a message may name, besides those of methods and log formats."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -96,7 +95,7 @@ def render(text: str) -> str:
 
 def _option(match: re.Match[str]) -> str:
     name, quoted, plain = match.groups()
-    option = OPTIONS.get(name) or _option_of_a_method(name)
+    option = OPTIONS.get(name) or _option_of_a_method(name) or _option_of_a_format(name)
     if option is None:
         return match[0]
     value = quoted or plain
@@ -107,6 +106,13 @@ def _option_of_a_method(name: str) -> str | None:
     """Option of a number that methods declare; None where it is none, or no command has looked at methods yet."""
     estimators = sys.modules.get("hefting.estimators")
     return option_of(name) if estimators is not None and name in estimators.options() else None
+
+
+def _option_of_a_format(name: str) -> str | None:
+    """Option of an argument that a log format takes; None where none takes it."""
+    from hefting.logs.registry import all_options
+
+    return option_of(name) if name in all_options() else None
 
 
 def _joined(words: list[str]) -> list[str]:

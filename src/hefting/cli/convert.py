@@ -1,7 +1,6 @@
 """hefting convert: read a log of any known format, and write it in another."""
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
@@ -14,9 +13,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting convert``."""
     add_recording(parser)
-    parser.add_argument(
-        "output", metavar="OUTPUT", help="canonical .csv or .parquet; a bag: .bag, .mcap, or a folder for no suffix"
-    )
+    parser.add_argument("output", metavar="OUTPUT", help=_output_help())
     parser.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
     parser.add_argument("--duration", type=float, metavar="S", help="write this much [s]")
 
@@ -25,6 +22,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Convert, and say what was read and chosen."""
     from hefting.logs import check_output as check_format
     from hefting.logs import write_log
+    from hefting.logs.registry import find_writer
 
     a = arguments
     check_format(a.output)
@@ -39,9 +37,22 @@ def run(arguments: argparse.Namespace) -> None:
         print(
             f"warning: not written, as the format cannot hold it: {', '.join(name.replace('_', ' ') for name in lost)}"
         )
-    if recording.joint_names and Path(a.output).suffix.lower() in (".csv", ".parquet"):
+    written = find_writer(a.output)
+    if recording.joint_names and written and written.is_table:
         print(f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}")
     print(f"wrote {a.output}")
+
+
+def _output_help() -> str:
+    """The suffixes that are written: of canonical tables, then of each other format."""
+    from hefting.logs.registry import formats, join_words, table_formats
+
+    parts = ["canonical " + join_words([suffix for each in table_formats() for suffix in each.written], "or")]
+    for each in formats():
+        if each.written and not each.is_table:
+            files = [suffix or "or a folder for no suffix" for suffix in each.written]
+            parts.append(f"a {each.name}: {', '.join(files)}")
+    return "; ".join(parts)
 
 
 def _told(recording: "Recording") -> list[str]:

@@ -16,16 +16,6 @@ if TYPE_CHECKING:
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
-READING = {
-    "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
-    "pose_topic": ("TOPIC|none", "of a bag: pose, odometry or tf"),
-    "twist_topic": ("TOPIC|none", "of a bag: velocity"),
-    "joint_topic": ("TOPIC|none", "of a bag: joint states"),
-    "imu_topic": ("TOPIC|none", "of a bag: IMU"),
-    "world_frame": ("NAME", "of a bag: frame of the world in tf"),
-    "sensor_frame": ("NAME", "of a bag or a URDF: frame of the force-torque sensor"),
-}
-"""Options of `hefting.logs.read_log` for bags: what each takes, and its help."""
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
@@ -83,11 +73,15 @@ def add_recording(
     parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of its kind."""
-    parser.add_argument("log", metavar=metavar, help=f"{what}: .csv, .parquet, ROS bag or .mcap; see --map, --urdf")
+    from hefting.logs.registry import all_options, formats, join_words, table_formats
+
+    known = join_words([name for each in formats() for name in each.help_names], "or")
+    tables = join_words([each.name for each in table_formats()], "or")
+    parser.add_argument("log", metavar=metavar, help=f"{what}: {known}; see --map, --urdf")
     group = parser.add_argument_group("reading the log")
-    group.add_argument("--map", metavar="FILE", help="TOML file that says which columns of a CSV or Parquet hold what")
+    group.add_argument("--map", metavar="FILE", help=f"TOML file that says which columns of a {tables} hold what")
     group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")
-    for name, (metavar, text) in READING.items():
+    for name, (metavar, text) in all_options().items():
         group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
     return group
 
@@ -104,17 +98,20 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
 
 def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) -> "Recording":
     """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
-    from hefting.logs import is_bag, read_log
+    from hefting.logs import read_log
+    from hefting.logs.registry import all_options, find_format
 
     a = arguments
-    options = {name: getattr(a, name) for name in READING}
-    if not is_bag(a.log):
+    found = find_format(a.log)
+    own = found.options if found else {}
+    options = {name: getattr(a, name) for name in all_options()}
+    if "sensor_frame" not in own:
         del options["sensor_frame"]  # names a link of the URDF then
-    elif a.urdf:
+    if a.urdf and "pose_topic" in own:
         options["pose_topic"] = options["pose_topic"] or "none"  # the URDF gives the poses
     recording = read_log(a.log, column_map=a.map, wrench_needed=wrench_needed, **options)
     if not a.urdf:
-        if a.sensor_frame and not is_bag(a.log):
+        if a.sensor_frame and "sensor_frame" not in own:
             raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)
         return recording
     if not a.sensor_frame:

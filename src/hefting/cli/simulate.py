@@ -20,7 +20,11 @@ LEVER = 0.05
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting simulate``."""
-    parser.add_argument("output", metavar="OUTPUT", help="log: .csv, .parquet, .bag, .mcap, or a folder for no suffix")
+    from hefting.logs.registry import formats
+
+    suffixes = sorted((suffix for each in formats() for suffix in each.written), key=lambda suffix: not suffix)
+    written = ", ".join(suffix or "or a folder for no suffix" for suffix in suffixes)
+    parser.add_argument("output", metavar="OUTPUT", help=f"log: {written}")
     scene = parser.add_argument_group("what is simulated (in MuJoCo)")
     scene.add_argument(
         "--object",

@@ -37,6 +37,7 @@ from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
 MAX_MAP = 1_000_000
 """Largest map that is read [bytes]."""
+
 MAX_NAMES = 1000
 """Most columns that one key may name."""
 
@@ -58,6 +59,8 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
 """Kinds of unit of each key and how many columns have them; 0: as many as are given."""
 
 KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
+"""Keys of a column map that name columns, in the order in which messages list them."""
+
 ALLOWED = {
     "time": ("column", "unit", "rate"),
     "orientation": ("columns", "unit", "form", "order"),
@@ -65,7 +68,7 @@ ALLOWED = {
     "joint_positions": ("columns", "unit", "names"),
     **dict.fromkeys(("wrench", "force", "torque"), ("columns", "unit", "axes")),
 }
-"""What may be said of a key, besides ``columns`` and ``unit``."""
+"""What a key may have, besides ``columns`` and ``unit``."""
 
 
 @dataclass(frozen=True)
@@ -103,23 +106,23 @@ class ColumnMap:
 
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is unknown or does not fit."""
-    content = _toml(path)
+    content = _load_toml(path)
     for key in content:
         _check_known(key, (*KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key")
-    time, unit = _time(content["time"], f"{path}, key time") if "time" in content else (None, None)
-    quantities = {key: _quantity(key, content[key], f"{path}, key {key}") for key in KEYS[1:] if key in content}
+    time, unit = _parse_time(content["time"], f"{path}, key time") if "time" in content else (None, None)
+    quantities = {key: _parse_quantity(key, content[key], f"{path}, key {key}") for key in KEYS[1:] if key in content}
     _check_combination(quantities, path, wrench_needed)
     return ColumnMap(str(path), layout_of(content, path), time, unit, quantities, nan_is_blank(content, path))
 
 
-def resembling(name: str, choices: Iterable[str]) -> str:
+def suggest(name: str, choices: Iterable[str]) -> str:
     """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else an empty string."""
     by_letters = {choice.lower(): choice for choice in choices}
     found = get_close_matches(name[:100].lower(), list(by_letters), n=1, cutoff=0.5)
     return f" (did you mean '{by_letters[found[0]][:40]}'?)" if found else ""
 
 
-def _toml(path: str | Path) -> dict[str, Any]:
+def _load_toml(path: str | Path) -> dict[str, Any]:
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_MAP + 1)
@@ -134,62 +137,62 @@ def _toml(path: str | Path) -> dict[str, Any]:
         raise InputError(f"is not TOML ({str(error)[:120]})", path, fix) from error
 
 
-def _time(value: Any, where: str) -> tuple[str | int | None, Unit]:
+def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:
     """Column and unit of time; a rate makes a unit of its own."""
-    said = _said(value, "time", "column", where)
-    column, rate = said.get("column"), said.get("rate")
+    entry = _parse_entry(value, "time", "column", where)
+    column, rate = entry.get("column"), entry.get("rate")
     if column is None and rate is None:
         raise InputError("says neither column nor rate", where, 'give { column = "name" } or { rate = 1000 } in Hz')
     if column is not None:
-        column, *others = _columns(column, where)
+        column, *others = _parse_columns(column, where)
         if others:
             raise InputError(f"names {1 + len(others)} columns, time is one", where)
     if rate is None:
-        return column, find_unit(said.get("unit", "s"), "time", f"{where}.unit")
+        return column, find_unit(entry.get("unit", "s"), "time", f"{where}.unit")
     if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9:
         raise InputError(f"the rate {brief(rate)} is no positive number", f"{where}.rate", "give it in Hz")
-    if "unit" in said:
+    if "unit" in entry:
         raise InputError("says both unit and rate", where, "give the rate alone if the column counts frames")
     return column, SECOND if rate == 1 else Unit(f"frames at {rate:g} Hz", 1.0, float(rate))
 
 
-def _quantity(key: str, value: Any, where: str) -> Quantity:
-    said = _said(value, key, "columns", where)
-    if "columns" not in said:
+def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
+    entry = _parse_entry(value, key, "columns", where)
+    if "columns" not in entry:
         raise InputError("does not say which columns", where, 'give { columns = ["name", ...] }')
-    columns = _columns(said["columns"], f"{where}.columns")
-    form, order = _form(key, said, where)
+    columns = _parse_columns(entry["columns"], f"{where}.columns")
+    form, order = _parse_form(key, entry, where)
     width = {**FORMS, **POSE_FORMS}[form] if form else sum(count for _, count in KINDS[key])
     if width and len(columns) != width:
         kind = f"{key} ({form})" if form else key
         raise InputError(f"names {len(columns)} columns, {kind} has {width}", f"{where}.columns")
     if key == "orientation":
         kinds = (("angle", 3),) if form in ANGULAR else ()
-        if not kinds and "unit" in said:
+        if not kinds and "unit" in entry:
             raise InputError(f"an orientation of form {form} has no unit", f"{where}.unit", "leave it out")
     else:
         kinds = (("length", 16),) if key == "pose" else KINDS[key]
-    axes = said.get("axes", "sensor")
+    axes = entry.get("axes", "sensor")
     if axes not in ("sensor", "world"):
         raise InputError(f"{brief(axes)} are no axes", f"{where}.axes", "use sensor or world")
-    units = _units(said.get("unit"), kinds, len(columns), f"{where}.unit")
-    return Quantity(columns, units, form, order, axes == "world", _names(said, len(columns), where))
+    units = _parse_units(entry.get("unit"), kinds, len(columns), f"{where}.unit")
+    return Quantity(columns, units, form, order, axes == "world", _parse_names(entry, len(columns), where))
 
 
-def _said(value: Any, key: str, single: str, where: str) -> dict[str, Any]:
+def _parse_entry(value: Any, key: str, single: str, where: str) -> dict[str, Any]:
     """The table of a key; columns alone stand for a table of nothing else."""
-    said = value if isinstance(value, dict) else {single: value}
-    for word in said:
+    entry = value if isinstance(value, dict) else {single: value}
+    for word in entry:
         _check_known(word, ALLOWED.get(key, ("columns", "unit")), f"{where}.{word[:40]}", "word")
-    return said
+    return entry
 
 
-def _columns(value: Any, where: str) -> tuple[str | int, ...]:
+def _parse_columns(value: Any, where: str) -> tuple[str | int, ...]:
     """Names and numbers of columns, ranges expanded."""
     columns: list[str | int] = []
     for item in value if isinstance(value, list) else [value]:
         if isinstance(item, str) and item:
-            columns += _expanded(item, where)
+            columns += _expand_range(item, where)
         elif whole(item, 1):
             columns.append(item)
         else:
@@ -202,7 +205,7 @@ def _columns(value: Any, where: str) -> tuple[str | int, ...]:
     return tuple(columns)
 
 
-def _expanded(name: str, where: str) -> Sequence[str]:
+def _expand_range(name: str, where: str) -> Sequence[str]:
     """``"q{0..2}"`` as ``q0, q1, q2``; other names as they are."""
     found = re.fullmatch(r"(.*)\{(\d{1,6})\.\.(\d{1,6})\}(.*)", name, re.DOTALL)
     if not found:
@@ -213,12 +216,12 @@ def _expanded(name: str, where: str) -> Sequence[str]:
     return [f"{found[1]}{number}{found[4]}" for number in range(first, last + 1)]
 
 
-def _form(key: str, said: Mapping[str, Any], where: str) -> tuple[str, str]:
+def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, str]:
     """Form of an orientation or pose and order of its angles; empty for other keys."""
     if key not in ("orientation", "pose"):
         return "", ""
     forms = FORMS if key == "orientation" else POSE_FORMS
-    form, order = said.get("form", "xyzw" if key == "orientation" else None), said.get("order")
+    form, order = entry.get("form", "xyzw" if key == "orientation" else None), entry.get("order")
     if not isinstance(form, str) or form not in forms:
         what = f"{brief(form)} is no form of {key}" if form is not None else f"does not say the form of the {key}"
         raise InputError(what, f"{where}.form", f"use {', '.join(forms)}")
@@ -230,7 +233,7 @@ def _form(key: str, said: Mapping[str, Any], where: str) -> tuple[str, str]:
     return form, order or ""
 
 
-def _units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str) -> tuple[Unit, ...]:
+def _parse_units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str) -> tuple[Unit, ...]:
     """A unit for each of `width` columns; the SI units where `value` is None."""
     if not kinds:
         return ()
@@ -246,9 +249,9 @@ def _units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str)
     return units
 
 
-def _names(said: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
+def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
     """Joint names, one for each column."""
-    names = said.get("names", [])
+    names = entry.get("names", [])
     if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
         raise InputError("are not a list of names", f"{where}.names", 'give ["joint_1", ...]')
     if names and (len(names) != width or len(set(names)) < width):
@@ -276,4 +279,4 @@ def _check_combination(quantities: Mapping[str, Quantity], path: str | Path, wre
 
 def _check_known(name: str, known: Sequence[str], where: str, what: str) -> None:
     if name not in known:
-        raise InputError(f"unknown {what}{resembling(name, known)}", where, f"use {', '.join(known)}")
+        raise InputError(f"unknown {what}{suggest(name, known)}", where, f"use {', '.join(known)}")

@@ -13,9 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.layout import Layout
+from hefting.logs.registry import Format
 from hefting.logs.table import Block, label
+from hefting.logs.writing import table_from_recording
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -36,7 +40,10 @@ PLAIN = b"0123456789.eE+-,\n"
 """What numbers without blanks between commas are made of."""
 
 BLANKS = [" " * n for n in range(33)]
+"""Cells that pyarrow takes for blank: up to 32 spaces."""
+
 NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
+"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks around it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +62,19 @@ class CsvTable:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
         for text in texts(self.source):
             if before < self.first - 1:
-                count = _lines(text)
+                count = _count_lines(text)
                 skipped = min(self.first - 1 - before, count)
                 text = text.split(b"\n", skipped)[-1] if skipped < count else b""
                 before += skipped
             if not text:
                 continue
-            if short and (block := self._plain(text, before, columns)) is not None:
+            if short and (block := self._read_plain(text, before, columns)) is not None:
                 yield block
                 before += len(block.rows)
             else:
-                before += yield from self._blocks(text, before, columns)
+                before += yield from self._read_blocks(text, before, columns)
 
-    def _plain(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
+    def _read_plain(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
         """The rows in a short text whose cells are all plain numbers; else None. Saves importing pyarrow."""
         if self.separator != "," or self.decimal != "." or text.translate(None, PLAIN):
             return None
@@ -91,27 +98,27 @@ class CsvTable:
         rows = np.arange(before + 1, before + 1 + len(values))
         return Block(rows, {j: values[:, j] for j in columns}, dict.fromkeys(columns))
 
-    def _blocks(self, text: bytes, before: int, columns: Sequence[int]) -> Generator[Block, None, int]:
+    def _read_blocks(self, text: bytes, before: int, columns: Sequence[int]) -> Generator[Block, None, int]:
         """The rows in `text`, which follows `before` lines, and how many lines it has."""
         import pyarrow as pa
 
         if self.separator == " ":
-            text = _single_spaces(text)
+            text = _merge_spaces(text)
         if not text.lstrip(b"\n"):
             return len(text)
         table = None
         if b'"' not in text:  # each line is a row then, or refused
             with contextlib.suppress(pa.ArrowInvalid):
-                table = self._parsed(text, columns, skip_empty=False)
+                table = self._parse_rows(text, columns, skip_empty=False)
         if table is not None:
             lines = table.num_rows
             rows = np.arange(before + 1, before + 1 + lines)
         else:
             try:
-                table = self._parsed(text, columns, skip_empty=True)
+                table = self._parse_rows(text, columns, skip_empty=True)
             except pa.ArrowInvalid as error:
-                raise self._first_bad_cell(text, before, columns, error) from error
-            lines = _lines(text)
+                raise self._explain_first_bad_cell(text, before, columns, error) from error
+            lines = _count_lines(text)
             rows = np.arange(before + 1, before + 1 + lines)
             if table.num_rows != lines:  # empty lines are no samples
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
@@ -124,13 +131,13 @@ class CsvTable:
             arrays = dict(zip(columns, batch.columns, strict=True))
             yield Block(
                 rows[first:last],
-                {j: _numbers(array) for j, array in arrays.items()},
-                {j: _blanks(array) for j, array in arrays.items()},
+                {j: _values_of(array) for j, array in arrays.items()},
+                {j: _blanks_of(array) for j, array in arrays.items()},
             )
             first = last
         return lines
 
-    def _parsed(self, text: bytes, columns: Sequence[int], skip_empty: bool) -> "pa.Table":
+    def _parse_rows(self, text: bytes, columns: Sequence[int], skip_empty: bool) -> "pa.Table":
         """The wanted columns of the rows in `text`."""
         import pyarrow as pa
         from pyarrow import csv as pacsv
@@ -149,7 +156,7 @@ class CsvTable:
             ),
         )
 
-    def _first_bad_cell(self, text: bytes, before: int, columns: Sequence[int], error: Exception) -> InputError:
+    def _explain_first_bad_cell(self, text: bytes, before: int, columns: Sequence[int], error: Exception) -> InputError:
         """What is wrong with the first row that cannot be read, found by reading again slowly."""
         for row, line in enumerate(io.BytesIO(text), before + 1):
             line = line.rstrip(b"\n")
@@ -174,12 +181,12 @@ class CsvTable:
         return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=self.source)
 
 
-def _numbers(array: "pa.Array") -> Array:
+def _values_of(array: "pa.Array") -> Array:
     """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy` would import pandas if it can."""
     return np.frombuffer(array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset)
 
 
-def _blanks(array: "pa.Array") -> Mask | None:
+def _blanks_of(array: "pa.Array") -> Mask | None:
     """(R,) where a column is blank; None for nowhere."""
     if not array.null_count:
         return None
@@ -204,7 +211,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         raise InputError(f"the header has more than {MAX_HEADER:,} bytes", where, "export the log as CSV")
     try:
         line = lines[row - 1].decode().strip(" \r")
-        separator = layout.separator or _separator(line)
+        separator = layout.separator or _guess_separator(line)
         line = re.sub(" +", " ", line) if separator == " " else line
         names = [name.strip() for name in next(csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), [])]
     except (UnicodeDecodeError, csv.Error) as error:
@@ -235,7 +242,7 @@ def texts(path: str | Path) -> Iterator[bytes]:
                 data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
             text = rest + data
             held = b"\r" if text.endswith(b"\r") else b""  # half of an end of line, perhaps
-            text = _line_ends(text.removesuffix(held))
+            text = _unify_line_ends(text.removesuffix(held))
             cut = text.rfind(b"\n") + 1
             rest = text[cut:] + held
             if len(rest) > BLOCK:
@@ -243,24 +250,49 @@ def texts(path: str | Path) -> Iterator[bytes]:
             if cut:
                 yield text[:cut]
     if rest:
-        yield _line_ends(rest)
+        yield _unify_line_ends(rest)
 
 
-def _lines(text: bytes) -> int:
+def _count_lines(text: bytes) -> int:
     return text.count(b"\n") + (not text.endswith(b"\n"))
 
 
-def _line_ends(text: bytes) -> bytes:
+def _unify_line_ends(text: bytes) -> bytes:
     return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
 
 
-def _single_spaces(text: bytes) -> bytes:
+def _merge_spaces(text: bytes) -> bytes:
     """Space separated text with one space between cells and none at the ends of lines."""
     if b"  " in text or b"\n " in text or b" \n" in text or text[:1] == b" " or text[-1:] == b" ":
         text = re.sub(b" +", b" ", text).replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
     return text
 
 
-def _separator(line: str) -> str:
+def _guess_separator(line: str) -> str:
     separator = max(",;\t", key=line.count)
     return separator if separator in line else " "
+
+
+def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
+    """Write canonical CSV, each number with the fewest digits that give back the same bits; all streams fit."""
+    from pyarrow import csv as pacsv
+
+    table = table_from_recording(recording)
+    stream = io.BytesIO()
+    stream.write((",".join(table.column_names) + "\n").encode())
+    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
+    del table
+    write_atomically(path, stream.getvalue())
+    return ()
+
+
+FORMAT = Format(
+    name="CSV",
+    description="CSV with the columns below, or any through a column map",
+    suffixes=(".csv", ".txt", ".tsv"),
+    help_names=(".csv",),
+    open_table=open_csv,
+    written=(".csv",),
+    write=write_csv,
+)
+"""Separated text with a header row."""

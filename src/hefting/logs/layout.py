@@ -8,6 +8,8 @@ from typing import Any
 from hefting.core.errors import InputError
 
 SEPARATORS = {",": ",", ";": ";", "|": "|", "tab": "\t", "\t": "\t", "space": " ", " ": " "}
+"""Separators a column map may name, and the character each stands for."""
+
 LAYOUT_KEYS = ("separator", "header", "skip", "decimal", "nan")
 """Keys of a column map that are about the file as a whole."""
 

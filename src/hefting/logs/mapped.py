@@ -9,9 +9,9 @@ from hefting.core.errors import InputError
 from hefting.core.messages import note
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.logs.column_map import ColumnMap, Quantity, resembling
+from hefting.logs.column_map import ColumnMap, Quantity, suggest
 from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
-from hefting.logs.table import Table, checked_static, collect, in_seconds, label, listed, require_streams
+from hefting.logs.table import Table, collect, in_seconds, label, require_streams, summarize_list, warn_about_static
 from hefting.logs.units import Unit
 
 
@@ -22,20 +22,22 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
     `hefting.logs.table.collect` and `Recording` refuse, naming row and column.
     """
     quantities = dict(column_map.quantities)
-    places = {key: _places(table, column_map, key, quantity.columns) for key, quantity in quantities.items()}
-    time = None if column_map.time is None else _places(table, column_map, "time", (column_map.time,))[0]
+    places = {key: _find_columns(table, column_map, key, quantity.columns) for key, quantity in quantities.items()}
+    time = None if column_map.time is None else _find_columns(table, column_map, "time", (column_map.time,))[0]
     notes = [
-        note(f"{key.replace('_', '-')}-source", f"{key} from {_described(table, places[key], quantity)}")
+        note(f"{key.replace('_', '-')}-source", f"{key} from {_describe_source(table, places[key], quantity)}")
         for key, quantity in quantities.items()
     ]
     if "force" in quantities:
-        quantities["wrench"] = _joined(quantities.pop("force"), quantities.pop("torque"), column_map.source)
+        quantities["wrench"] = _join_force_and_torque(
+            quantities.pop("force"), quantities.pop("torque"), column_map.source
+        )
         places["wrench"] = places.pop("force") + places.pop("torque")
     streams, warnings = collect(table, time, places, column_map.nan_is_blank)
     converted = {}
     for key in tuple(streams):
         labels = [label(table, column) for column in places[key]]
-        converted |= _converted(key, streams.pop(key), quantities[key], table.source, labels)
+        converted |= _convert_to_si(key, streams.pop(key), quantities[key], table.source, labels)
     require_streams(converted, table.source, wrench_needed)
     unit = column_map.time_unit
     if unit is not None:
@@ -49,10 +51,10 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
         values = in_sensor_axes(recording["wrench"], recording["orientation"], table.source)
         turned = replace(recording["wrench"], values=values)
         recording = replace(recording, streams={**recording.streams, "wrench": turned})
-    return checked_static(recording) if unit is None else recording
+    return warn_about_static(recording) if unit is None else recording
 
 
-def _places(table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]) -> list[int]:
+def _find_columns(table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]) -> list[int]:
     """Positions of named and numbered columns in the table."""
     where = f"{column_map.source}, key {key}"
     places = []
@@ -64,26 +66,28 @@ def _places(table: Table, column_map: ColumnMap, key: str, columns: Sequence[str
             continue
         count = table.names.count(column)
         if count == 0:
-            what = f"{table.source} has no column {column[:40]!r}{resembling(column, filter(None, table.names))}"
+            what = f"{table.source} has no column {column[:40]!r}{suggest(column, filter(None, table.names))}"
             named = [repr(name[:40]) for name in table.names if name]
-            fix = f"its columns are {listed(named)}" if named else "its columns have no names: give their numbers"
+            fix = (
+                f"its columns are {summarize_list(named)}" if named else "its columns have no names: give their numbers"
+            )
             raise InputError(what, where, fix)
         if count > 1:
             what = f"{table.source} has {count} columns {column[:40]!r}"
             numbers = [str(j) for j, name in enumerate(table.names, 1) if name == column]
-            raise InputError(what, where, f"give the number of one of them: {listed(numbers)}")
+            raise InputError(what, where, f"give the number of one of them: {summarize_list(numbers)}")
         places.append(table.names.index(column))
     return places
 
 
-def _joined(force: Quantity, torque: Quantity, source: str) -> Quantity:
+def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Quantity:
     """Force and torque as one wrench."""
     if force.in_world != torque.in_world:
         raise InputError("force and torque are in different axes", source, "give both in the same axes")
     return replace(force, columns=force.columns + torque.columns, units=force.units + torque.units)
 
 
-def _converted(
+def _convert_to_si(
     key: str, stream: Stream, quantity: Quantity, source: str, labels: Sequence[str]
 ) -> Mapping[str, Stream]:
     """The streams in SI units that a key stands for."""
@@ -92,26 +96,26 @@ def _converted(
         turned = replace(stream, values=matrices)
         check_matrices(turned, source, labels)
         return {
-            "position": replace(stream, values=_si(positions, quantity.units[:3])),
+            "position": replace(stream, values=_scale_columns(positions, quantity.units[:3])),
             "orientation": replace(stream, values=quaternions(matrices, "matrix")),
         }
     if key == "orientation" and quantity.form == "matrix":
         check_matrices(stream, source, labels)
-    values = _si(stream.values, quantity.units)
+    values = _scale_columns(stream.values, quantity.units)
     return {
         key: replace(stream, values=quaternions(values, quantity.form, quantity.order) if quantity.form else values)
     }
 
 
-def _si(values: Array, units: Sequence[Unit]) -> Array:
+def _scale_columns(values: Array, units: Sequence[Unit]) -> Array:
     """Columns (N, d) in SI units, each from its own unit."""
     if all(unit.to_si(np.ones(1))[0] == 1.0 for unit in units):
         return values
     return np.stack([unit.to_si(column) for unit, column in zip(units, values.T, strict=True)], axis=1)
 
 
-def _described(table: Table, places: Sequence[int], quantity: Quantity) -> str:
+def _describe_source(table: Table, places: Sequence[int], quantity: Quantity) -> str:
     units = ", ".join(dict.fromkeys(unit.name for unit in quantity.units))
     form = f", {quantity.form} {quantity.order}".rstrip() if quantity.form else ""
     axes = ", turned from world axes" if quantity.in_world else ""
-    return f"columns {listed([label(table, j) for j in places])}{units and f' [{units}]'}{form}{axes}"
+    return f"columns {summarize_list([label(table, j) for j in places])}{units and f' [{units}]'}{form}{axes}"

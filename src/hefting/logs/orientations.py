@@ -85,10 +85,10 @@ def in_sensor_axes(wrench: Stream, orientation: Stream, source: str) -> Array:
         what = "the wrench is in world axes, but there is no orientation in its row"
         where = f"{source}, row {wrench.rows[np.argmax(apart)]}"
         raise InputError(what, where, "record both at the same times, or the wrench in sensor axes")
-    return rotated_back(rotation_matrices(orientation.values[at]), wrench.values)
+    return rotate_into_sensor(rotation_matrices(orientation.values[at]), wrench.values)
 
 
-def rotated_back(rotations: Array, wrenches: Array) -> Array:
+def rotate_into_sensor(rotations: Array, wrenches: Array) -> Array:
     """Wrenches (N, 6) in the axes that `rotations` (N, 3, 3) turn into those they were given in."""
     return np.einsum("nji,nkj->nki", rotations, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
 

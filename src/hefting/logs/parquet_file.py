@@ -1,5 +1,6 @@
 """Parquet: a table with nulls for what was not measured, read block by block."""
 
+import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,12 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
+from hefting.core.recording import Recording
+from hefting.logs.layout import Layout
+from hefting.logs.registry import Format
 from hefting.logs.table import Block, label
+from hefting.logs.writing import table_from_recording
 
 ROWS = 65_536
 """Rows that are read at a time."""
+
+GROUP = 65_536
+"""Rows that are written as a group."""
+
 BUFFER = 2**20
-"""Bytes of a column that are read at a time."""
+"""Part of a column that is read at a time [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,24 +59,49 @@ class ParquetTable:
                     )
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-            raise _unreadable(self.source, error) from error
+            raise _read_error(self.source, error) from error
 
 
-def open_parquet(path: str | Path) -> ParquetTable:
-    """The Parquet file at `path`, its schema read. `InputError` when it cannot be read, or names repeat."""
+def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
+    """The Parquet file at `path`, its schema read; a layout says nothing about it.
+
+    Raises `InputError` when it cannot be read, or names repeat.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
     try:
         names = tuple(parquet.read_schema(path).names)
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        raise _unreadable(path, error) from error
+        raise _read_error(path, error) from error
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(f"column {twice[0][0][:40]!r} is there {twice[0][1]} times", path, "keep one of them")
     return ParquetTable(str(path), names)
 
 
-def _unreadable(path: str | Path, error: Exception) -> InputError:
+def _read_error(path: str | Path, error: Exception) -> InputError:
     reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
     return InputError(f"cannot be read as Parquet ({reason})", path, "write the file again")
+
+
+def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
+    """Write canonical Parquet, which all streams fit into."""
+    from pyarrow import parquet
+
+    stream = io.BytesIO()
+    parquet.write_table(table_from_recording(recording), stream, row_group_size=GROUP)
+    write_atomically(path, stream.getvalue())
+    return ()
+
+
+FORMAT = Format(
+    name="Parquet",
+    description="Parquet with the columns below, or any through a column map",
+    suffixes=(".parquet",),
+    help_names=(".parquet",),
+    open_table=open_parquet,
+    written=(".parquet",),
+    write=write_parquet,
+)
+"""Columns in binary form, with nulls."""

@@ -11,15 +11,19 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
 from hefting.core.spatial import Array, Mask, median, own
+from hefting.logs.growing import Growing, Samples
 
 if TYPE_CHECKING:
     from hefting.logs.units import Unit
 
 MAX_CELLS = 100_000_000
 """Most numbers that are read from one file (0.8 GB): more than an hour of twenty columns at 1 kHz."""
+
 EPOCHS = (("nanoseconds", "1e9", 1e17), ("microseconds", "1e6", 1e14), ("milliseconds", "1e3", 1e11))
 """Unit, divisor and least value of times since 1970 that are not in seconds."""
+
 STATIC_STREAMS = ("position", "orientation", "joint_positions", "wrench", "accelerometer")
+"""Streams that can be measured at rest, so that a table of them without times may be static poses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,22 +72,22 @@ def collect(
     number, a group of which only a part is blank, a blank time beside something measured, and too many numbers.
     """
     wanted = sorted({column for columns in groups.values() for column in columns} | (set() if time is None else {time}))
-    samples = {name: _Samples(len(columns)) for name, columns in groups.items()}
-    times, rows, count = _Growing(), _Growing(dtype=np.int32), 0
+    samples = {name: Samples(len(columns)) for name, columns in groups.items()}
+    times, rows, count = Growing(), Growing(dtype=np.int32), 0
     for block in table.blocks(wanted):
         begin, count = count, count + len(block.rows)
         if count * len(wanted) > MAX_CELLS:
             what = f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
             raise InputError(what, table.source, "cut out the part of interest")
-        numbers, untimed = (np.arange(begin, count), None) if time is None else _column(block, time, nan_is_blank)
+        numbers, untimed = (np.arange(begin, count), None) if time is None else _read_column(block, time, nan_is_blank)
         times.append(numbers)
         rows.append(block.rows)
         for name, columns in groups.items():
-            values, blank = _measured(table, block, columns, nan_is_blank, numbers, untimed, time)
+            values, blank = _read_group(table, block, columns, nan_is_blank, numbers, untimed, time)
             samples[name].append(begin, values, blank)
     if count == 0:
         raise InputError("there is a header but there are no samples", where=table.source)
-    every = times.taken(), rows.taken()
+    every = times.finish(), rows.finish()
     streams, warnings = {}, ()
     for name, columns in groups.items():
         if taken := samples.pop(name):
@@ -171,7 +175,7 @@ def with_times(streams: Mapping[str, Stream], change: Callable[[Array], Array]) 
     return {name: replace(stream, time=changed[id(stream.time)]) for name, stream in streams.items()}
 
 
-def checked_static(recording: Recording) -> Recording:
+def warn_about_static(recording: Recording) -> Recording:
     """The recording, with a warning when its rows hardly are static poses."""
     moving = [name for name in recording.streams if name not in STATIC_STREAMS]
     count = max(len(stream) for stream in recording.streams.values())
@@ -190,83 +194,19 @@ def require_streams(streams: Mapping[str, Stream], source: str, wrench_needed: b
         raise InputError(f"there is no {lacking}: all its cells are blank", where=source)
 
 
-def listed(items: Sequence[str]) -> str:
+def summarize_list(items: Sequence[str]) -> str:
     """The first eight of some items in one line, and how many more there are."""
     return ", ".join(items[:8]) + (f" and {len(items) - 8} more" if len(items) > 8 else "")
 
 
-class _Growing:
-    """An array to which rows are added block by block; in place, so that it is never held twice."""
-
-    def __init__(self, *width: int, dtype: type = float):
-        self._array = np.empty((0, *width), dtype)
-        self._count = 0
-
-    def __len__(self) -> int:
-        return self._count
-
-    def append(self, values: NDArray | Sequence[NDArray]) -> None:
-        """Add an array (K,), or columns (K,) of the rows."""
-        columns = None if isinstance(values, np.ndarray) else values
-        end = self._count + len(values if columns is None else columns[0])
-        if end > len(self._array):
-            self._resize(max(end, len(self._array) * 5 // 4, 8192))
-        part = self._array[self._count : end]
-        if columns is None:
-            part[:] = values
-        else:
-            for j, column in enumerate(columns):
-                part[:, j] = column
-        self._count = end
-
-    def taken(self) -> NDArray:
-        """All of them, read-only; nothing can be added after."""
-        self._resize(self._count)
-        return own(self._array)
-
-    def _resize(self, rows: int) -> None:
-        self._array.resize((rows, *self._array.shape[1:]), refcheck=False)  # no view of it is kept
-
-
-class _Samples:
-    """Samples of one group of columns, and at which of all rows they are."""
-
-    def __init__(self, width: int):
-        self._values = _Growing(width)
-        self._places: _Growing | None = None  # as long as every row has a sample
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def append(self, begin: int, columns: Sequence[Array], blank: Mask | None) -> None:
-        """Add what the rows from `begin` on hold, except where it is blank."""
-        if blank is not None and self._places is None:
-            self._places = _Growing(dtype=np.int32)
-            self._places.append(np.arange(begin))
-        if blank is not None:
-            columns = [column[~blank] for column in columns]
-        if self._places is not None:
-            rows = np.arange(len(columns[0])) if blank is None else np.flatnonzero(~blank)
-            self._places.append(begin + rows)
-        self._values.append(columns)
-
-    def stream(self, times: Array, rows: NDArray) -> Stream:
-        """All samples, by the times and row numbers of all rows; where they are all there they are shared."""
-        values = self._values.taken()
-        if self._places is None:
-            return Stream(times, values, rows)
-        places = self._places.taken()
-        return Stream(own(times[places]), values, own(rows[places]))
-
-
-def _column(block: Block, column: int, nan_is_blank: bool) -> tuple[Array, Mask | None]:
+def _read_column(block: Block, column: int, nan_is_blank: bool) -> tuple[Array, Mask | None]:
     values, blank = block.values[column], block.blanks[column]
     if nan_is_blank and (nan := np.isnan(values)).any():
         blank = nan if blank is None else blank | nan
     return values, blank
 
 
-def _measured(
+def _read_group(
     table: Table,
     block: Block,
     columns: Sequence[int],
@@ -276,8 +216,8 @@ def _measured(
     time: int | None,
 ) -> tuple[Sequence[Array], Mask | None]:
     """Columns (R,) of a group in a block, and where they are blank. `InputError` for what cannot be a sample."""
-    values, blanks = zip(*(_column(block, column, nan_is_blank) for column in columns), strict=True)
-    blank = _agreed(table, block, columns, blanks)
+    values, blanks = zip(*(_read_column(block, column, nan_is_blank) for column in columns), strict=True)
+    blank = _find_blanks(table, block, columns, blanks)
     if untimed is not None and (lost := untimed if blank is None else untimed & ~blank).any():
         where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
@@ -294,7 +234,7 @@ def _measured(
     return values, blank
 
 
-def _agreed(table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]) -> Mask | None:
+def _find_blanks(table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]) -> Mask | None:
     """Where (R,) a group was not measured: a row holds all of a group or nothing."""
     if all(blank is None for blank in blanks):
         return None

@@ -33,9 +33,12 @@ def _units(**factors: float | tuple[float, float]) -> dict[str, Unit]:
 
 POUND = 4.4482216152605
 """Pound-force [N], exact by definition."""
+
 GRAVITY = 9.80665
 """Standard gravity [m/s²], exact by definition."""
+
 DEGREE = (math.pi, 180.0)
+"""Multiplier and divisor of a degree [rad]."""
 
 UNITS: dict[str, dict[str, Unit]] = {
     "time": _units(s=1.0, ms=(1.0, 1e3), us=(1.0, 1e6), ns=(1.0, 1e9), min=60.0),
@@ -59,6 +62,7 @@ UNITS: dict[str, dict[str, Unit]] = {
 """Units by kind and name; the first of each kind is its SI unit."""
 
 SECOND = UNITS["time"]["s"]
+"""The SI unit of time."""
 
 
 def find_unit(name: object, kind: str, where: object) -> Unit:

@@ -28,7 +28,8 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.logs.orientations import rotated_back
+from hefting.logs.orientations import rotate_into_sensor
+from hefting.logs.registry import Format
 from hefting.logs.table import Table, collect, in_seconds
 
 FIELDS = {
@@ -42,11 +43,15 @@ FIELDS = {
     "actual_qd": 6,
 }
 """Fields that are read, and how many columns each has."""
+
 MARKS = frozenset(("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0"))
 """Columns of which one tells such a record."""
 
 RAW = "ft_raw_wrench"
+"""Field of the sensor's own wrench, in flange axes [N, N m]."""
+
 FORCE = "actual_TCP_force"
+"""Field of the wrench less the configured payload, in base axes [N, N m]."""
 
 
 def is_ur(names: Iterable[str]) -> bool:
@@ -60,7 +65,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     Raises `InputError` for a record without timestamps, without a wrench where it is needed, without a pose and
     joint angles, for one whose wrench the controller has freed of a payload, and for cells that are no numbers.
     """
-    fields = _fields(table)
+    fields = _find_fields(table)
     if "timestamp" not in table.names:
         raise InputError("there is no column timestamp", table.source, "record timestamp too")
     if wrench_needed and not {RAW, FORCE} & set(fields):
@@ -84,11 +89,11 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     if felt and not raw:
         _check_payload(record, values, table.source, more)
     if "actual_TCP_pose" in values:
-        found, rotations, remarks = _motion(values)
+        found, rotations, remarks = _flange_motion(values)
         notes.append(note("pose-source", remarks))
         if felt:
-            more += _reference(values, raw)
-            found["wrench"] = values[RAW] if raw else rotated_back(rotations, values[FORCE])
+            more += _check_reference(values, raw)
+            found["wrench"] = values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
     elif raw:
         found["wrench"] = values[RAW]
     elif felt:
@@ -102,7 +107,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     return Recording(recorded, False, table.source, (*warnings, *about_time, *more), notes=tuple(notes))
 
 
-def _fields(table: Table) -> dict[str, list[int]]:
+def _find_fields(table: Table) -> dict[str, list[int]]:
     """Columns of each field that is there; `InputError` for a part of one, and for repeated names."""
     fields = {}
     for field, width in FIELDS.items():
@@ -141,7 +146,7 @@ def _check_payload(record: Stream, values: dict[str, Array], source: str, warnin
         )
 
 
-def _motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
+def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
     """Position, orientation and, if recorded, velocities of the flange, or else of the TCP; its rotations
     (N, 3, 3); and which it is."""
     from scipy.spatial.transform import Rotation
@@ -162,7 +167,7 @@ def _motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
     return motion, rotation.as_matrix(), remark
 
 
-def _reference(values: dict[str, Array], raw: bool) -> list[Message]:
+def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
     """Warnings about the frame the wrench is given in."""
     if "tcp_offset" not in values:
         about = "axes and origin of ft_raw_wrench are" if raw else "the origin of its torques on e-Series is"
@@ -172,3 +177,12 @@ def _reference(values: dict[str, Array], raw: bool) -> list[Message]:
         what = f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"
         return [warning("torque-reference-assumed", what)]
     return []
+
+
+FORMAT = Format(
+    name="UR real-time record",
+    description="UR real-time record (`record.py` of RTDE), recognised by its header",
+    read_table=read_ur,
+    is_header=is_ur,
+)
+"""Columns of a robot controller, in any file with named columns."""

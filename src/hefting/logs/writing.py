@@ -1,40 +1,13 @@
-"""A recording as a canonical table: CSV or Parquet."""
+"""A recording as a canonical table, which CSV and Parquet are written from."""
 
-import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.core.files import write_atomically
 from hefting.core.recording import Recording, column_names
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-GROUP = 65_536
-"""Rows of Parquet that are written as a group."""
-
-
-def write_csv(recording: Recording, path: str | Path) -> None:
-    """Write canonical CSV, each number with the fewest digits that give back the same bits."""
-    from pyarrow import csv as pacsv
-
-    table = table_from_recording(recording)
-    stream = io.BytesIO()
-    stream.write((",".join(table.column_names) + "\n").encode())
-    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    del table
-    write_atomically(path, stream.getvalue())
-
-
-def write_parquet(recording: Recording, path: str | Path) -> None:
-    """Write canonical Parquet."""
-    from pyarrow import parquet
-
-    stream = io.BytesIO()
-    parquet.write_table(table_from_recording(recording), stream, row_group_size=GROUP)
-    write_atomically(path, stream.getvalue())
 
 
 def table_from_recording(recording: Recording) -> "pa.Table":

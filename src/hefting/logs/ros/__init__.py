@@ -7,23 +7,14 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
-from hefting.logs.ros.containers import BAG_SUFFIXES, Contents, is_bag, read_messages
-from hefting.logs.ros.frames import listing
+from hefting.logs.ros.containers import Contents, read_messages
+from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.messages import Collector, same_name
 from hefting.logs.ros.streams import Streams
+from hefting.logs.ros_bag import BAG_OPTIONS, BAG_SUFFIXES, is_bag
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
-
-BAG_OPTIONS = (
-    "wrench_topic",
-    "pose_topic",
-    "twist_topic",
-    "joint_topic",
-    "imu_topic",
-    "world_frame",
-    "sensor_frame",
-)
-"""Names of the keyword options of `read_bag`."""
+"""Names that are public here, some of them from `hefting.logs.ros_bag`."""
 
 
 def read_bag(
@@ -70,9 +61,9 @@ def read_bag(
             raise InputError(
                 f"there is no topic '{name}'{nearest(name, present)}",
                 where=path,
-                fix=f"give `{role}_topic` one of {_present(contents)}",
+                fix=f"give `{role}_topic` one of {_list_topics(contents)}",
             )
-    streams = Streams(path, gathered, named, _frame(world_frame), _frame(sensor_frame))
+    streams = Streams(path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame))
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite in the end is refused by name
         streams.build()
     what = "{} of {} messages of {} do not fit their definition: left out"
@@ -84,30 +75,32 @@ def read_bag(
     silent = [f"topic {topic.topic.name} has no messages" for topic in gathered if not topic.messages]
     cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
     if wrench_needed and "wrench" not in streams.series:
-        raise InputError(f"{cut}holds no wrench, only {_present(contents)}", path, "name its topic with `wrench_topic`")
+        raise InputError(
+            f"{cut}holds no wrench, only {_list_topics(contents)}", path, "name its topic with `wrench_topic`"
+        )
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or "record tf, PoseStamped or JointState along with it"
-        raise InputError(f"{cut}holds no orientation and no joint positions, only {_present(contents)}", path, fix)
+        raise InputError(f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}", path, fix)
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
-        what = f"{', '.join(contents.cuts)}: read up to {_seconds(collector.span):.2f} s{whole}"
+        what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
         warnings.insert(0, warning("bag-truncated", what))
-    return _recording(streams, warnings)
+    return _build_recording(streams, warnings)
 
 
-def _seconds(span: tuple[int, int] | None) -> float:
+def _duration(span: tuple[int, int] | None) -> float:
     return (span[1] - span[0]) / 1e9 if span else 0.0
 
 
-def _frame(name: str | None) -> str | None:
+def _strip_slashes(name: str | None) -> str | None:
     return name.strip("/") if name else None
 
 
-def _present(contents: Contents) -> str:
-    return listing([str(topic) for topic in contents.topics]) or "no topics"
+def _list_topics(contents: Contents) -> str:
+    return list_names([str(topic) for topic in contents.topics]) or "no topics"
 
 
-def _recording(streams: Streams, warnings: list[Message]) -> Recording:
+def _build_recording(streams: Streams, warnings: list[Message]) -> Recording:
     """The recording of streams that overlap the wrench, if there is one, in time; what a pose or joints do not is an
     error."""
     series = streams.series
@@ -116,7 +109,8 @@ def _recording(streams: Streams, warnings: list[Message]) -> Recording:
         own = series[name]
         if wrench is None or (own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]):
             continue
-        apart = f"{name.replace('_', ' ')} and wrench have no time in common (stamps {_span(own)} and {_span(wrench)})"
+        stamps = f"stamps {_describe_span(own)} and {_describe_span(wrench)}"
+        apart = f"{name.replace('_', ' ')} and wrench have no time in common ({stamps})"
         if name in ("orientation", "joint_positions"):
             raise InputError(apart, streams.path, "stamp both with one clock")
         streams.warnings.append(warning("stream-left-out", f"{apart}: left out"))
@@ -131,5 +125,5 @@ def _recording(streams: Streams, warnings: list[Message]) -> Recording:
     )
 
 
-def _span(series) -> str:
+def _describe_span(series) -> str:
     return f"{series.time[0] * 1e-9:.3f} to {series.time[-1] * 1e-9:.3f} s"

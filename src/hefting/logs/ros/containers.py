@@ -11,15 +11,17 @@ from hefting.core.errors import InputError
 from hefting.logs.ros.records import Declare, Message, scan_bag, scan_mcap
 from hefting.logs.ros.source import Budget, Cut, Source, Topic, zstandard
 from hefting.logs.ros.sqlite import scan_sqlite
-
-BAG_SUFFIXES = (".bag", ".mcap", ".db3")
-"""File name endings that are read as bags."""
+from hefting.logs.ros_bag import storage_files
 
 SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
 """The reader of each suffix; any other is MCAP."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""First bytes of data that are compressed with zstd."""
+
 MAX_METADATA = 1_000_000
+"""Part of a bag's metadata.yaml that is read [bytes]."""
+
 MAX_INFLATED = 4 * 1024**3
 """Largest size a file compressed as a whole is decompressed to, on disk [bytes]."""
 
@@ -36,13 +38,6 @@ class Contents:
     """Duration the bag says it has [s]"""
 
 
-def is_bag(path: str | Path) -> bool:
-    """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS 2 bag."""
-    if Path(path).is_dir():
-        return (Path(path) / "metadata.yaml").is_file() or bool(_storage_files(Path(path)))
-    return Path(path).suffix.lower() in BAG_SUFFIXES
-
-
 def read_messages(contents: Contents, wanted: Callable[[Topic], bool]) -> Iterator[Message]:
     """Messages of the wanted topics of a bag, file after file, as far as each can be read.
 
@@ -56,14 +51,14 @@ def read_messages(contents: Contents, wanted: Callable[[Topic], bool]) -> Iterat
             contents.topics.append(topic)
         return first if wanted(first) else None
 
-    for path in _files(contents):
+    for path in _find_files(contents):
         try:
             yield from _scan(path, declare)
         except Cut as cut:
             contents.cuts.append(f"{path.name} {cut}")
 
 
-def _files(contents: Contents) -> list[Path]:
+def _find_files(contents: Contents) -> list[Path]:
     path = contents.path
     if not path.exists():
         raise InputError("does not exist", where=path)
@@ -71,28 +66,22 @@ def _files(contents: Contents) -> list[Path]:
         return [path]
     if not path.is_dir():
         raise InputError("is neither a file nor a folder", where=path)
-    present, listed = _storage_files(path), []
+    present, named = storage_files(path), []
     metadata = path / "metadata.yaml"
     if metadata.is_file():
         with metadata.open("rb") as file:
             text = file.read(MAX_METADATA).decode(errors="replace")
         names = re.search(r"^ *relative_file_paths:[ \r]*\n((?: *- *\S[^\n]*\n)+)", text, re.MULTILINE)
-        listed = [path / Path(n.strip(" -'\"\r")).name for n in names[1].splitlines()] if names else []
+        named = [path / Path(n.strip(" -'\"\r")).name for n in names[1].splitlines()] if names else []
         duration = re.search(r"^ *duration:[ \r]*\n *nanoseconds: *(\d{1,18})\b", text, re.MULTILINE)
         contents.expected = int(duration[1]) * 1e-9 if duration else None
     else:
         contents.cuts.append("metadata.yaml is missing")
-    contents.cuts += [f"{file.name} is missing" for file in listed if file not in present]
-    files = [file for file in listed if file in present] if listed else present
+    contents.cuts += [f"{file.name} is missing" for file in named if file not in present]
+    files = [file for file in named if file in present] if named else present
     if not files:
         raise InputError("the folder holds no .db3 or .mcap file", where=path)
     return files
-
-
-def _storage_files(folder: Path) -> list[Path]:
-    """Bag files in a folder, by name and number."""
-    names = (file for suffix in ("db3", "mcap") for end in ("", ".zstd") for file in folder.glob(f"*.{suffix}{end}"))
-    return sorted(names, key=lambda file: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)])
 
 
 def _scan(path: Path, declare: Declare) -> Iterator[Message]:

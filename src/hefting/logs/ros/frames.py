@@ -111,7 +111,7 @@ class Tree:
                 raise InputError(
                     f"tf has no frame '{frame}'{nearest(frame, self.frames)}",
                     where=self.where,
-                    fix=f"give {option} one of {listing(self.frames)}",
+                    fix=f"give {option} one of {list_names(self.frames)}",
                 )
         down = self.upward(sensor)
         if world is None:
@@ -169,7 +169,7 @@ def route(chain: Sequence[tuple[Link, bool]]) -> str:
     return " -> ".join(names + [link.child if down else link.parent for link, down in chain])
 
 
-def listing(names: set[str] | Sequence[str], most: int = 20) -> str:
+def list_names(names: set[str] | Sequence[str], most: int = 20) -> str:
     """Names in order, comma separated; the first `most` of them."""
     ordered = sorted(names)
     return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")

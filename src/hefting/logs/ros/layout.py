@@ -31,7 +31,8 @@ MAX_STEPS = 100_000
 MAX_LAYOUTS = 64
 """Layouts sought among messages of one length, before the others are taken one at a time."""
 
-PLACEHOLDER = "structure_needs_at_least_one_member"  # what ROS 2 puts into empty messages
+PLACEHOLDER = "structure_needs_at_least_one_member"
+"""Field that ROS 2 puts into a message type that has none."""
 
 Definitions = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
 """By type: constants, and fields as (name, description), in the form of `rosbags.typesys`."""

@@ -31,6 +31,7 @@ TYPES: dict[str, tuple[str, ...]] = {
 """Message types that play a role without being asked to."""
 
 ROLE = {kind: role for role, kinds in TYPES.items() for kind in kinds}
+"""Role of each of these message types."""
 
 
 def _components(name: str, axes: str = "xyz") -> tuple[str, ...]:
@@ -136,12 +137,12 @@ class Collector:
         try:
             for index, layout, table in alike(messages, topic.type, self._definitions(topic), topic.encoding):
                 decoded += len(index)
-                for key, chosen, stamps, values in _pieces(gathered.role, layout, table):
+                for key, chosen, stamps, values in _read_pieces(gathered.role, layout, table):
                     rows = gathered.messages + 1 + index[chosen]
                     self._parts[topic][key].append(Series(stamps, logged[index[chosen]], rows, values))
                     self.numbers += values.size + 3 * len(values) + OVERHEAD
         except UnknownTypeError as error:
-            raise self._undefined(topic, str(error)) from error
+            raise self._missing_definition(topic, str(error)) from error
         if self.numbers > MAX_NUMBERS:
             what = "holds more than 1 GiB of numbers, or messages of too many kinds"
             raise InputError(what, self.contents.path, "cut out the part of interest")
@@ -158,7 +159,7 @@ class Collector:
             )
         return definitions_for(topic)
 
-    def _undefined(self, topic: Topic, name: str) -> InputError:
+    def _missing_definition(self, topic: Topic, name: str) -> InputError:
         kinds = TYPES[self.gathered[topic].role]
         return InputError(
             f"the bag holds no message definition of {name}, the type of {topic.name}",
@@ -173,14 +174,15 @@ def same_name(one: str, other: str) -> bool:
 
 
 Piece = tuple[Key, slice | NDArray, NDArray[np.int64], Array]
+"""What k messages give: key, which of them, their stamps (k,) [ns], values (k, d)."""
 
 
-def _pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
+def _read_pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
     """What messages (k, size) of one layout give: key, which of them, their stamps [ns], values (k, d)."""
     if role == "tf":
-        yield from _transforms(layout, table)
+        yield from _read_transforms(layout, table)
         return
-    stamps = _stamps(layout, table, "header.stamp")
+    stamps = _read_stamps(layout, table, "header.stamp")
     if role == "joint":
         names = [layout.texts[f"name.{i}"] for i in range(len(layout.texts)) if f"name.{i}" in layout.texts]
         for what, path in (("joint_positions", "position"), ("joint_velocities", "velocity")):
@@ -205,17 +207,17 @@ def _pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Pie
         yield (what, frame, child), measured, stamps[measured], values[measured]
 
 
-def _transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
+def _read_transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
     i = 0
     while (start := f"transforms.{i}") + ".child_frame_id" in layout.texts:
         i += 1
         parent, child = (layout.texts[f"{start}.{name}"].strip("/") for name in ("header.frame_id", "child_frame_id"))
         places = [f"{start}.transform.{name}" for name in _components("translation") + _components("rotation", "xyzw")]
         values = np.concatenate([layout.read(table, path) for path in places], axis=1).astype(float)
-        yield ("tf", parent, child), slice(None), _stamps(layout, table, f"{start}.header.stamp"), values
+        yield ("tf", parent, child), slice(None), _read_stamps(layout, table, f"{start}.header.stamp"), values
 
 
-def _stamps(layout: Layout, table: NDArray[np.uint8], path: str) -> NDArray[np.int64]:
+def _read_stamps(layout: Layout, table: NDArray[np.uint8], path: str) -> NDArray[np.int64]:
     """Stamps [ns] of messages; zeros where they carry none."""
     if [layout.numbers.get(f"{path}.{part}", ("", 0, 0))[2] for part in ("sec", "nanosec")] != [1, 1]:
         return np.zeros(len(table), dtype=np.int64)

@@ -18,16 +18,35 @@ Declare = Callable[[Topic], Topic | None]
 """Takes each topic as it is met; gives it back, or the same one met before, when its messages are wanted."""
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
+"""First bytes of an MCAP file."""
+
 BAG_MAGIC = b"#ROSBAG V2.0\n"
+"""First bytes of a ROS 1 bag."""
 
 RECORD = struct.Struct("<BQ")
+"""Begin of an MCAP record: its kind and the length of the rest [bytes]."""
+
 MESSAGE_HEAD = struct.Struct("<HIQQ")
+"""Begin of an MCAP message: channel, sequence number, when it was logged and published [ns]."""
+
 CHUNK_HEAD = struct.Struct("<QQQII")
+"""Begin of an MCAP chunk: first and last time [ns], size when decompressed [bytes], CRC-32, length of the name of its
+compression [bytes]."""
+
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END, FOOTER = 3, 4, 5, 6, 15, 2
+"""Kinds of MCAP records that are read."""
+
 BAG_MESSAGE, BAG_HEADER, BAG_CHUNK, BAG_CONNECTION = 2, 3, 5, 7
+"""Kinds of ROS 1 bag records that are read."""
+
 U32 = struct.Struct("<I")
+"""Unsigned number of 4 bytes."""
+
 U64 = struct.Struct("<Q")
+"""Unsigned number of 8 bytes."""
+
 TIME = struct.Struct("<II")
+"""Time in a ROS 1 bag: seconds and nanoseconds."""
 
 
 def full_type(name: str) -> str:

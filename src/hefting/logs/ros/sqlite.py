@@ -12,6 +12,8 @@ from hefting.logs.ros.records import Declare, Message, full_type
 from hefting.logs.ros.source import MAX_CHUNK, Budget, Cut, Source, Topic
 
 MAGIC = b"SQLite format 3\0"
+"""First bytes of an SQLite file."""
+
 ROW_BYTES = 8
 """The least a row takes in the file [bytes]: a file with more rows than fit is damaged or made to harm."""
 

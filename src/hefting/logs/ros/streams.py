@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import JOINT_STREAMS
-from hefting.logs.ros.frames import Link, Tree, checked, compose, listing, route
+from hefting.logs.ros.frames import Link, Tree, checked, compose, list_names, route
 from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
 
@@ -143,10 +143,10 @@ class Streams:
         if not frames:
             return False
         if not self.sensor:
-            self.hint = f"give `sensor_frame` one of {listing(frames)}"
+            self.hint = f"give `sensor_frame` one of {list_names(frames)}"
             return False
         if self.sensor not in frames and not self.asked_for_sensor:
-            self.hint = f"tf does not hold its frame {self.sensor}; give `sensor_frame` one of {listing(frames)}"
+            self.hint = f"tf does not hold its frame {self.sensor}; give `sensor_frame` one of {list_names(frames)}"
             return False
         chain = self._chain(self.world, self.sensor)
         if all(each.static for each, _ in chain):
@@ -189,7 +189,7 @@ class Streams:
         self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:
-            what = f"messages of {topic.topic.name} with other joints left out: {listing(others)}"
+            what = f"messages of {topic.topic.name} with other joints left out: {list_names(others)}"
             self.notes.append(note("joints-left-out", what))
 
     def imu(self) -> None:

@@ -28,6 +28,7 @@ VECTORS = {
     "gyroscope": ("angular_velocity", "xyz"),
     "accelerometer": ("linear_acceleration", "xyz"),
 }
+"""Streams of vectors: the field of the message that holds each, and the names of its components."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
         raise InputError("static poses have no times, which messages need", path, "write .csv or .parquet")
     if target.is_dir() or (target.exists() and not target.suffix):
         raise InputError("exists already", path, "choose another name")
-    groups = list(_messages(recording))
+    groups = list(_build_messages(recording))
     try:
         folder = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
         try:
@@ -72,11 +73,11 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
             shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror or error})", where=path) from error
-    written = {name for group in groups for name in _streams(group)}
+    written = {name for group in groups for name in _streams_of(group)}
     return tuple(name for name in recording.streams if name not in written)
 
 
-def _messages(recording: Recording) -> Iterator[Messages]:
+def _build_messages(recording: Recording) -> Iterator[Messages]:
     streams, start = recording.streams, recording.start
     time = {name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64) for name, stream in streams.items()}
 
@@ -132,7 +133,7 @@ def _messages(recording: Recording) -> Iterator[Messages]:
         yield Messages("/imu", "sensor_msgs/msg/Imu", SENSOR, when, fields)
 
 
-def _streams(group: Messages) -> list[str]:
+def _streams_of(group: Messages) -> list[str]:
     """Names of the streams a group of messages holds."""
     if group.topic in ("/wrench", "/orientation"):
         return [group.topic[1:]]
@@ -157,7 +158,7 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
         for group in groups:
             if group.topic not in connections:
                 connections[group.topic] = writer.add_connection(group.topic, group.type, typestore=store)
-        tables = [_serialised(group, store, "ros1" if ros1 else "cdr") for group in groups]
+        tables = [_serialise(group, store, "ros1" if ros1 else "cdr") for group in groups]
         which = np.concatenate([np.full(len(group.time), i) for i, group in enumerate(groups)])
         index = np.concatenate([np.arange(len(group.time)) for group in groups])
         time = np.concatenate([group.time for group in groups])
@@ -167,9 +168,9 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
     return path / f"{path.name}.mcap" if suffix == ".mcap" else path
 
 
-def _serialised(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
+def _serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
     """The messages' bytes (N, size): the first serialised, the numbers of the others put in their places."""
-    message = _blank(store, group.type)
+    message = _blank_message(store, group.type)
     message.header.frame_id = group.frame
     if group.texts:
         message.name = list(group.texts)
@@ -187,14 +188,14 @@ def _serialised(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]
     return table
 
 
-def _blank(store: Any, kind: str) -> Any:
+def _blank_message(store: Any, kind: str) -> Any:
     """A message with every number 0 and every text and sequence empty."""
     values = []
     for _, (node, detail) in store.fielddefs[kind][1]:
         if node == 1:
             values.append("" if detail[0] == "string" else 0)
         elif node == 2:
-            values.append(_blank(store, detail))
+            values.append(_blank_message(store, detail))
         else:
             (_, (name, _)), count = detail
             values.append([] if name == "string" else np.zeros(count if node == 3 else 0, dtype=name))
