@@ -1,7 +1,7 @@
 """Estimators: one file a method, one small contract (`hefting.estimators.base`), one list (`.methods`)."""
 
 from dataclasses import MISSING, Field, dataclass, fields
-from typing import Any
+from typing import Any, cast
 
 from hefting.core.errors import InputError
 from hefting.estimators import methods
@@ -9,9 +9,14 @@ from hefting.estimators.base import INVARIANCES
 from hefting.estimators.base import Estimator as Estimator
 from hefting.estimators.methods import *  # noqa: F403
 
+
+def _rank(kind: type[Estimator]) -> int:
+    return kind.rank
+
+
 METHODS: dict[str, type[Estimator]] = {
     kind.__name__: kind
-    for kind in sorted((kind for kind in vars(methods).values() if isinstance(kind, type)), key=lambda kind: kind.rank)
+    for kind in sorted((kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank)
 }
 """Every method by its name, those first that use most of what is known."""
 
@@ -97,7 +102,8 @@ def describe_methods() -> dict[str, dict[str, Any]]:
     }
 
 
-def _default(field: Field) -> Any:
-    if field.default is MISSING:
+def _default(field: Field[Any]) -> Any:
+    default: Any = field.default
+    if default is MISSING:
         return None
-    return list(field.default) if isinstance(field.default, tuple) else field.default
+    return list(cast(tuple[Any, ...], default)) if isinstance(default, tuple) else default

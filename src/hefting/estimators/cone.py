@@ -21,6 +21,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, Mask
+from hefting.estimators.nonnegative import nonnegative_least_squares
 
 FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it in accuracy."""
@@ -251,11 +252,9 @@ class _ActiveSet:
 
     def solve(self, s: Array) -> tuple[Array, Array, Array, int]:
         """v, the masses, the two norms over their bounds, and one linear system, at scales `s` (2,)."""
-        from scipy.optimize import nnls
-
         root = np.sqrt(s @ self._problem.K)
         G, g = self._AM / root[:, None], self._problem.b / root
-        masses, _ = nnls(G, g, maxiter=100 * G.shape[1])
+        masses = nonnegative_least_squares(G, g)
         U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
         U = U[:, 1e-12 * S.max(initial=0.0) < S]
         r = G @ masses - g
@@ -275,7 +274,8 @@ def _shifted(problem: ConeProblem, v: Array) -> Array:
     e = problem.M.sum(axis=1)  # M'e = 1: adding mass everywhere alike
     slack = problem.M.T @ (problem.A.T @ v)
     excess = max(0.0, -float(slack.min())) + 1e-14 * float(np.abs(slack).max())  # above rounding
-    moved = v + np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0]
+    push = np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0]
+    moved = np.asarray(v + push, dtype=float)
     if np.min(problem.M.T @ (problem.A.T @ moved)) < 0.0:
         return np.zeros_like(v)
     return moved / max(1.0, *np.sqrt(problem.K @ (moved * moved)).tolist())

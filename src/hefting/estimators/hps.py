@@ -11,6 +11,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Estimator
+from hefting.estimators.nonnegative import nonnegative_least_squares
 from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
@@ -87,8 +88,6 @@ class HPS(Estimator):
         Raises `NotIdentifiableError` when there are none, when they do not tell the mass from a bias, or when no
         mass at all explains the wrench best.
         """
-        from scipy.optimize import nnls
-
         if state.samples == 0:
             raise NotIdentifiableError("no near-static samples to estimate from", fix="stop and go, or use GEO or PMD")
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
@@ -100,7 +99,7 @@ class HPS(Estimator):
         if told == 0:
             what = "the poses do not tell the mass" + (" from a bias" if self.bias == "estimate" else "")
             raise NotIdentifiableError(what, fix="record more orientations")
-        masses, _ = nnls((V * lengths)[:told] * S[:told, None], U[:, :told].T @ g, maxiter=100 * len(lengths))
+        masses = nonnegative_least_squares((V * lengths)[:told] * S[:told, None], U[:, :told].T @ g)
         if not masses.any():
             fix = "check the object's pose and the signs of wrench and gravity"
             raise NotIdentifiableError("the wrench is best explained by no mass at all", fix=fix)

@@ -74,7 +74,7 @@ class LMI(Estimator):
         open_ = problem.svd.open
         warnings = ()
         if len(open_):
-            names = ", ".join(PARAMETERS[i] for i in open_)
+            names = ", ".join(PARAMETERS[i] for i in open_.tolist())
             warnings = (f"the motion does not determine {names}: shown are those of a compact body",)
         return Estimate(
             method=self.name,

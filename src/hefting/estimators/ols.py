@@ -76,7 +76,7 @@ class LeastSquares:
         """A sentence on what is undetermined, if anything is."""
         if not len(self.free):
             return ()
-        names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in self.free)
+        names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in self.free.tolist())
         return (f"the motion does not determine {names}: shown are the smallest values that fit",)
 
 

@@ -113,7 +113,8 @@ def _homogeneous(problem: ConeProblem) -> Array:
     predicted = problem.A @ problem.M.sum(axis=1)
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0
-    return np.full(n, max(mass, 1e-3 * _norm(problem.b) / (square**0.5 or 1.0)) or 1.0)
+    least = 1e-3 * _norm(problem.b) / (math.sqrt(square) or 1.0)
+    return np.full(n, max(mass, least) or 1.0)
 
 
 def _norm(x: Array) -> float:

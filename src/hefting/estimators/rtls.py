@@ -81,7 +81,7 @@ class RTLS(Estimator):
         open_ = ScaledSVD.of(R[:, :-1]).open
         warnings = ()
         if (open_ >= n).any():
-            names = ", ".join(PARAMETERS[i - n] for i in open_ if i >= n)
+            names = ", ".join(PARAMETERS[i - n] for i in open_.tolist() if i >= n)
             warnings = (f"the motion does not determine {names}: shown are the smallest values that fit",)
         return Estimate(
             method=self.name,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.spatial import Array
+from hefting.core.spatial import STANDARD_GRAVITY, Array
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def _units(**factors: float | tuple[float, float]) -> dict[str, Unit]:
 POUND = 4.4482216152605
 """Pound-force [N], exact by definition."""
 
-GRAVITY = 9.80665
+GRAVITY = -STANDARD_GRAVITY[2]
 """Standard gravity [m/s²], exact by definition."""
 
 DEGREE = (math.pi, 180.0)
