@@ -354,8 +354,8 @@ def test_a_sensor_at_its_limit():
 
 
 def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_SAMPLES", 800)
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_BLOCKS", 400)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_SAMPLES", 800)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_BLOCKS", 400)
     d = disturbed("contact", 1.5, 0)
     found = condition(d.recording)
     assert len(found.rejected) == len(d.bad)

@@ -11,10 +11,10 @@ from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 from hefting.estimators.timescales import folded
 
-MOST = 8
-"""Stretches kept; when there are as many, neighbours are joined in pairs."""
-SHORTEST = 64
-"""Samples in a stretch at first."""
+MOST_STRETCHES = 8
+"""Number of stretches at which neighbours are joined in pairs."""
+FIRST_STRETCH_LENGTH = 64
+"""Number of samples in a stretch, before any are joined."""
 
 
 def _nothing() -> Array:
@@ -29,7 +29,7 @@ class Stretches:
     """(22, 22) each, of the complete ones"""
     counts: tuple[int, ...] = ()
     """samples in each"""
-    length: int = SHORTEST
+    length: int = FIRST_STRETCH_LENGTH
     """samples of a complete one"""
     open_factor: Array = field(default_factory=_nothing)
     """(22, 22) of the one being filled"""
@@ -51,7 +51,7 @@ class Stretches:
         parts = [*zip(self.factors, self.counts, strict=True), (self.open_factor, self.open_count)]
         parts += [*zip(other.factors, other.counts, strict=True), (other.open_factor, other.open_count)]
         parts = [part for part in parts if part[1]]
-        while len(parts) >= MOST:  # the two neighbours that are shortest together
+        while len(parts) >= MOST_STRETCHES:  # the two neighbours that are shortest together
             sizes = [first[1] + second[1] for first, second in pairwise(parts)]
             at = int(np.argmin(sizes))
             parts[at : at + 2] = [_joined(parts[at], parts[at + 1])]
@@ -72,7 +72,7 @@ class Stretches:
             return type(self)(self.factors, self.counts, self.length, factor, count)
         parts = [*zip(self.factors, self.counts, strict=True), (factor, count)]
         length = self.length
-        if len(parts) >= MOST:
+        if len(parts) >= MOST_STRETCHES:
             parts = [_joined(parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)] + parts[
                 len(parts) // 2 * 2 :
             ]

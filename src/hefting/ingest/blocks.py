@@ -13,12 +13,12 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
 
-LENGTH = 0.01
-"""s, of a block"""
-PIECE = 10_000
-"""Blocks looked at together where that bounds the memory."""
-FEWEST = 3
-"""Samples a block must have on average; of slower sensors each sample stays by itself."""
+BLOCK_DURATION = 0.01
+"""[s] Duration of a block."""
+BLOCKS_AT_A_TIME = 10_000
+"""Number of blocks processed together, where that bounds the memory."""
+FEWEST_SAMPLES_PER_BLOCK = 3
+"""Smallest average number of samples in a block. With slower sensors each sample is a block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +75,13 @@ class Blocks:
 
 def block_starts(time: Array) -> Indices | None:
     """First sample of each block of samples at `time` (K,) [s]; None where the sensor is too slow for blocks."""
-    if len(time) < FEWEST or time[-1] <= time[0] or len(time) < FEWEST * (time[-1] - time[0]) / LENGTH:
+    if (
+        len(time) < FEWEST_SAMPLES_PER_BLOCK
+        or time[-1] <= time[0]
+        or len(time) < FEWEST_SAMPLES_PER_BLOCK * (time[-1] - time[0]) / BLOCK_DURATION
+    ):
         return None
-    return np.flatnonzero(np.diff(np.floor((time - time[0]) / LENGTH), prepend=-1.0))
+    return np.flatnonzero(np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0))
 
 
 def medians(wrench: Array, starts: Indices | None) -> Array:
@@ -103,9 +107,9 @@ def within_blocks(blocks: Blocks, time: Array, wrench: Array, kept: Mask | None 
     ends = np.append(blocks.starts, len(wrench))
     rate = np.gradient(blocks.wrench, blocks.time, axis=0) if len(blocks) > 1 else np.zeros((1, 6))
     total, count = np.zeros((6, 6)), 0
-    for begins in range(0, len(blocks), PIECE):
-        part = slice(begins, begins + PIECE)
-        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + PIECE, len(blocks))])
+    for begins in range(0, len(blocks), BLOCKS_AT_A_TIME):
+        part = slice(begins, begins + BLOCKS_AT_A_TIME)
+        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))])
         since = time[samples] - np.repeat(blocks.time[part], sizes)
         apart = wrench[samples] - np.repeat(blocks.wrench[part], sizes, axis=0)
         apart -= np.repeat(rate[part], sizes, axis=0) * since[:, None]

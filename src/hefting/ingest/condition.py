@@ -32,21 +32,23 @@ from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 
-MOST_SAMPLES = 100_000
-"""Samples that are looked at one by one; of longer recordings blocks stand for them until the fit is done."""
-MOST_BLOCKS = 10_000
-"""Blocks worked on; of longer recordings only so many, evenly chosen."""
-FEWEST = 12
-"""Samples below which there is nothing to condition."""
-TURNS, APART = 2000, 3.0
-"""Instants gravity is looked at; knots of a bias are so many times as far apart as its direction is correlated."""
-SHORTEST = 1.0
-"""s: in less there is no telling offset, bias and gravity apart"""
-POOR = 0.1
-"""Residual over the force's changes, or share left out, that makes one wonder about gravity. Tilted by 15° they are
-0.2 to 0.3 and 0.1 to 0.3; Panda's are 0.08."""
-THIN = 5_000
-"""Blocks that suffice to find gravity's direction."""
+MOST_FITTED_SAMPLES = 100_000
+"""Largest number of samples that are fitted directly. Of longer recordings block medians are fitted."""
+MOST_FITTED_BLOCKS = 10_000
+"""Largest number of block medians that are fitted; of longer recordings evenly chosen ones."""
+FEWEST_CONDITIONED_SAMPLES = 12
+"""Number of samples below which a recording is not conditioned."""
+GRAVITY_INSTANTS = 2000
+"""Number of instants at which gravity's direction is evaluated to find its autocorrelation time."""
+KNOT_SPACING_IN_CORRELATION_TIMES = 3.0
+"""Smallest distance between bias knots, in autocorrelation times of gravity's direction in sensor axes."""
+SHORTEST_CONDITIONED_RECORDING = 1.0
+"""[s] In shorter recordings offset, bias and gravity cannot be distinguished, and no offset or gravity is estimated."""
+POORLY_EXPLAINED_SHARE = 0.1
+"""Ratio of force residual to the force's changes, or share of rejected samples, above which gravity's direction is
+checked. With a base tilted by 15° these are 0.2 to 0.3 and 0.1 to 0.3; on the Panda recordings 0.08."""
+BLOCKS_FOR_GRAVITY = 5_000
+"""Number of blocks used for finding gravity's direction."""
 
 
 def condition(
@@ -79,17 +81,17 @@ def condition(
         path = static_path(recording)
     raw = Samples(wrench.time, wrench.values, path.kind == "static", path.smooth)
     inside = (raw.time >= path.first) & (raw.time <= path.last)
-    enough = bool(inside.sum() >= FEWEST)
+    enough = bool(inside.sum() >= FEWEST_CONDITIONED_SAMPLES)
     knots = _knots(path, raw.time[inside], g) if enough else (1,)
-    long = recording.static or (enough and bool(np.ptp(raw.time[inside]) >= SHORTEST))
+    long = recording.static or (enough and bool(np.ptp(raw.time[inside]) >= SHORTEST_CONDITIONED_RECORDING))
     free_offset, free_gravity = clock and moving and long, tilt and long and not path.gravity_measured
     if not enough:
         few = Problem(path, raw.blocks(), False, False, knots)
         return _conclude(recording, raw, plain_fit(raw, few, g), None, clock, tilt, few=True)
     working = raw
-    if len(raw.time) > MOST_SAMPLES:
+    if len(raw.time) > MOST_FITTED_SAMPLES:
         blocks = raw.blocks()
-        chosen = replace(blocks, wrench=medians(raw.wrench, blocks.starts)).every(MOST_BLOCKS)
+        chosen = replace(blocks, wrench=medians(raw.wrench, blocks.starts)).every(MOST_FITTED_BLOCKS)
         working = Samples(chosen.time, chosen.wrench, raw.static, smooth=False)
     problem = Problem(path, working.blocks(), free_offset, free_gravity, knots)
     first = from_scratch(working, problem, g)
@@ -111,13 +113,13 @@ def _knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
     """Numbers of bias knots to choose from: a bias that turns with gravity would eat the weight."""
     if path.kind == "static" or candidates(float(time[-1] - time[0]), 0.0) == (1,):
         return (1,)
-    times = np.linspace(time[0], time[-1], TURNS)
+    times = np.linspace(time[0], time[-1], GRAVITY_INSTANTS)
     turning = path.at(times, spread=False)
     if not turning.known.any():
         return (1,)
     along = turning.value[:, 12:].reshape(-1, 3, 3) @ gravity
     correlated = autocorrelation_time(along[turning.known]) * (times[1] - times[0])
-    return candidates(float(time[-1] - time[0]), APART * correlated)
+    return candidates(float(time[-1] - time[0]), KNOT_SPACING_IN_CORRELATION_TIMES * correlated)
 
 
 def autocorrelation_time(series: Array) -> float:
@@ -139,14 +141,17 @@ def autocorrelation_time(series: Array) -> float:
 def _is_poor(samples: Samples, found: Settled) -> bool:
     """Whether so little of the wrench is explained that gravity may be to blame."""
     changes = float(np.sqrt(np.mean(np.var(samples.wrench[:, :3], axis=0))))
-    return float(found.fit.scale[0]) > POOR * changes or float(found.bad.rejected.mean()) > POOR
+    return (
+        float(found.fit.scale[0]) > POORLY_EXPLAINED_SHARE * changes
+        or float(found.bad.rejected.mean()) > POORLY_EXPLAINED_SHARE
+    )
 
 
 def _tilted(samples: Samples, found: Settled, suspected: bool) -> Tilted | None:
     """Where the data would have gravity, and what that leaves of the force; None where they do not tell."""
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
-    problem = replace(found.problem, blocks=typical, free_gravity=True).every(THIN)
+    problem = replace(found.problem, blocks=typical, free_gravity=True).every(BLOCKS_FOR_GRAVITY)
     fit = gauss_newton(problem, found.fit.start, found.fit.hats.n, robust=True, steps=8)
     thin = Samples(problem.time, problem.wrench, static=False, smooth=False)
     blocks = Blocks(problem.time, np.zeros(len(problem.time)), np.ones(len(problem.time)), problem.wrench)

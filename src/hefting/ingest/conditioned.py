@@ -12,9 +12,9 @@ from hefting.ingest.drift import Drift
 from hefting.motion import Curves
 
 SIGNIFICANT = 3.0
-"""Standard deviations that an offset, a mass or a bias must be from zero."""
+"""Number of standard deviations from zero at which a clock offset, a mass or a bias counts as significant."""
 SIGN_CONFIDENCE = 10.0
-"""|t| of the mass below which its sign is not trusted."""
+"""Smallest |t| of the mass at which its sign decides the wrench's sign convention with certainty."""
 
 
 def mass_over_std(mass: float, std: float) -> float:

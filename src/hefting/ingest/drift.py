@@ -6,12 +6,14 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, frozen
 
-SHORTEST = 8.0
-"""s: in less nothing drifts that could be told from what the model misses."""
+SHORTEST_DRIFTING_RECORDING = 8.0
+"""[s] In shorter recordings the bias counts as constant: a drift cannot be distinguished from model errors."""
 CLOSEST_KNOTS = 12.0
-"""s: closer knots would follow the signal and eat it."""
+"""[s] Smallest distance between knots of a drifting bias. With closer knots the bias would fit the object's wrench."""
 MOST_KNOTS = 81
-KINDS = ("constant", "linear", "random walk")
+"""Largest number of knots of a drifting bias; it bounds the size of the normal equations."""
+DRIFT_KINDS = ("constant", "linear", "random walk")
+"""Names of a bias with one, two, and three or more knots."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,7 @@ class Drift:
     @property
     def kind(self) -> str:
         """``"constant"``, ``"linear"`` or ``"random walk"``."""
-        return KINDS[min(len(self.knots), 3) - 1]
+        return DRIFT_KINDS[min(len(self.knots), 3) - 1]
 
     @property
     def range(self) -> Array:
@@ -52,7 +54,7 @@ class Drift:
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
     """Numbers of knots worth trying for so many seconds, fewest first; lines are at least `closest` [s] long."""
-    if not duration >= SHORTEST:
+    if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
     numbers = [1, 2]

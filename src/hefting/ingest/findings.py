@@ -9,14 +9,14 @@ from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import Path
 
-UNDECIDED = 0.05
-"""s: an offset less well known than that is not known."""
-UNSURE = 2.0
-"""degrees, for gravity's direction"""
-EXPLAINED = 0.8
-"""Share of the wrench's changes that a body's motion should explain."""
-MANY = 0.4
-"""Share of samples left out that gives doubt."""
+LARGEST_OFFSET_STD = 0.05
+"""[s] Standard deviation of the clock offset from which on the offset counts as undetermined."""
+LARGEST_TILT_STD = 2.0
+"""[deg] Standard deviation of gravity's direction from which on a warning is given."""
+SMALLEST_EXPLAINED_SHARE = 0.8
+"""Share of the wrench's variance that the fit should explain; a warning is given below it."""
+LARGEST_REJECTED_SHARE = 0.4
+"""Share of rejected samples above which a warning is given."""
 
 
 def findings_of(
@@ -24,7 +24,7 @@ def findings_of(
 ) -> tuple[Message, ...]:
     """What was found and done; `late` is an offset that was not taken, and its deviation."""
     said = []
-    if late is not None and late[1] < UNDECIDED and not _contradictory(late):
+    if late is not None and late[1] < LARGEST_OFFSET_STD and not _contradictory(late):
         said.append(note("clock-no-offset", f"no clock offset: {_ms(late[0])} ± {_ms(late[1])} ms"))
     if found.offset:
         side, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
@@ -73,7 +73,7 @@ def warnings_of(
     elif clock and path.moves and found.offset_std == np.inf:
         said.append(unknown)
     elif late is not None:
-        if not late[1] < UNDECIDED or not found.biased:
+        if not late[1] < LARGEST_OFFSET_STD or not found.biased:
             said.append(unknown)
         elif _contradictory(late):
             found_ms = f"{1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms"
@@ -88,14 +88,14 @@ def warnings_of(
     elif tilt and found.tilt_std == np.inf:
         what = "the direction of gravity was not looked for: the motion does not tell it"
         said.append(warning("gravity-unknown", what, "gravity"))
-    elif tilt and not found.tilt_std < np.radians(UNSURE):
+    elif tilt and not found.tilt_std < np.radians(LARGEST_TILT_STD):
         said.append(warning("gravity-uncertain", "the motion hardly tells the direction of gravity", "gravity"))
-    if not few and found.biased and explained < EXPLAINED:
+    if not few and found.biased and explained < SMALLEST_EXPLAINED_SHARE:
         share = f"{100.0 * max(explained, 0.0):.0f} %"
         what = f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?"
         said.append(warning("motion-explains-little", what))
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
-    if share > MANY:
+    if share > LARGEST_REJECTED_SHARE:
         what = f"{100.0 * share:.0f} % of the samples were left out: doubt the rest"
         said.append(warning("many-outliers", what))
     return tuple(said)

@@ -24,28 +24,34 @@ from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.path import MOTION, WORLD, Path, Reading
+from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path, Reading
 from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
 
-FREEDOM = 3.0
-"""Degrees of freedom of the Student distribution of a sample's residual."""
-LARGEST_STEP = 0.02
-"""s, of the offset in one step."""
-FARTHEST = 0.1
-"""s, from where a fit begins to where it may end"""
-REACH = {True: (8e-3, 2e-3), False: (2e-3, 1e-5)}
-"""s: as far the Taylor series of a motion serves, on the way and at the end, where it is smooth: what the third order
-leaves out is then (2 pi f t)³ / 6 of a signal of f Hz, 2e-4 and 3e-6 at 2 Hz. And where a sensor feels vibrations."""
-CLOSE = 1e-3
-"""A change of the prediction by this part of the noise is none."""
-SMALLEST_RESIDUAL = 1e-9
-"""Of the wrench: residuals are not trusted to be smaller."""
-OPEN = 1e-11
-"""Eigenvalues of the scaled normal equations below this part of the largest count as undetermined."""
-WELL_DETERMINED = 1e-6
-"""Square of the ratio of a Cholesky factor's pivots above which no eigenvalue is near `OPEN`: their product, of some
-hundred unknowns, would have to be."""
-FULL = FULL_MAP.reshape(12, 6, 10)
+STUDENT_DEGREES_OF_FREEDOM = 3.0
+"""Degrees of freedom of the Student t distribution assumed for a sample's residual in a robust fit."""
+LARGEST_OFFSET_STEP = 0.02
+"""[s] Largest change of the clock offset in one Gauss-Newton step."""
+LARGEST_OFFSET_CHANGE = 0.1
+"""[s] Largest change of the clock offset between the start and the end of one fit."""
+LARGEST_TAYLOR_STEP = {True: (8e-3, 2e-3), False: (2e-3, 1e-5)}
+"""[s] Time over which the motion is extrapolated by its second-order Taylor series: (during the iteration, at its end).
+
+Key True: a smooth motion. The third-order remainder for a signal of f Hz over t is (2 pi f t)³ / 6, at 2 Hz 2e-4 and
+3e-6. Key False: a motion that contains the vibrations a sensor measured.
+"""
+NEGLIGIBLE_PREDICTION_CHANGE = 1e-3
+"""Change of the predicted wrench, as a share of the residual scale, at which a robust fit counts as converged."""
+RESIDUAL_SCALE_FLOOR = 1e-9
+"""Smallest residual scale, as a share of the wrench's root mean square."""
+UNDETERMINED_EIGENVALUE = 1e-11
+"""Eigenvalues of the scaled normal matrix below this share of the largest one count as zero."""
+SAFE_PIVOT_RATIO = 1e-6
+"""Squared ratio of the smallest to the largest Cholesky pivot above which the normal matrix is inverted directly.
+
+Above it no eigenvalue comes near `UNDETERMINED_EIGENVALUE`, unless many of some hundred unknowns lose rank together.
+"""
+REGRESSOR_BY_FEATURE = FULL_MAP.reshape(12, 6, 10)
+"""(12, 6, 10) full regressor per unit of each motion feature: see `hefting.core.regressor`."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ class Problem:
     def floor(self) -> Array:
         """(2,) smallest scale of force and torque residuals."""
         size = np.sqrt(np.mean(self.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-        return SMALLEST_RESIDUAL * np.maximum(size, 1e-3 * max(float(size.max()), 1e-3))
+        return RESIDUAL_SCALE_FLOOR * np.maximum(size, 1e-3 * max(float(size.max()), 1e-3))
 
     def every(self, most: int) -> "Problem":
         """At most so many blocks, evenly chosen."""
@@ -121,7 +127,7 @@ class Model:
         """At an offset and gravity; from a `reading` of the motion if that is near enough for a `final` one or not."""
         path, blocks, free_offset = problem.path, problem.blocks, problem.free_offset
         wanted = blocks.time - offset if path.moves else blocks.time
-        reach = REACH[path.smooth][final]
+        reach = LARGEST_TAYLOR_STEP[path.smooth][final]
         inside = np.clip(wanted, path.first, path.last)
         if reading is None or len(reading.time) != len(wanted) or np.abs(inside - reading.time).max() > reach:
             reading = path.at(wanted, rates=free_offset or bool(blocks.variance.any()))
@@ -136,7 +142,7 @@ class Model:
         if free_offset:
             parts.append(_features(rates, g))
         if problem.free_gravity:
-            along = -(rows[:, WORLD].reshape(-1, 3, 3) @ tangents_of(gravity).T)
+            along = -(rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ tangents_of(gravity).T)
             parts.append(np.swapaxes(along, 1, 2).reshape(-1, 6))
         parts.append(blocks.wrench)
         layout = Layout.of(free_offset, problem.free_gravity)
@@ -150,9 +156,9 @@ class Model:
 
     def maps(self, phi: Array) -> Array:
         """(z, 6, core): the columns of parameters, offset and tilt, linear in `known`, at parameters phi (10,)."""
-        effect = FULL @ phi
+        effect = REGRESSOR_BY_FEATURE @ phi
         maps = np.zeros((self.known.shape[1], 6, self.layout.core))
-        maps[MOTION, :, :10] = FULL
+        maps[MOTION_COLUMNS, :, :10] = REGRESSOR_BY_FEATURE
         at = 12
         if self.layout.offset is not None:
             maps[at : at + 12, :, self.layout.offset] = -effect
@@ -169,14 +175,14 @@ class Model:
 
     def predict(self, phi: Array) -> Array:
         """(B, 6) wrench of parameters phi (10,), without bias."""
-        return self.features @ (FULL @ phi)
+        return self.features @ (REGRESSOR_BY_FEATURE @ phi)
 
 
 def _features(rows: Array, gravity: Array) -> Array:
     """(B, 12) with a - g in the place of a; `gravity` zero where it is part of what was measured."""
-    features = rows[:, MOTION].copy()
+    features = rows[:, MOTION_COLUMNS].copy()
     if gravity.any():
-        features[:, :3] -= rows[:, WORLD].reshape(-1, 3, 3) @ gravity
+        features[:, :3] -= rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ gravity
     return features
 
 
@@ -236,12 +242,12 @@ def invert(N: Array) -> tuple[Array, Mask]:
     scaled = N / length / length[:, None]
     factor, failed = lapack.dpotrf(scaled, lower=1)
     pivots = factor.diagonal()
-    if not failed and usable.all() and (pivots.min() / pivots.max()) ** 2 > WELL_DETERMINED:
+    if not failed and usable.all() and (pivots.min() / pivots.max()) ** 2 > SAFE_PIVOT_RATIO:
         inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
         inverse += np.tril(inverse, -1).T
         return inverse / length / length[:, None], np.zeros(len(N), dtype=bool)
     values, vectors = np.linalg.eigh(scaled)
-    good = values > OPEN * values[-1] if values[-1] > 0.0 else np.zeros(len(values), dtype=bool)
+    good = values > UNDETERMINED_EIGENVALUE * values[-1] if values[-1] > 0.0 else np.zeros(len(values), dtype=bool)
     kept = vectors[:, good] / np.sqrt(values[good])
     inverse = (kept @ kept.T) / length / length[:, None]
     undetermined = np.asarray((vectors[:, ~good] ** 2).sum(axis=1) > 1e-4) | ~usable
@@ -332,7 +338,7 @@ def gauss_newton(
     wrench, free = problem.wrench, problem.free_offset
     hats = HatFunctions.over(problem.time, knots)
     phi, offset, gravity, scale, bias = start.phi, start.offset, start.gravity, start.scale, start.bias_at(problem.time)
-    bounds = offset - FARTHEST, offset + FARTHEST
+    bounds = offset - LARGEST_OFFSET_CHANGE, offset + LARGEST_OFFSET_CHANGE
     model = Model.at(problem, offset, gravity, start.reading, final=False)
     for step in range(steps):
         residual = wrench - model.predict(phi) - bias
@@ -345,13 +351,13 @@ def gauss_newton(
         phi, bias = found.core[:10], hats.combine(found.bias)
         moved = 0.0
         if free and layout.offset is not None:
-            moved = float(np.clip(found.core[layout.offset], -LARGEST_STEP, LARGEST_STEP))
+            moved = float(np.clip(found.core[layout.offset], -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
             moved = float(np.clip(offset + moved, *bounds)) - offset
             offset += moved
         if layout.tilt is not None:
             turned = gravity + np.clip(found.core[layout.tilt], -3.0, 3.0) @ tangents_of(gravity)
             gravity = turned * (np.linalg.norm(gravity) / np.linalg.norm(turned))
-        small = (CLOSE if robust else 0.1 * CLOSE) * float(scale.max())
+        small = (NEGLIGIBLE_PREDICTION_CHANGE if robust else 0.1 * NEGLIGIBLE_PREDICTION_CHANGE) * float(scale.max())
         done = (step > 0 or not robust) and abs(moved) < 1e-6 and effect < small
         last = done or step == steps - 1
         if moved or layout.tilt is not None or last:
@@ -378,7 +384,7 @@ def block_weights(
     student = weights
     for _ in range(2):
         u = weights * (square @ scale**-2.0)
-        student = weights * ((FREEDOM + 6.0) / (FREEDOM + u))
+        student = weights * ((STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + u))
         scale = np.sqrt(student @ square / (3.0 * max(int((weights > 0.0).sum()), 1)))
         scale = np.maximum(scale, problem.floor)
     return student, scale, spread

@@ -29,15 +29,16 @@ from hefting.motion.measure import DESCRIPTIONS, Source
 from hefting.motion.state import Motion
 from hefting.motion.weighting import acceleration_variances, sample_weights
 
-WIDE = 1.0
-"""What the tool's recording left open of its inertia, in m²: as much as a metre's distance of its whole mass."""
-REVERSED = 0.7
-"""Ratio of the force's residuals, with gravity reversed and as given, below which it is worth a word."""
-LEAST_TILT = np.radians(3.0)
-"""Of a base that may be tilted [rad]."""
-BETTER = 0.6
-"""Ratio of residuals, with gravity elsewhere and as given, below which a tilted base is suspected; 0.8 to 1 on Panda,
-whose sensor is not perfect."""
+UNDETERMINED_TOOL_INERTIA = 1.0
+"""[m²] Standard deviation per kilogram of a tool's parameter that its own recording left undetermined: that of the
+whole mass at a distance of one metre."""
+REVERSED_GRAVITY_RATIO = 0.7
+"""Ratio of the force residual with gravity reversed to that with gravity as given, below which a warning is given."""
+SMALLEST_SUSPECTED_TILT = np.radians(3.0)
+"""[rad] Smallest angle between the given and the estimated gravity for which a tilted base is suspected."""
+TILTED_BASE_RATIO = 0.6
+"""Ratio of the force residual with estimated gravity to that with gravity as given, below which a tilted base is
+suspected. On the Panda recordings, of an imperfect sensor on a level base, it is 0.8 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +287,7 @@ def _gravity_warnings(z: Measurements, state: SampleState, fit: FreeFit) -> list
     if not z.linear_acceleration.any():
         return []
     other = free_fit(with_gravity_reversed(state), fit.bias is not None).noise.force
-    if other > REVERSED * fit.noise.force:
+    if other > REVERSED_GRAVITY_RATIO * fit.noise.force:
         return []
     what = f"with gravity reversed the force residual would be {other:.2g} N in place of {fit.noise.force:.2g} N"
     return [warning("gravity-reversed", f"{what}: check `gravity`", "gravity")]
@@ -295,10 +296,10 @@ def _gravity_warnings(z: Measurements, state: SampleState, fit: FreeFit) -> list
 def _tilt_doubts(found: Conditioned) -> list[Message]:
     """A message when gravity along another direction would explain a poorly explained wrench much better."""
     tilted = found.tilted
-    if tilted is None or not tilted.suspected or not tilted.force_ratio < BETTER:
+    if tilted is None or not tilted.suspected or not tilted.force_ratio < TILTED_BASE_RATIO:
         return []
     angle = tilted.angle(found.gravity)
-    if not angle > max(LEAST_TILT, 5.0 * tilted.std):
+    if not angle > max(SMALLEST_SUSPECTED_TILT, 5.0 * tilted.std):
         return []
     x, y, z = tilted.gravity
     where = f"({x:.2f}, {y:.2f}, {z:.2f}) m/s², {np.degrees(angle):.0f}° off"
@@ -344,6 +345,6 @@ def _systematic(tilts: Array | None, tool: Estimate | None) -> Array | None:
     if tool is not None and tool.covariance is not None:
         open_ = np.isinf(tool.covariance.diagonal())
         own = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
-        own[open_, open_] = np.square(WIDE * tool.parameters.mass)
+        own[open_, open_] = np.square(UNDETERMINED_TOOL_INERTIA * tool.parameters.mass)
         C = C + own
     return C if C.any() else None

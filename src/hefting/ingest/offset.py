@@ -6,26 +6,31 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.fit import FREEDOM, FULL, Problem, Start, tangents_of
-from hefting.ingest.path import MOTION, WORLD
+from hefting.ingest.fit import REGRESSOR_BY_FEATURE, STUDENT_DEGREES_OF_FREEDOM, Problem, Start, tangents_of
+from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS
 
-STEP = 0.02
-"""s between the offsets tried."""
-FINE_STEP = 0.002
-"""s between the offsets then tried about the best, where an accelerometer feels what is faster"""
-REACH = 0.2
-"""s to either side, doubled while the best is at the edge."""
-DOUBLINGS = 3
-UNEXPLAINED = 0.5
-"""Part of the wrench's changes: with residuals as large, one looks further."""
-APART, CLEAR = 0.1, 25.0
-"""s between offsets that are not near each other; and the logarithm of the ratio of likelihoods that is no chance, with
-coloured noise allowed for."""
-MOST = 0.15
-"""of the recording's duration"""
-SAMPLES = 200
-"""Samples the scan looks at; more where the bias has more knots."""
-PASSES = 4
+COARSE_OFFSET_STEP = 0.02
+"""[s] Spacing of the clock offsets of the first grid."""
+FINE_OFFSET_STEP = 0.002
+"""[s] Spacing of the second grid, about the best of the first one. It is used for accelerometers, which measure
+vibrations too fast for the first grid."""
+FIRST_SCAN_RANGE = 0.2
+"""[s] Half the width of the first grid. It is doubled while the best offset is at an edge."""
+MOST_DOUBLINGS = 3
+"""Largest number of times the range of the grid is doubled."""
+UNEXPLAINED_CHANGE_SHARE = 0.5
+"""Ratio of residual scale to the wrench's standard deviation from which on the range of the grid is doubled."""
+NEIGHBOURHOOD_OF_OFFSET = 0.1
+"""[s] Offsets closer to the best one than this do not compete with it."""
+CLEAR_LOG_LIKELIHOOD_RATIO = 25.0
+"""Logarithm of the likelihood ratio at which the best offset is taken over all distant ones. It is far larger than
+for white noise, to allow for coloured noise."""
+LARGEST_OFFSET_SHARE = 0.15
+"""Largest clock offset looked for, as a share of the recording's duration."""
+SCANNED_BLOCKS = 200
+"""Number of blocks used in the scan for a constant bias; 50 more for each further knot."""
+SCAN_ITERATIONS = 4
+"""Number of iterations of reweighted least squares at each offset."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,25 +53,25 @@ def scan(problem: Problem, gravity: Array, knots: int) -> Start:
 
     With one offset, zero, where the offset is not free.
     """
-    chosen = problem.every(SAMPLES + 50 * (knots - 1))
+    chosen = problem.every(SCANNED_BLOCKS + 50 * (knots - 1))
     duration = float(problem.time[-1] - problem.time[0])
-    limit = MOST * duration
+    limit = LARGEST_OFFSET_SHARE * duration
     changes = np.std(chosen.wrench, axis=0).reshape(2, 3).max(axis=1)
     measured = problem.path.gravity_measured
-    reach = min(REACH, limit) if problem.free_offset else 0.0
-    for _ in range(DOUBLINGS + 1):
-        steps = int(reach / STEP)
-        offsets = STEP * np.arange(-steps, steps + 1, dtype=float)
+    reach = min(FIRST_SCAN_RANGE, limit) if problem.free_offset else 0.0
+    for _ in range(MOST_DOUBLINGS + 1):
+        steps = int(reach / COARSE_OFFSET_STEP)
+        offsets = COARSE_OFFSET_STEP * np.arange(-steps, steps + 1, dtype=float)
         found = _trials(chosen, gravity, knots, offsets, by_orientation=measured)
         best = int(np.argmax(found.likelihood))
-        explained = bool((found.scale[best] < UNEXPLAINED * changes).all())
+        explained = bool((found.scale[best] < UNEXPLAINED_CHANGE_SHARE * changes).all())
         inside = 1 < best < len(found.offsets) - 2
         if reach >= limit or (inside and (explained or _stands_out(found, len(chosen.time)))):
             break
         reach = min(2.0 * reach, limit)
     if problem.free_offset and measured:  # an accelerometer feels vibrations: look closely
-        close = round(2.0 * STEP / FINE_STEP)
-        near = found.offsets[best] + FINE_STEP * np.arange(-close, close + 1)
+        close = round(2.0 * COARSE_OFFSET_STEP / FINE_OFFSET_STEP)
+        near = found.offsets[best] + FINE_OFFSET_STEP * np.arange(-close, close + 1)
         found = _trials(chosen, gravity, knots, near)
         best = int(np.argmax(found.likelihood))
     tilted = gravity + found.tilt[best] @ tangents_of(gravity)
@@ -78,8 +83,8 @@ def scan(problem: Problem, gravity: Array, knots: int) -> Start:
 def _stands_out(found: _Trials, samples: int) -> bool:
     """Whether the best offset is far more likely than all that are not near it, whatever noise leaves unexplained."""
     best = int(np.argmax(found.likelihood))
-    others = found.likelihood[np.abs(found.offsets - found.offsets[best]) > APART]
-    return len(others) > 0 and samples * float(found.likelihood[best] - others.max()) > CLEAR
+    others = found.likelihood[np.abs(found.offsets - found.offsets[best]) > NEIGHBOURHOOD_OF_OFFSET]
+    return len(others) > 0 and samples * float(found.likelihood[best] - others.max()) > CLEAR_LOG_LIKELIHOOD_RATIO
 
 
 def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_orientation: bool = False) -> _Trials:
@@ -92,8 +97,8 @@ def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_ori
     time, wrench = problem.time, problem.wrench
     K, O = len(time), len(offsets)
     seen = problem.path.at((time[None, :] - offsets[:, None]).ravel(), spread=False)
-    world = seen.value[:, WORLD].reshape(-1, 3, 3)
-    x = seen.value[:, MOTION].copy()
+    world = seen.value[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3)
+    x = seen.value[:, MOTION_COLUMNS].copy()
     if by_orientation:  # which changes slowly
         x = np.zeros_like(x)
         x[:, :3] = -(world @ gravity)
@@ -118,7 +123,7 @@ def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_ori
     student, square = np.ones((O, K)), np.zeros((O, K, 2))
     count = np.maximum(used.sum(axis=1), 1.0)
     solution = np.zeros((O, p))
-    for _ in range(PASSES):
+    for _ in range(SCAN_ITERATIONS):
         gram = np.swapaxes(z * (used * student)[:, :, None], 1, 2) @ z  # (O, z, z)
         weight = np.repeat(scale**-2.0, 3, axis=1)
         normal, b = np.zeros((O, p, p)), np.zeros((O, p))
@@ -136,11 +141,11 @@ def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_ori
         square = np.sum((wrench - predicted).reshape(O, K, 2, 3) ** 2, axis=3)
         for _ in range(2):
             u = np.einsum("okt,ot->ok", square, scale**-2.0)
-            student = (FREEDOM + 6.0) / (FREEDOM + u)
+            student = (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + u)
             scale = np.sqrt(np.einsum("ok,okt->ot", used * student, square) / (3.0 * count[:, None]))
             scale = np.maximum(scale, floor)
     u = np.einsum("okt,ot->ok", square, scale**-2.0)
-    tail = 0.5 * (FREEDOM + 6.0) * np.log1p(u / FREEDOM)
+    tail = 0.5 * (STUDENT_DEGREES_OF_FREEDOM + 6.0) * np.log1p(u / STUDENT_DEGREES_OF_FREEDOM)
     likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
     likelihood[count < 0.5 * K] = -np.inf
     phi = solution[:, :10]
@@ -157,9 +162,9 @@ def _maps(size: int, tilts: int, n: int) -> tuple[Array, int]:
     `n` functions, linear in the `size` numbers known of a sample; and the first column of the bias."""
     at = 10 + 4 * tilts
     maps = np.zeros((size, 6, at + 6 * n))
-    maps[:12, :, :10] = FULL
+    maps[:12, :, :10] = REGRESSOR_BY_FEATURE
     for i in range(tilts):
-        maps[12 + 3 * i : 15 + 3 * i, :, 10 + 4 * i : 14 + 4 * i] = FULL[:3, :, :4]
+        maps[12 + 3 * i : 15 + 3 * i, :, 10 + 4 * i : 14 + 4 * i] = REGRESSOR_BY_FEATURE[:3, :, :4]
     first = 12 + 3 * tilts
     for j in range(n):
         maps[first + j, :, at + 6 * j : at + 6 * j + 6] = np.eye(6)

@@ -14,31 +14,33 @@ from hefting.ingest import outliers
 from hefting.ingest.blocks import Blocks, medians
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.fit import LARGEST_STEP, Fit, Problem, Start, gauss_newton, solve
+from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Problem, Start, gauss_newton, solve
 from hefting.ingest.offset import scan
 from hefting.ingest.outliers import Outliers, no_outliers
 from hefting.ingest.uncertainty import Uncertainty, uncertainty
 
-ROUGH = 6_000
-"""Blocks of the first robust fit and of the choice of the drift."""
-FEWEST_SIFTED, FEWEST_POSES = 40, 12
-"""Samples, and static poses, below which none is an outlier."""
-STRETCH = 200_000
-"""Samples of a long recording looked at together."""
-PASSES = 8
-"""of finding outliers and fitting the rest"""
-SAME = 1e-3
-"""Share of the samples: so few more or less left out change nothing."""
-REFINEMENTS = 2
-"""of the offset by generalised least squares"""
-FASTEST = 15.0
-"""Hz: beyond, arms and sensors ring, each with a delay of its own"""
-NEAR = 5e-3
-"""s: so small an offset changes nothing about what is an outlier"""
-EXPLAINED = 0.8
-"""Share of the wrench's changes below which it is something else than an offset that is wrong."""
+MOST_BLOCKS_OF_FIRST_FIT = 6_000
+"""Largest number of blocks in the first robust fit and in the choice of the number of bias knots."""
+FEWEST_SAMPLES_FOR_OUTLIERS = 40
+"""Number of samples below which no sample is rejected."""
+FEWEST_POSES_FOR_OUTLIERS = 12
+"""Number of static poses below which no pose is rejected."""
+SAMPLES_AT_A_TIME = 200_000
+"""Number of samples of a long recording in which outliers are found together; it bounds the memory."""
+OUTLIER_ITERATIONS = 8
+"""Largest number of alternations between finding outliers and fitting the inliers."""
+NEGLIGIBLE_MASK_CHANGE = 1e-3
+"""Share of samples by which two outlier masks may differ and still count as the same."""
+OFFSET_REFINEMENTS = 2
+"""Largest number of refinements of the clock offset by generalised least squares."""
+RIGID_MOTION_FREQUENCY = 15.0
+"""[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring there, each with its own delay."""
+OFFSET_WITHOUT_EFFECT_ON_OUTLIERS = 5e-3
+"""[s] Removing a smaller clock offset keeps the outliers that were found with it."""
+SMALLEST_EXPLAINED_SHARE_WITH_OFFSET = 0.8
+"""Share of the wrench's variance that a fit must explain for its clock offset to be believed."""
 SMALLEST_OFFSET = 1e-5
-"""s: not worth a correction"""
+"""[s] Smaller clock offsets are not corrected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ class Samples:
     @property
     def enough(self) -> bool:
         """Whether there are enough to tell which are outliers."""
-        return len(self.time) >= (FEWEST_POSES if self.static else FEWEST_SIFTED)
+        return len(self.time) >= (FEWEST_POSES_FOR_OUTLIERS if self.static else FEWEST_SAMPLES_FOR_OUTLIERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +111,7 @@ def _rough(samples: Samples, problem: Problem, gravity: Array) -> Fit:
     """A robust fit of the blocks' medians, with the most freely drifting bias, from scratch."""
     knots = problem.knots[-1]
     typical = replace(problem.blocks, wrench=medians(samples.wrench, problem.blocks.starts))
-    robust = replace(problem, blocks=typical).every(ROUGH)
+    robust = replace(problem, blocks=typical).every(MOST_BLOCKS_OF_FIRST_FIT)
     return gauss_newton(robust, scan(robust, gravity, min(knots, 9)), knots, robust=True)
 
 
@@ -123,11 +125,11 @@ def sift(samples: Samples, problem: Problem, start: Fit) -> tuple[Problem, Fit, 
     if len(start.weights) != len(problem.blocks) or (start.model.layout.offset is None and problem.free_offset):
         fit = gauss_newton(problem, start.start, knots, robust=True, steps=2)
     before = none
-    for k in range(PASSES):
+    for k in range(OUTLIER_ITERATIONS):
         bad = outliers_of(samples, problem, fit)
         if k and not _differ(bad, before):
             break
-        if k > PASSES // 2:  # it wavers
+        if k > OUTLIER_ITERATIONS // 2:  # it wavers
             bad = bad.union(before)
         problem = _keeping(samples, problem, bad)
         fit, before = gauss_newton(problem, fit.start, knots, steps=5), bad
@@ -136,7 +138,7 @@ def sift(samples: Samples, problem: Problem, start: Fit) -> tuple[Problem, Fit, 
 
 def _differ(one: Outliers, other: Outliers) -> bool:
     """Whether what is left out differs by more than does not matter."""
-    return float(np.mean(one.rejected != other.rejected)) > SAME
+    return float(np.mean(one.rejected != other.rejected)) > NEGLIGIBLE_MASK_CHANGE
 
 
 def _keeping(samples: Samples, problem: Problem, bad: Outliers) -> Problem:
@@ -153,9 +155,9 @@ def settle(samples: Samples, gravity: Array, problem: Problem, fit: Fit, bad: Ou
     if n != fit.hats.n:
         fit = gauss_newton(problem, fit.start, n, steps=5)
         spread = uncertainty(fit, fastest)
-    for _ in range(REFINEMENTS if problem.free_offset else 0):
+    for _ in range(OFFSET_REFINEMENTS if problem.free_offset else 0):
         step = spread.offset_step
-        sharper = float(np.clip(fit.offset + step, middle - LARGEST_STEP, middle + LARGEST_STEP))
+        sharper = float(np.clip(fit.offset + step, middle - LARGEST_OFFSET_STEP, middle + LARGEST_OFFSET_STEP))
         fit = gauss_newton(problem, replace(fit.start, offset=sharper), n, steps=3, hold=True)
         if samples.enough:  # the ends may now be known
             again = outliers_of(samples, problem, fit)
@@ -187,7 +189,7 @@ def _without_bias(samples: Samples, gravity: Array, found: Settled) -> Settled:
 def without_offset(samples: Samples, gravity: Array, first: tuple[Problem, Fit, Outliers], found: Settled) -> Settled:
     """The fit without the clock offset that was `found`, after a `first` fit from scratch, but does not count."""
     problem = replace(first[0], free_offset=False)
-    if abs(found.fit.offset) >= NEAR:  # what was left out there may be wrong
+    if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:  # what was left out there may be wrong
         everything = replace(problem, blocks=samples.blocks())
         return settle(samples, gravity, *from_scratch(samples, everything, gravity))
     bad, knots = first[2], problem.knots[-1]
@@ -203,7 +205,7 @@ def _bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
     """Number of knots by the Bayesian information criterion, slow residuals counting as what they are."""
     if len(problem.knots) == 1:
         return problem.knots[0]
-    rows = slice(None, None, -(-len(problem.time) // ROUGH))
+    rows = slice(None, None, -(-len(problem.time) // MOST_BLOCKS_OF_FIRST_FIT))
     unit, weights = np.repeat(fit.scale, 3), fit.weights[rows]
     model = replace(fit.model, features=fit.model.features[rows], known=fit.model.known[rows])
     independent = max(6.0 * float(np.sum(weights > 0.0)) / max(slow, 1.0), 2.0)
@@ -220,7 +222,7 @@ def _bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
 def offset_counts(found: Settled) -> bool:
     """Whether the offset found is one: away from zero, and explaining what zero does not."""
     problem, fit, spread = found.problem, found.fit, found.spread
-    if not found.biased or found.mass_is_open or found.explained < EXPLAINED:
+    if not found.biased or found.mass_is_open or found.explained < SMALLEST_EXPLAINED_SHARE_WITH_OFFSET:
         return False
     if not abs(fit.offset) > max(SIGNIFICANT * spread.offset_std, SMALLEST_OFFSET):
         return False
@@ -237,7 +239,7 @@ def fastest_frequency(problem: Problem) -> float:
     """Frequency [1/block] up to which the motion is that of a rigid body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
-    return min(FASTEST * float(np.median(np.diff(problem.time))), 0.5)
+    return min(RIGID_MOTION_FREQUENCY * float(np.median(np.diff(problem.time))), 0.5)
 
 
 def plain_fit(samples: Samples, problem: Problem, gravity: Array) -> Settled:
@@ -276,8 +278,8 @@ def _outliers_between(samples: Samples, problem: Problem, fit: Fit, changes: Arr
 def all_outliers(raw: Samples, found: Settled) -> Outliers:
     """What a fit to some blocks does not explain of all samples, stretch by stretch."""
     changes, parts = _changes(found.problem), []
-    for begins in range(0, len(raw.time), STRETCH):
-        part = slice(begins, begins + STRETCH)
+    for begins in range(0, len(raw.time), SAMPLES_AT_A_TIME):
+        part = slice(begins, begins + SAMPLES_AT_A_TIME)
         piece = Samples(raw.time[part], raw.wrench[part], raw.static, raw.smooth)
         parts.append(_outliers_between(piece, found.problem, found.fit, changes))
     return Outliers(*(np.concatenate([getattr(f, name) for f in parts]) for name in ("contact", "spike", "saturation")))

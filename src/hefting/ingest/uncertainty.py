@@ -23,13 +23,15 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.fit import Fit, Layout
 
-LENGTH = 16384
-"""Samples transformed at a time."""
-TAPER = 0.1
-"""Part of a stretch at each end over which it is tapered."""
-FEWEST_BINS = 5
-"""Neighbours to each side in the average, and a third of the frequency's own number."""
-TYPES = (slice(0, 3), slice(3, 6))
+SEGMENT_LENGTH = 16384
+"""Number of samples in one discrete Fourier transform; it bounds the memory. A power of two is fast to transform."""
+TAPERED_SHARE = 0.1
+"""Share of a segment's samples, at each end, over which it is tapered."""
+FEWEST_AVERAGED_BINS = 5
+"""Smallest number of neighbouring frequencies, to each side, over which the periodogram is averaged. At bin i it is
+i / 3 where that is more."""
+FORCE_AND_TORQUE = (slice(0, 3), slice(3, 6))
+"""Channels of force and of torque. The channels of each share a spectrum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +118,7 @@ def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
         power += np.abs(s.residual) ** 2
     beyond = (fit.hats.n + 1) // 2 + 1  # below, the bias takes what there is
     left[:beyond], power[:beyond] = 0.0, 0.0
-    spectra = [_smoothed(power[:, t].sum(axis=1), left[:, t].sum(axis=1)) for t in TYPES]
+    spectra = [_smoothed(power[:, t].sum(axis=1), left[:, t].sum(axis=1)) for t in FORCE_AND_TORQUE]
     S = np.repeat(np.stack(spectra, axis=1), 3, axis=1)
     floor = np.maximum(S, 1e-6 * max(float(S.max()), 1e-300))
     floor[np.arange(len(S)) > fastest * 2 * (len(S) - 1)] = np.inf
@@ -132,7 +134,7 @@ def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     open_ = undetermined[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~undetermined))
     naive[open_] = np.inf
     step_std = np.where(open_, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
-    slow = float(S[: FEWEST_BINS + 1].mean())
+    slow = float(S[: FEWEST_AVERAGED_BINS + 1].mean())
     std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
     std[undetermined[q:]] = np.inf
     return Uncertainty(fit, S, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
@@ -178,7 +180,7 @@ def _influences(fit: Fit, part: slice) -> Array:
 
 def _parts(K: int) -> list[slice]:
     """Stretches of one length, of nearly all samples."""
-    length = min(K, LENGTH)
+    length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
 
 
@@ -189,7 +191,7 @@ def _cover(fit: Fit, parts: list[slice]) -> float:
 
 def _taper(length: int) -> Array:
     """(K,) one, falling to zero at the ends: what is slow must not leak into what is fast."""
-    u = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5) / max(TAPER * length, 1.0)
+    u = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5) / max(TAPERED_SHARE * length, 1.0)
     return np.sin(0.5 * np.pi * np.minimum(u, 1.0))
 
 
@@ -225,7 +227,7 @@ def _smoothed(power: Array, count: Array) -> Array:
     """Spectrum (F,): powers averaged over neighbouring frequencies, each average over its own count."""
     n = len(power)
     i = np.arange(n)
-    half = np.maximum(FEWEST_BINS, i // 3)
+    half = np.maximum(FEWEST_AVERAGED_BINS, i // 3)
     low, high = np.maximum(i - half, 0), np.minimum(i + half + 1, n)
     sums, counts = (np.concatenate(([0.0], np.cumsum(x))) for x in (power, count))
     average = sums[-1] / max(counts[-1], 1e-300)

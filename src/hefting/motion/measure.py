@@ -11,7 +11,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
-from hefting.motion.bspline import FEWEST
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
@@ -19,10 +19,10 @@ from hefting.motion.state import Motion
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
-FEW = 0.02
-"""Share of the wrench samples, at the ends, that may be left out without a warning."""
-ABSURD = 1e9
-"""No wrench [N, N m] and no gravity [m/s²] is as large."""
+NEGLIGIBLE_REJECTED_SHARE = 0.02
+"""Share of wrench samples outside the time of the poses that may be left out without a warning."""
+IMPLAUSIBLE_VALUE = 1e9
+"""[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
 
 DESCRIPTIONS = {
     "static": "static poses: gravity only",
@@ -35,7 +35,7 @@ DESCRIPTIONS = {
 }
 """What each way to get the motion uses."""
 
-POSE = ("position", "orientation")
+POSE_STREAMS = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 
@@ -84,8 +84,8 @@ def measure(
     if source not in SOURCES:
         raise InputError(f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}")
     wrench, orientation = recording["wrench"], recording["orientation"]
-    if not (np.abs(wrench.values) < ABSURD).all() or not (np.abs(g_world) < ABSURD).all():
-        raise InputError(f"wrench or gravity is above {ABSURD:g}", recording.source, "give newtons and m/s²")
+    if not (np.abs(wrench.values) < IMPLAUSIBLE_VALUE).all() or not (np.abs(g_world) < IMPLAUSIBLE_VALUE).all():
+        raise InputError(f"wrench or gravity is above {IMPLAUSIBLE_VALUE:g}", recording.source, "give newtons and m/s²")
     if recording.static:
         if not np.array_equal(wrench.rows, orientation.rows):
             raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
@@ -96,7 +96,7 @@ def measure(
     inside, warnings, notes = wrench, (), ()
     if not kept.all():
         left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
-        if counts[~kept].sum() > FEW * counts.sum():
+        if counts[~kept].sum() > NEGLIGIBLE_REJECTED_SHARE * counts.sum():
             warnings = (warning("outside-poses", left_out),)
         else:
             notes = (note("outside-poses", left_out),)
@@ -104,7 +104,7 @@ def measure(
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings, notes, inside.rows)
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
-    turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
+    turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE_STREAMS if recording.has(name))
     if not turns_or_moves and not may_move_unseen:
         held = np.repeat(orientation.values[:1], len(inside), axis=0)
         return Measured(_still(inside, held, g_world), "static", None, warnings, notes, inside.rows)
@@ -160,7 +160,7 @@ def smooth_poses(
     """
     orientation = recording["orientation"]
     position = recording["position"] if recording.has("position") else None
-    if min(len(orientation), len(position or orientation)) < FEWEST:
+    if min(len(orientation), len(position or orientation)) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
             f"{min(len(orientation), len(position or orientation))} poses are too few to find velocities from",
             where=recording.source,
@@ -190,7 +190,7 @@ def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
 
 def _inside(recording: Recording, wrench: Stream) -> Mask:
     """(N,) the wrench samples between the first and the last pose; `InputError` where there is none."""
-    poses = [recording[name].time for name in POSE if recording.has(name)]
+    poses = [recording[name].time for name in POSE_STREAMS if recording.has(name)]
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():

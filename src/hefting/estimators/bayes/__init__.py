@@ -12,31 +12,49 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_bias_model, require_samples
-from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
-from hefting.estimators.bayes.likelihood import SEPARATE, Equations, Samples, motion_effect
+from hefting.estimators.bayes.colour import (
+    FEWEST_SAMPLES_FOR_NOISE,
+    LARGEST_CLAIM_EXCESS,
+    LARGEST_STRETCH_DISAGREEMENT,
+    TimeSamples,
+)
+from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
+from hefting.estimators.bayes.posterior import (
+    CONTRADICTING_SHAPE_DISTANCE,
+    Nearest,
+    Posterior,
+    contradiction,
+    warnings_of,
+)
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.quadratic import WrenchNoise, whitening
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 
-LEVEL = 0.95
-"""Probability of the intervals and of the accuracy that an estimate gives."""
-PASSES, MORE_PASSES = 6, 12
-"""Most times the noise, which depends on the body, is found anew; and the place of a shape that is uncertain."""
-FARTHEST = (10.0, 1.6)
-"""Largest deviations of a pose that are taken, m and rad: what is known no better than that is not known at all."""
-MOVED, UNSETTLED = 0.1, 0.5
-"""Standard deviations by which the most likely distortion of the shape may still move; beyond which it is not found."""
-SETTLED = 0.02
-"""Relative change of the noise's variances from one pass to the next that is not worth another."""
-LIGHTEST, HEAVIEST = 0.2, 2.0
-"""Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
-NEAR = 1.0
-"""Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
+INTERVAL_LEVEL = 0.95
+"""Probability of the intervals and of the accuracy that an estimate states."""
+MOST_PASSES = 6
+"""Largest number of passes in which noise and parameters are found in turn, for a shape that is certain."""
+MOST_PASSES_UNCERTAIN_SHAPE = 12
+"""The same for an uncertain shape, whose distortion is found too."""
+LARGEST_POSE_STD = (10.0, 1.6)
+"""[m, rad] Largest standard deviations of a pose that are accepted: larger ones leave it undetermined."""
+NEGLIGIBLE_DISTORTION_CHANGE = 0.1
+"""Change of the shape's distortion, in prior standard deviations, at which the passes end."""
+UNSETTLED_DISTORTION_CHANGE = 0.5
+"""Change of the shape's distortion in the last pass, in prior standard deviations, above which it was not found."""
+NEGLIGIBLE_VARIANCE_CHANGE = 0.02
+"""Relative change of the residual's variances at which the passes end."""
+SMALLEST_PRIOR_SCALE = 0.2
+"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light objects from shrinking to zero."""
+LARGEST_PRIOR_SCALE = 2.0
+"""Upper bound on the prior's mass, as a multiple of the rough mass."""
+SUFFICIENT_CELL_DISTANCE = 1.0
+"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution over whole cells is accepted
+instead of one over voxels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +111,10 @@ class Bayes(Estimator):
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
             raise InputError("pose_std is two numbers [m, rad] and shape_std a share, not text") from None
-        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= FARTHEST)).all():
-            raise InputError(f"the pose's deviations are two, from 0 to {FARTHEST} [m, rad], not {self.pose_std}")
+        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= LARGEST_POSE_STD)).all():
+            raise InputError(
+                f"the pose's deviations are two, from 0 to {LARGEST_POSE_STD} [m, rad], not {self.pose_std}"
+            )
         if shape_std is not None and not 0.0 <= shape_std <= 1.0:
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
@@ -115,7 +135,7 @@ class Bayes(Estimator):
         nearest = self._nearest_body(posterior)
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
-            accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
+            accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
             sure = posterior.noise_known and not posterior.coloured and not contradiction(posterior, nearest.distance)
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
@@ -124,7 +144,7 @@ class Bayes(Estimator):
             samples=state.samples,
             duration=state.duration,
             covariance=mixture.covariance,
-            intervals=mixture.intervals(LEVEL),
+            intervals=mixture.intervals(INTERVAL_LEVEL),
             accuracy=accuracy,
             sufficient=sufficient,
             bias=posterior.bias,
@@ -139,11 +159,11 @@ class Bayes(Estimator):
         prior, mean, C = posterior.prior, posterior.narrow.mean, posterior.narrow.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        if distance < NEAR:
+        if distance < SUFFICIENT_CELL_DISTANCE:
             vector = prior.cells @ masses
         else:
             fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-            if distance > ELSEWHERE:  # nothing fits: let at least the mass be right
+            if distance > CONTRADICTING_SHAPE_DISTANCE:  # nothing fits: let at least the mass be right
                 fine = (fine + 1e-6 * mass * prior.voxel_shares) * mass / (fine.sum() + 1e-6 * mass)
             vector, masses = prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
         margin, move = None, posterior.move
@@ -170,7 +190,7 @@ class Bayes(Estimator):
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         while True:
             count += 1
-            scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
+            scale = float(np.clip(phi[0], SMALLEST_PRIOR_SCALE * rough, LARGEST_PRIOR_SCALE * rough))
             equations = Equations.of(samples, phi, excess * S, motion.white)
             colour = None
             if time is not None and known is None:
@@ -197,14 +217,16 @@ class Bayes(Estimator):
             else:
                 S = self._covariance(samples, phi, known, left, motion, autocorrelation)
                 ratio = _mean_square(S, left)
-                contradicted = ratio > 1.0 + CONTRADICTED * (autocorrelation / (3.0 * samples.K)) ** 0.5
+                contradicted = ratio > 1.0 + LARGEST_CLAIM_EXCESS * (autocorrelation / (3.0 * samples.K)) ** 0.5
                 excess = max(ratio / samples.excess_over_noise(left), 1.0) if contradicted else 1.0
             change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
             scores = placed.most_likely(mixture.weights, mixture.means)
             moved = float(np.abs(scores - placed.scores).max(initial=0.0))
-            if (change < SETTLED and moved < MOVED) or count >= (MORE_PASSES if len(scores) else PASSES):
+            if (change < NEGLIGIBLE_VARIANCE_CHANGE and moved < NEGLIGIBLE_DISTORTION_CHANGE) or count >= (
+                MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
+            ):
                 break
-            if moved >= MOVED:
+            if moved >= NEGLIGIBLE_DISTORTION_CHANGE:
                 placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
         wide, disagreement, response = mixture, 0.0, 0.0
         if time is not None:
@@ -215,7 +237,7 @@ class Bayes(Estimator):
             else:
                 response = time.response(scores, equations.G, at, colour)
             disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
-            times = disagreement if disagreement > DISAGREE else 1.0
+            times = disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0
             if known is None or times > 1.0:
                 wider = equations.likelihood(times * (colour.noise + equations.products))
                 if self.systematic is not None:
@@ -236,11 +258,14 @@ class Bayes(Estimator):
             response=response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None
-            or (state.record is not None and (state.samples >= FEWEST or samples.pace >= SEPARATE)),
+            or (
+                state.record is not None
+                and (state.samples >= FEWEST_SAMPLES_FOR_NOISE or samples.pace >= SEPARATE_POSE_INTERVAL)
+            ),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=found.misfit(phi),
-            settled=moved < UNSETTLED,
+            settled=moved < UNSETTLED_DISTORTION_CHANGE,
             passes=count,
             bias=samples.bias(phi) if self.bias == "estimate" else None,
         )
@@ -268,7 +293,7 @@ class Bayes(Estimator):
     ) -> Array:
         """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
         if known is None:
-            S, times = samples.noise_left(R) + samples.unproven(FEWEST), motion.memory - 1.0
+            S, times = samples.noise_left(R) + samples.unproven(FEWEST_SAMPLES_FOR_NOISE), motion.memory - 1.0
         else:
             S, times = known + np.diag(samples.floor**2), motion.memory
         if motion.variances is not None and times > 0.0:
