@@ -43,7 +43,7 @@ class WrenchSign:
 
 
 @dataclass(frozen=True, eq=False)
-class Tilted:
+class GravityEstimate:
     """Where the data would have gravity, were its direction free."""
 
     gravity: Array
@@ -83,7 +83,7 @@ class Conditioned:
     tilt_std: float | None
     """rad, of gravity's direction about each axis; infinite where the motion does not tell it, None where it was
     given or is measured"""
-    tilted: Tilted | None
+    tilted: GravityEstimate | None
     """where the data would have gravity, where that was given and is in doubt or was asked about"""
     noise: Noise
     """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""

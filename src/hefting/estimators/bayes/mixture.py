@@ -99,7 +99,7 @@ class Mixture:
         return np.concatenate([mean + normal[low:high] @ factor.T for low, high, mean, factor in parts if high > low])
 
     def intervals(self, level: float = 0.95) -> dict[str, Array]:
-        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with probability `level`: lower, upper ends.
+        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with probability `level`.
 
         mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes. They are
         linearised about the mean of each member. Raises `InputError` unless 0 < level < 1.
