@@ -17,7 +17,7 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.estimators import GEO, HPS, METHODS, PMD, RTLS, Bayes, Estimator, method_named
 from hefting.estimators.geo import GAMMA
 from hefting.identification.identifiability import identifiability
-from hefting.identification.stopping import first_sufficient, told
+from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingest import Ingested, ingest
@@ -184,9 +184,9 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
         return estimator.fit(z), found
     estimate, used = first_sufficient(estimator, z, found.static)
     if found.static:
-        estimate = told(estimate, estimator.until, used, len(z), "poses")
+        estimate = with_stop_reason(estimate, estimator.until, used, len(z), "poses")
     else:
-        estimate = told(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
+        estimate = with_stop_reason(estimate, estimator.until, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 

@@ -39,7 +39,7 @@ def first_sufficient(estimator: Bayes, measurements: Measurements, static: bool 
     return estimate, seen
 
 
-def told(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
+def with_stop_reason(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
     """`estimate` with `used` of the `whole` recording in its provenance, and a warning where it does not suffice."""
     assert estimate.accuracy is not None
     provenance = estimate.provenance | {"until": str(asked), "used": used, "of": whole, "used_unit": unit}

@@ -112,7 +112,7 @@ class Track:
     """(P, 3) their variances"""
 
     @classmethod
-    def begin(cls, value: Array, n: int, cold: Steady | None) -> "Track":
+    def start(cls, value: Array, n: int, cold: Steady | None) -> "Track":
         """After the first sample `value` (d,): derivatives unknown, or, with `cold`, zero with a settled covariance."""
         mean = np.zeros((n, len(value)))
         mean[0] = value

@@ -103,7 +103,7 @@ class PoseFilter:
         return cls(**{**found, **options})
 
     def start(self) -> State:
-        """Nothing known yet."""
+        """The state before the first sample."""
         return State(time=np.empty(0))
 
     def update(
@@ -140,13 +140,13 @@ class PoseFilter:
                 rows = [values[k] for values in groups]
                 tracks = self._step(state, rows, float(intervals[k]))
                 if tracks is None:  # forgotten: what is pending will not get better
-                    state = self._give(state, len(state.time), given)
-                    tracks = self._begin(rows)
+                    state = self._return_samples(state, len(state.time), given)
+                    tracks = self._start_tracks(rows)
             state = State(np.append(state.time, time[piece]), float(time[piece][-1]), q[piece][-1], tracks)
             ready = int(
                 np.searchsorted(state.time, float(time[piece][-1]) - self.lag + 0.49 * self.period, side="right")
             )
-            state = self._give(state, ready, given)
+            state = self._return_samples(state, ready, given)
             k = piece.stop
         return state, self._motion(given, position is not None)
 
@@ -166,16 +166,16 @@ class PoseFilter:
         channels = self._channels()
         return bool(state.tracks) and all(t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False))
 
-    def _begin(self, rows: list[Array]) -> tuple[Track, ...]:
+    def _start_tracks(self, rows: list[Array]) -> tuple[Track, ...]:
         n = NUMBER_OF_STATES[self.order]
         return tuple(
-            Track.begin(row / noise, n, steady if self.cold_start else None)
+            Track.start(row / noise, n, steady if self.cold_start else None)
             for row, (noise, _, steady) in zip(rows, self._channels(), strict=False)
         )
 
     def _step(self, state: State, rows: list[Array], interval: float) -> tuple[Track, ...] | None:
         if not state.tracks:
-            return self._begin(rows)
+            return self._start_tracks(rows)
         if interval * min(self.rotation_bandwidth, self.position_bandwidth) > LONGEST_GAP:
             return None
         return tuple(
@@ -183,7 +183,7 @@ class PoseFilter:
             for track, row, (noise, wc, _) in zip(state.tracks, rows, self._channels(), strict=False)
         )
 
-    def _give(self, state: State, count: int, given: list) -> State:
+    def _return_samples(self, state: State, count: int, given: list) -> State:
         """Take the first `count` pending samples from the state; those that are usable are given out."""
         if count == 0:
             return state

@@ -80,8 +80,8 @@ def fit_poses(
         time, position, orientation = check_poses(time, position, orientation)
         own_time = time
     else:
-        still = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
-        own_time, position, _ = check_poses(position_time, position, still)
+        no_rotation = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
+        own_time, position, _ = check_poses(position_time, position, no_rotation)
         time, _, orientation = check_poses(time, None, orientation)
     if min(len(time), len(own_time)) < FEWEST_SEGMENT_SAMPLES:
         few = min(len(time), len(own_time))
