@@ -55,7 +55,7 @@ def _svd(X: Array) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What `solve` found."""
+    """Result of `solve`."""
 
     q: Array
     """(10,) of a positive definite Q"""
@@ -83,7 +83,7 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
         found = found or _follow(A, b, 0.0, half_space, SUFFICIENT_GAP if determined else 0.0)
         for _ in range(MOST_RESTARTS):
             if not found.converged:
-                found = _again(A, b, half_space, found)
+                found = _restart(A, b, half_space, found)
         if prior:
             objective = found.objective + prior * divergence(mat(found.q))
             found = replace(found, objective=objective, converged=found.bound >= _sufficient(objective))
@@ -106,7 +106,7 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: 
         now = vec(path.L @ path.L.T)
         r = A @ now - b
         square = float(r @ r)
-        if gamma or square <= least:  # else rounding has led astray
+        if gamma or square <= least:  # else rounding errors dominate
             q, multiplier, least = now, path.multiplier, square
         if path.gap < enough * max(square, 1e-6):
             break
@@ -120,8 +120,8 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: 
     return Solution(body, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
-def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
-    """The better of `found` and what is found from there: the start may have been far off."""
+def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
+    """The better of `found` and of a second solution that starts from it, for a start that was far from optimal."""
     thick = mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE
     T = congruence(lapack.dpotrf(thick, lower=1)[0])
     second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
@@ -151,7 +151,7 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, mended: bool = False) -> float:
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, *, mended: bool = False) -> float:
     """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
 
     If `mended`, by the nearest u for which no eigenvalue of S is negative, as far as A can tell.

@@ -1,4 +1,4 @@
-"""Stretches: the samples in four to eight consecutive parts, so that they can be held against one another."""
+"""Stretches: the samples in four to eight consecutive parts, so that they can be compared with each other."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise

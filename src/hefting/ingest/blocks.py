@@ -1,8 +1,8 @@
-"""Blocks: the wrench averaged over a hundredth of a second, which loses nothing of an arm's motion.
+"""Blocks: the wrench averaged over 10 ms, which is short beside an arm's motion.
 
-No arm that carries something moves at more than 10 to 15 Hz, so the mean of the wrenches of 10 ms, with the number it
-stands for, tells as much as they do. The motion is averaged too, to second order: the mean of x(t) over times of mean
-t' and variance s² is x(t') + s² x''(t') / 2.
+An arm with an object moves at no more than 10 to 15 Hz, so the average over 10 ms, weighted by its number of samples,
+is as informative as the samples. The motion is averaged too, to second order: the mean of x(t) over times of mean t'
+and variance s² is x(t') + s² x''(t') / 2.
 """
 
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ class Blocks:
             return cls(time, np.zeros(len(time)), count, wrench)
         weight = np.ones(len(time)) if kept is None else kept.astype(float)
         count = np.add.reduceat(weight, starts)
-        if (count == 0.0).any():  # of a block without any all count, though its weight is zero
+        if (count == 0.0).any():  # a block without inliers has the average of all of its samples
             none = np.repeat(count == 0.0, np.diff(np.append(starts, len(time))))
             weight = np.where(none, 1.0, weight)
         total = np.add.reduceat(weight, starts)

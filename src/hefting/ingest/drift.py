@@ -1,4 +1,4 @@
-"""How a bias may drift: constant, linear, or a walk from knot to knot with straight lines between."""
+"""Drift of a bias: constant, linear, or piecewise linear between knots."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ DRIFT_KINDS = ("constant", "linear", "random walk")
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """A sensor's bias as a function of time: straight lines between knots, level before and after."""
+    """A sensor's bias as a function of time: linear between knots, constant before the first and after the last."""
 
     knots: Array
     """(n,) [s]; one: a constant bias, two: a linear drift"""
@@ -48,12 +48,12 @@ class Drift:
         return np.column_stack([np.interp(time, self.knots, column) for column in self.values.T])
 
     def change(self, time: Array) -> Array:
-        """What of it varies (K, 6): the bias at times (K,) less its mean."""
+        """Bias (K, 6) at times (K,) [s] less its mean."""
         return self(time) - self.mean
 
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
-    """Numbers of knots worth trying for so many seconds, fewest first; lines are at least `closest` [s] long."""
+    """Numbers of knots to compare, in increasing order, for a duration [s]; the knots are at least `closest` [s] apart."""
     if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
@@ -65,14 +65,14 @@ def candidates(duration: float, closest: float) -> tuple[int, ...]:
 
 @dataclass(frozen=True, eq=False)
 class HatFunctions:
-    """Piecewise-linear functions of time at sorted samples: what a drift is made of."""
+    """Piecewise-linear basis functions of a drift at sorted samples."""
 
     knots: Array
     """(n,) [s]"""
     functions: Array
-    """(K, 1) or (K, 2): values at each sample of the one or two functions that live there"""
+    """(K, 1) or (K, 2) values at each sample of the one or two functions that are not zero there"""
     bounds: Indices
-    """(s + 1,) samples at which the intervals between knots begin and end"""
+    """(s + 1,) indices of the first sample of each interval between knots, and the number of samples"""
 
     @classmethod
     def over(cls, time: Array, n: int) -> "HatFunctions":

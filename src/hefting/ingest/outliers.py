@@ -1,4 +1,4 @@
-"""Samples no body explains: contacts, by what the residual does for a while; spikes, alone; saturation."""
+"""Outliers of the wrench: contacts, which last over several cells; single spikes; and saturated samples."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ FEWEST_SATURATED_SAMPLES = 5
 
 @dataclass(frozen=True, eq=False)
 class Outliers:
-    """Which samples are left out, and why."""
+    """Masks of the rejected samples, by cause."""
 
     contact: Mask
     """(K,)"""
@@ -53,7 +53,7 @@ class Outliers:
         return self.contact | self.spike | self.saturation
 
     def union(self, other: "Outliers") -> "Outliers":
-        """With those of another."""
+        """The outliers of this and of another set; a contact takes precedence over a spike."""
         contact = self.contact | other.contact
         return Outliers(contact, (self.spike | other.spike) & ~contact, self.saturation | other.saturation)
 
@@ -67,10 +67,16 @@ def no_outliers(K: int) -> Outliers:
 def find_outliers(
     time: Array, wrench: Array, predicted: Array, spread: Array, known: Mask, scale: Array, changes: Array
 ) -> Outliers:
-    """Outliers among K samples of wrench (K, 6), as predicted, where that is `known` (K,).
+    """Outliers of K samples.
 
-    `spread` (K,) is how much larger than usual a residual may be, for the motion's errors; `scale` (2,) the usual
-    residual of force and torque, `changes` (2,) how much these change.
+    Parameters
+    ----------
+    time : (K,) [s].
+    wrench, predicted : (K, 6) measured and predicted [N, N m].
+    spread : (K,) factor by which the motion's errors widen a residual.
+    known : (K,) where the prediction is valid.
+    scale : (2,) usual residual of force [N] and torque [N m].
+    changes : (2,) standard deviation of force [N] and torque [N m].
     """
     limit = saturated(wrench, predicted, np.repeat(scale, 3)) & known
     known = known & ~limit
@@ -84,8 +90,8 @@ def find_outliers(
         left = (samples > 0) & ~contact
         average = _running(np.where(left[:, None], medians, 0.0), left.astype(float), span)
         size = _length(average, np.maximum(_spread(average[left]), floor))
-        contact |= _lasting(np.where(left, size, 0.0))
-    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(([False], contact[:-1]))  # it comes and goes
+        contact |= _contact_cells(np.where(left, size, 0.0))
+    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(([False], contact[:-1]))  # its start and end
     apart = np.nan_to_num(r - medians[cell])
     usual = np.maximum(_nearby(apart, cell), np.maximum(_spread(apart[known]), floor[cell]))
     spike = _length(apart, usual) > SPIKE_RESIDUAL
@@ -97,7 +103,7 @@ def find_outliers(
 
 
 def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
-    """Static poses (K,), each by itself, with a wrench (K, 6) far from what the others predict."""
+    """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6); `changes` (2,) as above."""
     none = np.zeros(len(wrench), dtype=bool)
     r = wrench - predicted
     odd = _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes)) > SPIKE_RESIDUAL
@@ -105,7 +111,7 @@ def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
 
 
 def _imperfection(time: Array, predicted: Array, cell: Indices, changes: Array) -> Array:
-    """(C, 2) what a good sensor may get wrong of force and torque in each cell."""
+    """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
     rate = np.gradient(predicted, time, axis=0).reshape(-1, 2, 3)
     square = np.sum(rate * rate, axis=2)
     mean = np.column_stack([np.bincount(cell, column) for column in square.T]) / np.bincount(cell)[:, None]
@@ -113,7 +119,7 @@ def _imperfection(time: Array, predicted: Array, cell: Indices, changes: Array) 
 
 
 def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
-    """Samples (K,) at which the sensor was at its limit, or would have been but for noise.
+    """Mask (K,) of the samples at which the sensor was at its limit, or would have been without noise.
 
     A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its extreme value and the prediction
     (K, 6) exceeds it by five times `scale` (6,), the spread of the residuals.
@@ -172,7 +178,7 @@ def _length(values: Array, scale: Array) -> Array:
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
-    """(K, 2) robust spread of force and torque about each sample: it shakes more while it moves."""
+    """(K, 2) robust spread of force and torque about each sample; it is larger while the arm moves."""
     square = apart * apart
     size = np.sqrt(np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1))))
     typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
@@ -187,7 +193,7 @@ def _running_median(values: Array) -> Array:
     return np.partition(windows, half, axis=2)[:, :, half]
 
 
-def _lasting(size: Array) -> Mask:
+def _contact_cells(size: Array) -> Mask:
     """Runs of cells beyond `CONTACT_EDGE` that reach `CONTACT_PEAK` somewhere."""
     beyond = size > CONTACT_EDGE
     begins = np.flatnonzero(np.diff(beyond.astype(int), prepend=0) == 1)

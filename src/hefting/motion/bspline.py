@@ -275,8 +275,8 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
 
     The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog 1985), side by side in
-    stretches that each begin `overlap` coefficients late, from nothing known: what they then get wrong
-    fades with exp(-2 sin(pi/2m) wc h overlap).
+    stretches that each begin `overlap` coefficients late, from a zero window: the resulting error
+    decreases with exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
     stretch = INVERSE_STRETCH

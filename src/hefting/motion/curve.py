@@ -35,7 +35,7 @@ stretches are used."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
-    """(K,) mask of the rows that are news: without the repeats of a slower stream that holds its value.
+    """(K,) mask of the rows with new values, without the repeats of a slower stream that holds its value.
 
     Runs of equal rows are repeats only when they are the rule (half of all runs at least two rows long); of a
     run longer than twice the usual, as at rest, one row in that many stays.

@@ -52,7 +52,7 @@ def fuse(
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
 ) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
-    """Smoothed poses that heed inertial sensors, what was found of those, and warnings.
+    """Smoothed poses fitted to inertial sensors too, notes on those sensors, and warnings.
 
     gravity:       (3,) in world axes [m/s²]
     gyroscope:     angular velocity in sensor axes [rad/s]

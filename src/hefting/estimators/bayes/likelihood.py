@@ -1,4 +1,4 @@
-"""What the samples say of the ten parameters, with noise in the wrench and in the motion.
+"""Likelihood of the ten parameters for samples with noise in the wrench and in the motion.
 
 Of K samples with regressor A = A0 + sum_q n_q D_q, n the noise of the accelerations (a, alpha), D_q = dA/d(a, alpha)_q,
 and wrench b = A0 phi + e, the residual b - A phi = e - E n has the covariance
@@ -10,8 +10,8 @@ The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
     G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
     V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
 
-and the samples weigh like a Gaussian of precision H V^-1 H about H^-1 h. Constant bias is taken out beforehand: the
-samples less their mean. See Fuller, *Measurement Error Models*, 1987.
+and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. A constant bias is eliminated beforehand by
+subtracting the samples' mean. See Fuller, *Measurement Error Models*, 1987.
 """
 
 from dataclasses import dataclass
