@@ -116,7 +116,7 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: 
     objective = float(r @ r) + (gamma * divergence(mat(body)) if gamma else 0.0)
     bound = _bound(A, b, q, gamma, multiplier)
     if bound < _sufficient(objective):
-        bound = max(bound, _bound(A, b, q, gamma, multiplier, mended=True))
+        bound = max(bound, _bound(A, b, q, gamma, multiplier, feasible=True))
     return Solution(body, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
@@ -151,14 +151,14 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, *, mended: bool = False) -> float:
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, *, feasible: bool = False) -> float:
     """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
 
-    If `mended`, by the nearest u for which no eigenvalue of S is negative, as far as A can tell.
+    With `feasible`, u is moved to the nearest one for which S has no negative eigenvalue, within the range of A.
     """
     u = A @ q - b
     S = 2.0 * (A.T @ u) - multiplier
-    if mended:
+    if feasible:
         values, axes, _ = lapack.dsyevd(mat(S))
         svd = ScaledSVD.of(A)
         lack = vec((axes * np.maximum(-values, 0.0)) @ axes.T)

@@ -1,4 +1,4 @@
-"""Time record: what a state keeps of how its samples followed one another, for estimators that judge their noise."""
+"""Time record: moments of a state's samples by time scale and by stretch, for estimators that model coloured noise."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property

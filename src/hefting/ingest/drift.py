@@ -53,7 +53,7 @@ class Drift:
 
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
-    """Numbers of knots to compare, in increasing order, for a duration [s]; the knots are at least `closest` [s] apart."""
+    """Numbers of knots to compare, in increasing order, for a duration [s]; knots are at least `closest` [s] apart."""
     if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)

@@ -1,8 +1,8 @@
-"""Colour: what residuals say of the noise beyond its size, and whether parts of a record agree.
+"""Colour: autocorrelation of the noise from the residuals, and agreement between stretches of a record.
 
 `Colour.of` finds from a state's time record the spectrum of the noise by octaves (`spectrum`), and from it the
-covariance of the whole record's score, sum v_j G_j over the time scales: with coloured noise, each scale's information
-counts as much as the noise there allows. Two doubts widen it, as they are no reason to lean more on the prior:
+covariance of the whole record's score, the sum of v_j G_j over the time scales. Two doubts widen it afterwards, so that
+they do not give the prior more weight:
 
 - time scales at which the wrench answers with another gain than on the whole (`response_errors`);
 - stretches of the record that contradict each other by more than `LARGEST_STRETCH_DISAGREEMENT`.
@@ -104,7 +104,7 @@ class TimeSamples:
         )
 
     def colour(self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool) -> Colour:
-        """Of the noise that leaves what `found` says of the scales.
+        """Colour of the noise for which the scales have the scores `found`.
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as lasting errors of the motion.

@@ -45,7 +45,7 @@ forces and one for the torques."""
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Virtual samples of a state, without their mean where a bias is free."""
+    """Triangular factor of a state as 22 virtual samples, without their mean where a bias is free."""
 
     A: Array
     """(22, 6, 10)"""
@@ -236,11 +236,11 @@ class Equations:
         root = _root_of_inverse(self.G)
         return root.T @ root
 
-    def white(self, wider: float = 1.0) -> Likelihood:
-        """With white noise, whose variance is so many times as large as claimed."""
+    def white(self, inflation: float = 1.0) -> Likelihood:
+        """Likelihood for white noise, whose variance is `inflation` times the modelled one."""
         if self.attenuation is None:
-            return Likelihood(self.G / wider, self.h / wider, self.covariance)
-        return self.likelihood(wider * (self.G + self.products))
+            return Likelihood(self.G / inflation, self.h / inflation, self.covariance)
+        return self.likelihood(inflation * (self.G + self.products))
 
 
 def motion_effect(phi: Array) -> Array:

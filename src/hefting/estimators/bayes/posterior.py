@@ -1,4 +1,4 @@
-"""Posterior: what is known of an object after the samples seen, and what gives doubt."""
+"""Posterior of an object's parameters, and warnings of doubts about it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,12 +23,12 @@ which the shape contradicts the wrench."""
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """What is known of the object after the samples seen."""
+    """Posterior of the parameters and of the noise after the samples of a state."""
 
     mixture: Mixture
     """of the ten parameters, with all doubts"""
     narrow: Mixture
-    """without those that are no reason to lean more on the prior: where the estimate is from"""
+    """without the doubts that must not give the prior more weight: the estimate is its mean"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None

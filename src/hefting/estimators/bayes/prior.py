@@ -172,7 +172,7 @@ def _stiffened(Q: Array, k: Array) -> Array:
     values, vectors = np.linalg.eigh(Q[:, :3, :3])
     inverse = 1.0 / np.where(values > 1e-9 * values[:, -1:], values, np.inf)
     half = Q[:, 3:, :3] @ (vectors * np.sqrt(inverse)[:, None, :])
-    told = half @ half.transpose(0, 2, 1)
+    explained = half @ half.transpose(0, 2, 1)
     members = np.repeat(Q[:, None], len(k), axis=1)
-    members[:, :, 3:, 3:] = told[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - told)[:, None]
+    members[:, :, 3:, 3:] = explained[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - explained)[:, None]
     return members.reshape(-1, 9, 9)

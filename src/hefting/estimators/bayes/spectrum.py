@@ -1,4 +1,4 @@
-"""Spectrum of the noise by octaves: how large residuals are at each time scale, as far as their energies tell.
+"""Spectrum of the noise by octaves, from the energies of the residuals at each time scale.
 
 The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all levels for white noise. For a
 first-order process of correlation rho and variance 1 a sum over m samples has the variance
