@@ -13,7 +13,7 @@ from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.core.metrics import errors_between
 from hefting.estimators import PMD, Bayes
-from hefting.estimators.bayes.mixture import QUANTITIES
+from hefting.estimators.bayes.mixture import INTERVAL_QUANTITIES
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.shapes import Shape
 from hefting.simulation import hammer
@@ -22,7 +22,7 @@ ROWS, COLUMNS = np.triu_indices(3)
 
 
 def all_of(body: InertialParameters) -> dict[str, np.ndarray]:
-    return {name: np.asarray(getattr(body, name)) for name in QUANTITIES}
+    return {name: np.asarray(getattr(body, name)) for name in INTERVAL_QUANTITIES}
 
 
 # the estimator

@@ -10,7 +10,7 @@ from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
 from hefting.estimators.bayes.spectrum import first_order, spectrum
-from hefting.estimators.stretches import MOST, SHORTEST
+from hefting.estimators.stretches import FIRST_STRETCH_LENGTH, MOST_STRETCHES
 from hefting.simulation import hammer
 
 WHITE = Noise(0.1, 0.005)
@@ -145,9 +145,9 @@ def test_stretches_are_four_to_eight_and_hold_all_samples():
         state = estimator.update(estimator.start(), exact(samples))
         _, stretches = state.record.complete
         counts = [count for _, count in stretches.parts]
-        assert 4 <= len(counts) <= MOST
+        assert 4 <= len(counts) <= MOST_STRETCHES
         assert sum(counts) == samples
-        assert min(counts) >= SHORTEST / 2
+        assert min(counts) >= FIRST_STRETCH_LENGTH / 2
         total = sum(factor.T @ factor for factor, _ in stretches.parts)
         np.testing.assert_allclose(total, state.full.factor.T @ state.full.factor, rtol=1e-9, atol=1e-9)
 

@@ -204,7 +204,7 @@ def test_a_solver_that_is_stopped_says_so(monkeypatch):
     points = rng.uniform(-0.1, 0.1, (20, 3)) * (1, 1, 0)  # flat: the constraint is active
     body = InertialParameters.from_points(points, np.full(20, 0.05))
     z = with_wrench(random_motion(rng, 40, 0.3), body, 0.0, rng, 0.1, 0.005)
-    monkeypatch.setattr(semidefinite, "MAX_STEPS", 1)
+    monkeypatch.setattr(semidefinite, "MOST_PATH_STEPS", 1)
     monkeypatch.setattr(cone, "MAX_STEPS", 1)
     for method in (LMI(noise=NOISE), GEO(Shape(points + 0.5), noise=NOISE), PMD(Shape(points))):
         found = method.fit(z).certificate

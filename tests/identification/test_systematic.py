@@ -18,7 +18,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.identification import identify
-from hefting.ingest.ingest import WIDE, ingest
+from hefting.ingest.ingest import UNDETERMINED_TOOL_INERTIA, ingest
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
@@ -194,7 +194,7 @@ def test_a_tool_whose_inertia_is_open():
     systematic = ingest(recording, tool=tool).systematic
     assert systematic is not None
     np.testing.assert_allclose(systematic[:4, :4], tool.covariance[:4, :4], rtol=1e-12)  # type: ignore[index]
-    np.testing.assert_allclose(systematic[4:, 4:], np.eye(6) * (WIDE * tool.parameters.mass) ** 2)
+    np.testing.assert_allclose(systematic[4:, 4:], np.eye(6) * (UNDETERMINED_TOOL_INERTIA * tool.parameters.mass) ** 2)
     estimate = identify(recording, shape(), tool=tool).estimate
     known = identify(recording, shape(), tool=tool_drawn(2)).estimate
     assert np.isfinite(variance(estimate)).all()

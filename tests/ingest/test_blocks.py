@@ -13,7 +13,7 @@ from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
 from hefting.ingest.condition import condition
 from hefting.ingest.free_fit import fit_freely, residuals
 from hefting.ingest.ingest import ingest
-from hefting.ingest.outliers import NEIGHBOURS, _running_median
+from hefting.ingest.outliers import NEIGHBOURING_CELLS, _running_median
 from hefting.motion import measure, sample_weights
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
@@ -85,6 +85,6 @@ def test_averages_tell_as_much_as_the_samples():
 def test_running_median_is_scipys():
     for count in (1, 5, 200):
         values = np.random.default_rng(count).random((count, 2))
-        expected = median_filter(values, size=(NEIGHBOURS, 1), mode="reflect")
-        if count >= NEIGHBOURS // 2:  # mirrored once is enough
+        expected = median_filter(values, size=(NEIGHBOURING_CELLS, 1), mode="reflect")
+        if count >= NEIGHBOURING_CELLS // 2:  # mirrored once is enough
             np.testing.assert_array_equal(_running_median(values), expected)

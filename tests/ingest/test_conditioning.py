@@ -12,9 +12,11 @@ from hefting.core.recording import Recording, Stream
 from hefting.ingest import condition
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import Drift, HatFunctions, candidates
-from hefting.ingest.fit import Model, Problem, Start, gauss_newton, motion_weights, solve, tangents_of
+from hefting.ingest.fit import Start, gauss_newton, motion_weights
+from hefting.ingest.model import Model, Problem, tangents_of
+from hefting.ingest.normal_equations import solve
 from hefting.ingest.path import path_of
-from hefting.ingest.uncertainty import uncertainty
+from hefting.ingest.uncertainty import estimate_uncertainty
 from hefting.logs import read_log
 from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.simulation import UR5, random_smooth, simulate, stop_and_go, wield
@@ -117,7 +119,7 @@ def test_covariance_is_that_of_the_noises_colour(correlation):
         noise = lfilter([np.sqrt(1.0 - correlation**2)], [1.0, -correlation], white, axis=0)
         blocks = replace(p.blocks, wrench=clean + np.repeat((0.1, 0.005), 3) * noise)
         fit = gauss_newton(replace(p, blocks=blocks), start, 1, steps=3)
-        found.append(uncertainty(fit).covariance.diagonal()[:11])
+        found.append(estimate_uncertainty(fit).covariance.diagonal()[:11])
     G = toeplitz(correlation ** np.arange(len(p.time)))
     bias = np.broadcast_to(np.eye(6), (len(p.time), 6, 6))
     B = np.concatenate((fit.columns, bias), axis=2) / np.repeat((0.1, 0.005), 3)[:, None]
@@ -354,8 +356,8 @@ def test_a_sensor_at_its_limit():
 
 
 def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_SAMPLES", 800)
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_BLOCKS", 400)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_SAMPLES", 800)
+    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_BLOCKS", 400)
     d = disturbed("contact", 1.5, 0)
     found = condition(d.recording)
     assert len(found.rejected) == len(d.bad)

@@ -45,12 +45,12 @@ def test_one_identify(recording, method):
     for once in (
         "ingest/ingest.py:ingest",
         "ingest/condition.py:condition",
-        "ingest/robust_fit.py:from_scratch",
-        "ingest/offset.py:scan",
+        "ingest/robust_fit.py:fit_from_scratch",
+        "ingest/offset.py:scan_offsets",
         "motion/measure.py:smooth_poses",
         "motion/measure.py:measure",
-        "ingest/ingest.py:_sign",
-        "ingest/condition.py:_noise",
+        "ingest/ingest.py:_choose_sign",
+        "ingest/condition.py:_estimate_noise",
         "ingest/ingest.py:_weights",
     ):
         assert counted[once] == 1, once
@@ -62,4 +62,4 @@ def test_one_identify(recording, method):
 def test_inspect_is_a_view_of_the_same(recording):
     counted = calls(lambda: inspect(recording))
     assert counted["ingest/ingest.py:ingest"] == 1
-    assert counted["ingest/robust_fit.py:from_scratch"] == 1
+    assert counted["ingest/robust_fit.py:fit_from_scratch"] == 1

@@ -94,8 +94,8 @@ def test_a_slow_drift_does_not_leak_into_the_mass():
 def test_a_fast_recording_is_corrected_whole(in_part, monkeypatch):
     """Nearly a minute at 1 kHz: offset, spikes anywhere and noise are found from averages, or from every other one."""
     if in_part:
-        monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_SAMPLES", 50_000)
-        monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_BLOCKS", 2_750)
+        monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_SAMPLES", 50_000)
+        monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_BLOCKS", 2_750)
     recording = simulate(UR5.motion(random_smooth(55.0, 1000.0, 1.0, 3)), body(1.5), noise=NOISE, seed=3)
     time, values = recording["wrench"].time, recording["wrench"].values.copy()
     rng = np.random.default_rng(0)

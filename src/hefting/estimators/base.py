@@ -142,7 +142,7 @@ class Estimator:
         return {"bias": known.bias} | {name: value for name, value in found.items() if name in names}
 
     @property
-    def told(self) -> dict[str, Any]:
+    def provenance(self) -> dict[str, Any]:
         """Hyperparameters that an estimate's provenance tells: plain values, as they are used."""
         values = {name: getattr(self, name) for name in self.hyperparameters(getattr(self, "model", None))}
         return {k: v for k, v in values.items() if isinstance(v, int | float | str | tuple) and k != "bias"}

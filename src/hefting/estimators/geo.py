@@ -89,10 +89,10 @@ class GEO(Estimator):
             require_positive("gamma", self.gamma)
 
     @property
-    def told(self) -> dict[str, Any]:
+    def provenance(self) -> dict[str, Any]:
         """As of every method, with the weight of the prior that is used."""
         usual = self.gamma is None and self.distance != "euclidean"
-        return super().told | ({"gamma": GAMMA} if usual else {})
+        return super().provenance | ({"gamma": GAMMA} if usual else {})
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""

@@ -24,8 +24,8 @@ WrenchNoise = Noise | Array | None
 RANK_TOLERANCE = 1e-9
 """Singular values of the column-scaled regressor below this, relative to the largest, count as zero."""
 
-NOTHING = 1e-13
-"""Columns of the regressor shorter than this, relative to the longest, are what rounding left of none."""
+VANISHING_COLUMN = 1e-13
+"""Columns of the regressor shorter than this, relative to the longest, count as zero: they are rounding errors."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
@@ -97,7 +97,7 @@ class ScaledSVD:
         Without them the columns' own lengths serve.
         """
         norms = np.sqrt((A * A).sum(axis=0)) if lengths is None else lengths
-        scale = np.where(norms > NOTHING * norms.max(initial=0.0), norms, 1.0)
+        scale = np.where(norms > VANISHING_COLUMN * norms.max(initial=0.0), norms, 1.0)
         U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
         kept = RANK_TOLERANCE * (S[0] if lengths is None else 1.0) < S
         return cls(U[:, kept], S[kept], V[kept], V[~kept], scale)

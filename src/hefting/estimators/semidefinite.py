@@ -21,23 +21,26 @@ from hefting.core.spatial import Array
 from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.estimators.quadratic import ScaledSVD
 
-VANISHING = 1e-14
-"""gamma where no prior is asked for, relative to |b|²: decides what the data leave open, and nothing else."""
-TOLERANCE = 1e-6
+SMALLEST_GAMMA = 1e-14
+"""gamma relative to |b|² where no prior is given. It decides only the directions that the data leave undetermined."""
+GAP_TOLERANCE = 1e-6
 """Certified gap at which a solution counts as converged, relative to the objective (or 1e-6 |b|², if it is smaller)."""
-REACH = 10.0
-"""The bound without logarithm holds for bodies whose pseudo-inertia has up to so many times the trace found."""
-THINNEST = 1e-15
-"""Least eigenvalue of Q relative to its trace: below it rounding would decide whether this is a body."""
-ENOUGH = 1e-9
-"""Duality gap relative to the objective at which a solution without logarithm will do, where it is unique."""
-START = 0.01
-"""First mu, relative to the largest entry of the gradient at Q = I: less saves steps, much less fails."""
-MAX_STEPS = 60
-RESTARTS = 2
-"""Times that a solution without logarithm is begun anew from the body found, if it is not proven to be one."""
-NEARNESS = 1e-3
-"""Least product of an eigenvalue of Q with that of Z, relative to their mean: further from the path steps get short."""
+TRACE_BOUND = 10.0
+"""The lower bound without logarithm holds for bodies whose tr Q is at most this multiple of the trace found."""
+SMALLEST_EIGENVALUE = 1e-15
+"""Smallest eigenvalue of Q relative to its trace. Below it rounding would decide whether Q is positive definite."""
+SUFFICIENT_GAP = 1e-9
+"""Duality gap relative to the objective at which the path ends early, for gamma = 0 and a unique solution."""
+FIRST_MU = 0.01
+"""First mu, relative to the largest entry of the gradient at Q = I. Smaller values save steps, much smaller
+ones fail."""
+MOST_PATH_STEPS = 60
+"""Largest number of steps along the central path."""
+MOST_RESTARTS = 2
+"""Largest number of restarts from the body found, for gamma = 0, where its bound does not prove it optimal."""
+SMALLEST_CENTRALITY = 1e-3
+"""Smallest product of an eigenvalue of Q with that of Z, relative to their mean: further from the central path the
+steps get short."""
 
 _EYE = np.eye(4)
 
@@ -52,7 +55,7 @@ def _svd(X: Array) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What `solve` found."""
+    """Result of `solve`."""
 
     q: Array
     """(10,) of a positive definite Q"""
@@ -71,16 +74,16 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
     """
     size = math.sqrt(b @ b) or 1.0
     A, b, prior = A / size, b / size, gamma / size**2
-    if prior >= VANISHING:
+    if prior >= SMALLEST_GAMMA:
         found = _follow(A, b, prior, half_space)
     else:
         svd = ScaledSVD.of(A)
         determined = not len(svd.kernel)
         found = _unconstrained(A, b, half_space, svd) if determined else None
-        found = found or _follow(A, b, 0.0, half_space, ENOUGH if determined else 0.0)
-        for _ in range(RESTARTS):
+        found = found or _follow(A, b, 0.0, half_space, SUFFICIENT_GAP if determined else 0.0)
+        for _ in range(MOST_RESTARTS):
             if not found.converged:
-                found = _again(A, b, half_space, found)
+                found = _restart(A, b, half_space, found)
         if prior:
             objective = found.objective + prior * divergence(mat(found.q))
             found = replace(found, objective=objective, converged=found.bound >= _sufficient(objective))
@@ -89,7 +92,7 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
 
 def _sufficient(objective: float) -> float:
     """The lower bound that proves an objective."""
-    return objective - TOLERANCE * max(objective, 1e-6)
+    return objective - GAP_TOLERANCE * max(objective, 1e-6)
 
 
 def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: float = 0.0) -> Solution:
@@ -97,28 +100,28 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: 
 
     On the way to the end of the path a duality gap `enough`, relative to the objective, will do.
     """
-    path = _Path(A, b, max(gamma, VANISHING), half_space)
+    path = _Path(A, b, max(gamma, SMALLEST_GAMMA), half_space)
     q, multiplier, least = IDENTITY, path.multiplier, math.inf
-    while path.steps < MAX_STEPS and path.advance():
+    while path.steps < MOST_PATH_STEPS and path.advance():
         now = vec(path.L @ path.L.T)
         r = A @ now - b
         square = float(r @ r)
-        if gamma or square <= least:  # else rounding has led astray
+        if gamma or square <= least:  # else rounding errors dominate
             q, multiplier, least = now, path.multiplier, square
         if path.gap < enough * max(square, 1e-6):
             break
-    lack = THINNEST * float(q @ IDENTITY) - float(_eigenvalues(mat(q))[0])
+    lack = SMALLEST_EIGENVALUE * float(q @ IDENTITY) - float(_eigenvalues(mat(q))[0])
     body = q + max(0.0, lack) * IDENTITY
     r = A @ body - b
     objective = float(r @ r) + (gamma * divergence(mat(body)) if gamma else 0.0)
     bound = _bound(A, b, q, gamma, multiplier)
     if bound < _sufficient(objective):
-        bound = max(bound, _bound(A, b, q, gamma, multiplier, mended=True))
+        bound = max(bound, _bound(A, b, q, gamma, multiplier, feasible=True))
     return Solution(body, objective, bound, path.steps, bound >= _sufficient(objective))
 
 
-def _again(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
-    """The better of `found` and what is found from there: the start may have been far off."""
+def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
+    """The better of `found` and of a second solution that starts from it, for a start that was far from optimal."""
     thick = mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE
     T = congruence(lapack.dpotrf(thick, lower=1)[0])
     second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
@@ -148,21 +151,21 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, mended: bool = False) -> float:
+def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, *, feasible: bool = False) -> float:
     """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
 
-    If `mended`, by the nearest u for which no eigenvalue of S is negative, as far as A can tell.
+    With `feasible`, u is moved to the nearest one for which S has no negative eigenvalue, within the range of A.
     """
     u = A @ q - b
     S = 2.0 * (A.T @ u) - multiplier
-    if mended:
+    if feasible:
         values, axes, _ = lapack.dsyevd(mat(S))
         svd = ScaledSVD.of(A)
         lack = vec((axes * np.maximum(-values, 0.0)) @ axes.T)
         u = u + svd.U @ ((svd.V @ (0.5 * lack / svd.scale)) / svd.S)
         S = 2.0 * (A.T @ u) - multiplier
     value, values = -float(u @ u + 2.0 * (b @ u)), _eigenvalues(mat(S))
-    bound = value + REACH * float(q @ IDENTITY) * min(0.0, float(values[0]))
+    bound = value + TRACE_BOUND * float(q @ IDENTITY) * min(0.0, float(values[0]))
     if gamma > 0.0 and values[0] > -gamma:
         bound = max(bound, value + gamma * float(np.sum(np.log1p(values / gamma))))
     return max(0.0, bound)
@@ -176,7 +179,7 @@ class _Path:
         self._target = target
         self._e = half_space
         gradient = self._A.T @ (self._A @ IDENTITY - self._b) + target * IDENTITY
-        mu = max(target, START * float(np.abs(gradient).max()))
+        mu = max(target, FIRST_MU * float(np.abs(gradient).max()))
         self.L, self._K = _EYE, math.sqrt(mu) * _EYE
         self._svd = _svd(self._K)
         self._slack, self._y = 1.0, 0.0
@@ -250,7 +253,7 @@ class _Path:
                 L, K = R @ left, Rt @ right
                 svd = _svd(K.T @ L)
                 squares = svd[1] * svd[1]
-                if squares[3] > NEARNESS * 0.25 * float(squares.sum()):
+                if squares[3] > SMALLEST_CENTRALITY * 0.25 * float(squares.sum()):
                     self.L, self._K, self._svd = L, K, svd
                     self._slack, self._y = self._slack + a * ds, self._y + a * dy
                     self.steps += 1

@@ -1,4 +1,4 @@
-"""Stretches: the samples in four to eight consecutive parts, so that they can be held against one another."""
+"""Stretches: the samples in four to eight consecutive parts, so that they can be compared with each other."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -11,13 +11,13 @@ from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 from hefting.estimators.timescales import folded
 
-MOST = 8
-"""Stretches kept; when there are as many, neighbours are joined in pairs."""
-SHORTEST = 64
-"""Samples in a stretch at first."""
+MOST_STRETCHES = 8
+"""Number of stretches at which neighbours are joined in pairs."""
+FIRST_STRETCH_LENGTH = 64
+"""Number of samples in a stretch, before any are joined."""
 
 
-def _nothing() -> Array:
+def _empty_factor() -> Array:
     return np.zeros((FEATURES, FEATURES))
 
 
@@ -29,9 +29,9 @@ class Stretches:
     """(22, 22) each, of the complete ones"""
     counts: tuple[int, ...] = ()
     """samples in each"""
-    length: int = SHORTEST
+    length: int = FIRST_STRETCH_LENGTH
     """samples of a complete one"""
-    open_factor: Array = field(default_factory=_nothing)
+    open_factor: Array = field(default_factory=_empty_factor)
     """(22, 22) of the one being filled"""
     open_count: int = 0
     """samples in it"""
@@ -51,10 +51,10 @@ class Stretches:
         parts = [*zip(self.factors, self.counts, strict=True), (self.open_factor, self.open_count)]
         parts += [*zip(other.factors, other.counts, strict=True), (other.open_factor, other.open_count)]
         parts = [part for part in parts if part[1]]
-        while len(parts) >= MOST:  # the two neighbours that are shortest together
+        while len(parts) >= MOST_STRETCHES:  # the two neighbours that are shortest together
             sizes = [first[1] + second[1] for first, second in pairwise(parts)]
             at = int(np.argmin(sizes))
-            parts[at : at + 2] = [_joined(parts[at], parts[at + 1])]
+            parts[at : at + 2] = [_join(parts[at], parts[at + 1])]
         length = max(self.length, other.length)
         return type(self)(tuple(part[0] for part in parts), tuple(part[1] for part in parts), length)
 
@@ -65,20 +65,18 @@ class Stretches:
         rest = (self.open_factor, self.open_count)
         if self.open_count >= 0.5 * self.length:
             return [*parts, rest]
-        return [*parts[:-1], _joined(parts[-1], rest)] if parts and self.open_count else parts
+        return [*parts[:-1], _join(parts[-1], rest)] if parts and self.open_count else parts
 
     def _with_open(self, factor: Array, count: int) -> Self:
         if count < self.length:
             return type(self)(self.factors, self.counts, self.length, factor, count)
         parts = [*zip(self.factors, self.counts, strict=True), (factor, count)]
         length = self.length
-        if len(parts) >= MOST:
-            parts = [_joined(parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)] + parts[
-                len(parts) // 2 * 2 :
-            ]
+        if len(parts) >= MOST_STRETCHES:
+            parts = [_join(parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)] + parts[len(parts) // 2 * 2 :]
             length *= 2
         return type(self)(tuple(part[0] for part in parts), tuple(part[1] for part in parts), length)
 
 
-def _joined(first: tuple[Array, int], second: tuple[Array, int]) -> tuple[Array, int]:
+def _join(first: tuple[Array, int], second: tuple[Array, int]) -> tuple[Array, int]:
     return triangular(np.concatenate((first[0], second[0]))), first[1] + second[1]

@@ -1,4 +1,4 @@
-"""Time record: what a state keeps of how its samples followed one another, for estimators that judge their noise."""
+"""Time record: moments of a state's samples by time scale and by stretch, for estimators that model coloured noise."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,9 +11,9 @@ from hefting.core.spatial import Array
 from hefting.estimators.stretches import Stretches
 from hefting.estimators.timescales import TimeScales
 
-BUFFER = 64
-"""Samples taken in together: an update of one costs next to nothing, and the transform of 64 is a few array operations.
-A power of two, so that blocks are aligned however the samples come."""
+BUFFERED_SAMPLES = 64
+"""Number of samples that are transformed together. An update by one sample then costs little, and the transform of 64
+is a few array operations. It is a power of two so that blocks are aligned however the samples arrive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class TimeRecord:
     scales: TimeScales = field(default_factory=TimeScales)
     stretches: Stretches = field(default_factory=Stretches)
     buffer: tuple[Array, ...] = ()
-    """(k, 22) features of the latest samples, fewer than `BUFFER` in all, not yet in the other two"""
+    """(k, 22) features of the latest samples, fewer than `BUFFERED_SAMPLES` in all, not yet in the other two"""
     buffered: int = 0
     motion: tuple[float, ...] = (0.0,) * 5
     """sums over samples, by weight: 1 for all; and, of those whose motion's noise is known: 1, squared errors of linear
@@ -33,10 +33,10 @@ class TimeRecord:
         """With samples of features `x` (K, 22), their `weights` (K,) and the noise of their motion."""
         motion = self._motion_with(float(len(x)) if weights is None else float(weights.sum()), noise)
         count = self.buffered + len(x)
-        if count < BUFFER:
+        if count < BUFFERED_SAMPLES:
             return replace(self, buffer=(*self.buffer, x), buffered=count, motion=motion)
         rows = np.ascontiguousarray(np.concatenate((*self.buffer, x)) if self.buffer else x)
-        whole = count - count % BUFFER
+        whole = count - count % BUFFERED_SAMPLES
         rest = (rows[whole:].copy(),) if whole < count else ()
         scales, stretches = self.scales.fold(rows[:whole]), self.stretches.fold(rows[:whole])
         return type(self)(scales, stretches, rest, count - whole, motion)

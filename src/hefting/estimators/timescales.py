@@ -17,7 +17,8 @@ from hefting.core.moments import BLOCK, REFLECTORS, triangular
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 
-HALF = 0.5**0.5
+HAAR_FACTOR = 0.5**0.5
+"""Factor of the orthonormal Haar transform: 1 / sqrt(2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +49,9 @@ class TimeScales:
             if pairs == 0:
                 break
             first, second = rows[0 : 2 * pairs : 2], rows[1 : 2 * pairs : 2]
-            factors[level] = folded(factors[level], HALF * (first - second))
+            factors[level] = folded(factors[level], HAAR_FACTOR * (first - second))
             counts[level] += pairs
-            rows = HALF * (first + second)
+            rows = HAAR_FACTOR * (first + second)
             level += 1
         return type(self)(tuple(factors), tuple(counts), tuple(pending))
 

@@ -16,7 +16,7 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
 from hefting.identification.identifiability import identifiability
-from hefting.identification.stopping import first_sufficient, told
+from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingest import Ingested, ingest
@@ -183,9 +183,10 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
         return estimator.fit(z), found
     estimate, used = first_sufficient(estimator, z, found.static)
     if found.static:
-        estimate = told(estimate, estimator.asked, used, len(z), "poses")
+        estimate = with_stop_reason(estimate, estimator.asked, used, len(z), "poses")
     else:
-        estimate = told(estimate, estimator.asked, float(np.ptp(z.time[:used])), float(np.ptp(z.time)), "s")
+        spans = float(np.ptp(z.time[:used])), float(np.ptp(z.time))
+        estimate = with_stop_reason(estimate, estimator.asked, *spans, "s")
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
@@ -204,7 +205,7 @@ def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, 
             what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
         raise NotIdentifiableError(what, where=found.log, fix=fix)
     rms = found.residual(estimate.parameters.vector, estimate.bias)
-    provenance = found.provenance | estimator.told | estimate.provenance
+    provenance = found.provenance | estimator.provenance | estimate.provenance
     own: Shape | None = getattr(estimator, "shape", None)
     if own is not None:
         provenance["points"] = own.n

@@ -10,10 +10,12 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.estimators.base import Estimator
 
-FIRST = 50
-"""Samples before the first look; of static poses one."""
-STEP, SHARE = 0.1, 0.02
-"""Between looks: s, and of the time so far, whichever is longer."""
+SAMPLES_BEFORE_FIRST_CHECK = 50
+"""Number of samples before the first estimate; static poses are checked from the first one on."""
+SHORTEST_CHECK_INTERVAL = 0.1
+"""[s] Shortest time between two estimates."""
+CHECK_INTERVAL_SHARE = 0.02
+"""Time between two estimates as a share of the recording so far, where that is longer."""
 
 
 def first_sufficient(estimator: Estimator, measurements: Measurements, static: bool = False) -> tuple[Estimate, int]:
@@ -37,7 +39,7 @@ def first_sufficient(estimator: Estimator, measurements: Measurements, static: b
     return estimate, seen
 
 
-def told(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
+def with_stop_reason(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
     """`estimate` with `used` of the `whole` recording in its provenance, and a warning where it does not suffice."""
     assert estimate.accuracy is not None
     provenance = estimate.provenance | {"until": str(asked), "used": used, "of": whole, "used_unit": unit}
@@ -54,9 +56,12 @@ def _looks(z: Measurements, static: bool) -> list[int]:
     if static:
         return list(range(1, K + 1))
     ends, time = [], z.time - z.time[0]
-    end = min(FIRST, K)
+    end = min(SAMPLES_BEFORE_FIRST_CHECK, K)
     while end < K:
         ends.append(end)
         now = time[end - 1]
-        end = max(int(np.searchsorted(time, now + max(STEP, SHARE * now), side="right")), end + 1)
+        end = max(
+            int(np.searchsorted(time, now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now), side="right")),
+            end + 1,
+        )
     return [*ends, K]

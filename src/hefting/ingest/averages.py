@@ -13,10 +13,22 @@ from hefting.motion.measure import Source
 
 
 def measured_blocks(
-    recording: Recording, found: Conditioned, motion: Source, drift: bool = True
+    recording: Recording, found: Conditioned, motion: Source, *, drift: bool = True
 ) -> tuple[Measured, Array, Array]:
-    """Motion and wrench put right, averaged where the sensor is fast; how many samples each row stands for (K,); and
-    the covariance (6, 6) of the wrench within the averages. The `drift` of the bias is removed."""
+    """Corrected motion and wrench, averaged over blocks where the sensor is fast.
+
+    Parameters
+    ----------
+    recording : as recorded.
+    found : its conditioning.
+    motion : where the motion comes from.
+    drift : whether to remove the drift of the bias.
+
+    Returns
+    -------
+    The measurements, the number of samples averaged in each row (K,), and the covariance (6, 6) of the wrench within
+    the averages.
+    """
     corrected = found.corrected(recording, drift)
     wrench = corrected["wrench"]
     smooth = not recording.static and motion in ("auto", "smooth") and found.curves is not None
@@ -35,8 +47,10 @@ def measured_blocks(
 
 
 def _averaged_motion(measured: Measured, found: Conditioned, variance: Array) -> Measured:
-    """With the motion averaged over samples whose times have this variance (K,) [s²]: at one deviation to either side,
-    which is exact to third order."""
+    """The motion averaged over samples whose times have this variance (K,) [s²].
+
+    It is the mean of the motion one standard deviation earlier and later, which is exact to third order.
+    """
     motion, z, curves = measured.motion, measured.measurements, found.curves
     if motion is None or curves is None:
         return measured

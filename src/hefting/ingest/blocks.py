@@ -1,8 +1,8 @@
-"""Blocks: the wrench averaged over a hundredth of a second, which loses nothing of an arm's motion.
+"""Blocks: the wrench averaged over 10 ms, which is short beside an arm's motion.
 
-No arm that carries something moves at more than 10 to 15 Hz, so the mean of the wrenches of 10 ms, with the number it
-stands for, tells as much as they do. The motion is averaged too, to second order: the mean of x(t) over times of mean
-t' and variance s² is x(t') + s² x''(t') / 2.
+An arm with an object moves at no more than 10 to 15 Hz, so the average over 10 ms, weighted by its number of samples,
+is as informative as the samples. The motion is averaged too, to second order: the mean of x(t) over times of mean t'
+and variance s² is x(t') + s² x''(t') / 2.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
 
-LENGTH = 0.01
-"""s, of a block"""
-PIECE = 10_000
-"""Blocks looked at together where that bounds the memory."""
-FEWEST = 3
-"""Samples a block must have on average; of slower sensors each sample stays by itself."""
+BLOCK_DURATION = 0.01
+"""[s] Duration of a block."""
+BLOCKS_AT_A_TIME = 10_000
+"""Number of blocks processed together, where that bounds the memory."""
+FEWEST_SAMPLES_PER_BLOCK = 3
+"""Smallest average number of samples in a block. With slower sensors each sample is a block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Blocks:
             return cls(time, np.zeros(len(time)), count, wrench)
         weight = np.ones(len(time)) if kept is None else kept.astype(float)
         count = np.add.reduceat(weight, starts)
-        if (count == 0.0).any():  # of a block without any all count, though its weight is zero
+        if (count == 0.0).any():  # a block without inliers has the average of all of its samples
             none = np.repeat(count == 0.0, np.diff(np.append(starts, len(time))))
             weight = np.where(none, 1.0, weight)
         total = np.add.reduceat(weight, starts)
@@ -75,9 +75,13 @@ class Blocks:
 
 def block_starts(time: Array) -> Indices | None:
     """First sample of each block of samples at `time` (K,) [s]; None where the sensor is too slow for blocks."""
-    if len(time) < FEWEST or time[-1] <= time[0] or len(time) < FEWEST * (time[-1] - time[0]) / LENGTH:
+    if (
+        len(time) < FEWEST_SAMPLES_PER_BLOCK
+        or time[-1] <= time[0]
+        or len(time) < FEWEST_SAMPLES_PER_BLOCK * (time[-1] - time[0]) / BLOCK_DURATION
+    ):
         return None
-    return np.flatnonzero(np.diff(np.floor((time - time[0]) / LENGTH), prepend=-1.0))
+    return np.flatnonzero(np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0))
 
 
 def medians(wrench: Array, starts: Indices | None) -> Array:
@@ -103,9 +107,9 @@ def within_blocks(blocks: Blocks, time: Array, wrench: Array, kept: Mask | None 
     ends = np.append(blocks.starts, len(wrench))
     rate = np.gradient(blocks.wrench, blocks.time, axis=0) if len(blocks) > 1 else np.zeros((1, 6))
     total, count = np.zeros((6, 6)), 0
-    for begins in range(0, len(blocks), PIECE):
-        part = slice(begins, begins + PIECE)
-        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + PIECE, len(blocks))])
+    for begins in range(0, len(blocks), BLOCKS_AT_A_TIME):
+        part = slice(begins, begins + BLOCKS_AT_A_TIME)
+        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))])
         since = time[samples] - np.repeat(blocks.time[part], sizes)
         apart = wrench[samples] - np.repeat(blocks.wrench[part], sizes, axis=0)
         apart -= np.repeat(rate[part], sizes, axis=0) * since[:, None]

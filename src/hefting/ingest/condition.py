@@ -1,6 +1,6 @@
-"""Conditioning: what is wrong with a recording, by the one robust fit, and gravity's direction."""
+"""Conditioning: find what is wrong with a recording, by a robust fit, and estimate gravity's direction."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,44 +9,56 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 from hefting.ingest.blocks import Blocks, medians, within_blocks
-from hefting.ingest.conditioned import Conditioned, Tilted, WrenchSign, mass_over_std
+from hefting.ingest.conditioned import Conditioned, GravityEstimate, WrenchSign, mass_over_std
 from hefting.ingest.drift import Drift, candidates
-from hefting.ingest.findings import findings_of, warnings_of
-from hefting.ingest.fit import Fit, Problem, gauss_newton
+from hefting.ingest.findings import RejectedOffset, Search, findings_of, warnings_of
+from hefting.ingest.fit import Fit, gauss_newton
+from hefting.ingest.model import Problem
 from hefting.ingest.outliers import Outliers
-from hefting.ingest.path import Path, path_of, static_path
+from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, path_of, static_path
 from hefting.ingest.robust_fit import (
-    Samples,
-    Settled,
-    all_outliers,
+    RobustFit,
+    choose_bias_and_refine_offset,
     fastest_frequency,
-    from_scratch,
-    offset_counts,
-    outliers_of,
-    plain_fit,
-    settle,
-    without_offset,
+    fit_few_samples,
+    fit_from_scratch,
+    offset_is_significant,
+    remove_offset,
 )
-from hefting.ingest.uncertainty import uncertainty
+from hefting.ingest.samples import Samples, find_outliers_of_fit, find_outliers_piecewise
+from hefting.ingest.uncertainty import estimate_uncertainty
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 
-MOST_SAMPLES = 100_000
-"""Samples that are looked at one by one; of longer recordings blocks stand for them until the fit is done."""
-MOST_BLOCKS = 10_000
-"""Blocks worked on; of longer recordings only so many, evenly chosen."""
-FEWEST = 12
-"""Samples below which there is nothing to condition."""
-TURNS, APART = 2000, 3.0
-"""Instants gravity is looked at; knots of a bias are so many times as far apart as its direction is correlated."""
-SHORTEST = 1.0
-"""s: in less there is no telling offset, bias and gravity apart"""
-POOR = 0.1
-"""Residual over the force's changes, or share left out, that makes one wonder about gravity. Tilted by 15° they are
-0.2 to 0.3 and 0.1 to 0.3; Panda's are 0.08."""
-THIN = 5_000
-"""Blocks that suffice to find gravity's direction."""
+MOST_FITTED_SAMPLES = 100_000
+"""Largest number of samples that are fitted directly. Of longer recordings block medians are fitted."""
+MOST_FITTED_BLOCKS = 10_000
+"""Largest number of block medians that are fitted; of longer recordings evenly chosen ones."""
+FEWEST_CONDITIONED_SAMPLES = 12
+"""Number of samples below which a recording is not conditioned."""
+GRAVITY_INSTANTS = 2000
+"""Number of instants at which gravity's direction is evaluated to find its autocorrelation time."""
+KNOT_SPACING_IN_CORRELATION_TIMES = 3.0
+"""Smallest distance between bias knots, in autocorrelation times of gravity's direction in sensor axes."""
+SHORTEST_CONDITIONED_RECORDING = 1.0
+"""[s] In shorter recordings offset, bias and gravity cannot be distinguished, and no offset or gravity is estimated."""
+POORLY_EXPLAINED_SHARE = 0.1
+"""Ratio of force residual to the force's changes, or share of rejected samples, above which gravity's direction is
+checked. With a base tilted by 15° these are 0.2 to 0.3 and 0.1 to 0.3; on the Panda recordings 0.08."""
+BLOCKS_FOR_GRAVITY = 5_000
+"""Number of blocks used for finding gravity's direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """The fit of a recording, and what else was found."""
+
+    fit: RobustFit
+    rejected_offset: RejectedOffset | None = None
+    gravity: GravityEstimate | None = None
+    few_samples: bool = False
+    """whether there were too few samples to condition"""
 
 
 def condition(
@@ -58,18 +70,19 @@ def condition(
     tilt: bool = False,
     hint: bool = False,
 ) -> Conditioned:
-    """Find what is wrong with a recording: clock offset, drifting bias, sign, bad samples and, if asked, gravity.
+    """Find clock offset, drifting bias, sign and outliers of a recording and, if asked for, gravity's direction.
 
     Parameters
     ----------
-    gravity : (3,) in world axes [m/s²]; its direction only a beginning with `tilt`.
+    recording : the recording, with a wrench and orientations.
+    gravity : (3,) in world axes [m/s²]; with `tilt` its direction is only the start of the search.
     source : where the motion comes from, as for `hefting.motion.measure.measure`.
     clock : whether to look for an offset between wrench and motion.
-    tilt : whether to look for gravity's direction. A sensor that is not perfect invents a few degrees.
-    hint : whether to say where the data would have gravity even where it was given and explains the wrench well.
+    tilt : whether to estimate gravity's direction. The errors of a sensor change it by a few degrees.
+    hint : whether to estimate, for information, gravity's direction even where it is given and the wrench is explained.
 
-    What cannot be found counts as absent, and `warnings` say so. Raises `InputError` where
-    `hefting.motion.measure.measure` does.
+    What cannot be found counts as absent, with a warning. Raises `InputError` where `hefting.motion.measure.measure`
+    does.
     """
     g = check_gravity(gravity)
     wrench = recording["wrench"]
@@ -77,47 +90,59 @@ def condition(
     moving = path is not None
     if path is None:
         path = static_path(recording)
-    raw = Samples(wrench.time, wrench.values, path.kind == "static", path.smooth)
-    inside = (raw.time >= path.first) & (raw.time <= path.last)
-    enough = bool(inside.sum() >= FEWEST)
-    knots = _knots(path, raw.time[inside], g) if enough else (1,)
-    long = recording.static or (enough and bool(np.ptp(raw.time[inside]) >= SHORTEST))
-    free_offset, free_gravity = clock and moving and long, tilt and long and not path.gravity_measured
-    if not enough:
-        few = Problem(path, raw.blocks(), False, False, knots)
-        return _conclude(recording, raw, plain_fit(raw, few, g), None, clock, tilt, few=True)
-    working = raw
-    if len(raw.time) > MOST_SAMPLES:
-        blocks = raw.blocks()
-        chosen = replace(blocks, wrench=medians(raw.wrench, blocks.starts)).every(MOST_BLOCKS)
-        working = Samples(chosen.time, chosen.wrench, raw.static, smooth=False)
-    problem = Problem(path, working.blocks(), free_offset, free_gravity, knots)
-    first = from_scratch(working, problem, g)
-    found = settle(working, g, *first)
-    late = None
-    if problem.free_offset and not offset_counts(found):
-        late = found.fit.offset, found.spread.offset_std
-        found = without_offset(working, g, first, found)
-    tilted = None
-    if not free_gravity and long and not path.gravity_measured and not raw.static:
-        poor = _is_poor(working, found)
-        tilted = _tilted(working, found, poor) if hint or poor else None
-    if working is not raw:
-        found = replace(found, bad=all_outliers(raw, found))
-    return _conclude(recording, raw, found, late, clock, tilt, tilted=tilted)
+    samples = Samples(wrench.time, wrench.values, path.kind == "static", path.smooth)
+    time = samples.time[(samples.time >= path.first) & (samples.time <= path.last)]
+    if len(time) < FEWEST_CONDITIONED_SAMPLES:
+        problem = Problem(path, samples.blocks(), False, False, (1,))
+        found = _Found(fit_few_samples(samples, problem, g), few_samples=True)
+        return _conclude(recording, samples, found, clock=clock, tilt=tilt)
+    long = recording.static or bool(np.ptp(time) >= SHORTEST_CONDITIONED_RECORDING)
+    working = _thinned(samples)
+    free_gravity = tilt and long and not path.gravity_measured
+    knots = _numbers_of_knots(path, time, g)
+    problem = Problem(path, working.blocks(), clock and moving and long, free_gravity, knots)
+    found = _fit(working, problem, g)
+    if not free_gravity and long and not path.gravity_measured and not samples.static:
+        poor = _is_poorly_explained(working, found.fit)
+        if hint or poor:
+            found = replace(found, gravity=_estimate_gravity(working, found.fit, suspected=poor))
+    if working is not samples:
+        outliers = find_outliers_piecewise(samples, found.fit.problem, found.fit.fit)
+        found = replace(found, fit=replace(found.fit, outliers=outliers))
+    return _conclude(recording, samples, found, clock=clock, tilt=tilt)
 
 
-def _knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
-    """Numbers of bias knots to choose from: a bias that turns with gravity would eat the weight."""
-    if path.kind == "static" or candidates(float(time[-1] - time[0]), 0.0) == (1,):
+def _thinned(samples: Samples) -> Samples:
+    """The samples or, of long recordings, medians of some of their blocks."""
+    if len(samples.time) <= MOST_FITTED_SAMPLES:
+        return samples
+    blocks = samples.blocks()
+    chosen = replace(blocks, wrench=medians(samples.wrench, blocks.starts)).every(MOST_FITTED_BLOCKS)
+    return Samples(chosen.time, chosen.wrench, samples.static, smooth=False)
+
+
+def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
+    """The robust fit, with the clock offset where it is free and significant."""
+    first = fit_from_scratch(samples, problem, gravity)
+    found = choose_bias_and_refine_offset(samples, gravity, first)
+    if not first.problem.free_offset or offset_is_significant(found):
+        return _Found(found)
+    rejected = RejectedOffset(found.fit.offset, found.uncertainty.offset_std)
+    return _Found(remove_offset(samples, gravity, first, found), rejected)
+
+
+def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
+    """Numbers of bias knots to choose from. A bias that varies as fast as gravity would fit the object's weight."""
+    duration = float(time[-1] - time[0])
+    if path.kind == "static" or candidates(duration, 0.0) == (1,):
         return (1,)
-    times = np.linspace(time[0], time[-1], TURNS)
-    turning = path.at(times, spread=False)
-    if not turning.known.any():
+    times = np.linspace(time[0], time[-1], GRAVITY_INSTANTS)
+    reading = path.at(times, spread=False)
+    if not reading.known.any():
         return (1,)
-    along = turning.value[:, 12:].reshape(-1, 3, 3) @ gravity
-    correlated = autocorrelation_time(along[turning.known]) * (times[1] - times[0])
-    return candidates(float(time[-1] - time[0]), APART * correlated)
+    in_sensor_axes = reading.value[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ gravity
+    correlation_time = autocorrelation_time(in_sensor_axes[reading.known]) * (times[1] - times[0])
+    return candidates(duration, KNOT_SPACING_IN_CORRELATION_TIMES * correlation_time)
 
 
 def autocorrelation_time(series: Array) -> float:
@@ -136,101 +161,119 @@ def autocorrelation_time(series: Array) -> float:
     return max(1.0, float(np.mean(times))) if times else 1.0
 
 
-def _is_poor(samples: Samples, found: Settled) -> bool:
-    """Whether so little of the wrench is explained that gravity may be to blame."""
+def _is_poorly_explained(samples: Samples, found: RobustFit) -> bool:
+    """Whether so little of the wrench is explained that gravity's direction is in doubt."""
     changes = float(np.sqrt(np.mean(np.var(samples.wrench[:, :3], axis=0))))
-    return float(found.fit.scale[0]) > POOR * changes or float(found.bad.rejected.mean()) > POOR
+    large_residual = float(found.fit.scale[0]) > POORLY_EXPLAINED_SHARE * changes
+    return large_residual or float(found.outliers.rejected.mean()) > POORLY_EXPLAINED_SHARE
 
 
-def _tilted(samples: Samples, found: Settled, suspected: bool) -> Tilted | None:
-    """Where the data would have gravity, and what that leaves of the force; None where they do not tell."""
+def _estimate_gravity(samples: Samples, found: RobustFit, *, suspected: bool) -> GravityEstimate | None:
+    """Gravity as the data have it, starting from the fit with gravity as given; None where it is undetermined."""
+    knots = found.fit.hats.n
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
-    problem = replace(found.problem, blocks=typical, free_gravity=True).every(THIN)
-    fit = gauss_newton(problem, found.fit.start, found.fit.hats.n, robust=True, steps=8)
-    thin = Samples(problem.time, problem.wrench, static=False, smooth=False)
-    blocks = Blocks(problem.time, np.zeros(len(problem.time)), np.ones(len(problem.time)), problem.wrench)
+    problem = replace(found.problem, blocks=typical, free_gravity=True).every(BLOCKS_FOR_GRAVITY)
+    fit = gauss_newton(problem, found.fit.start, knots, robust=True, steps=8)
+    time, wrench = problem.time, problem.wrench
+    chosen = Samples(time, wrench, static=False, smooth=False)
+    blocks = Blocks(time, np.zeros(len(time)), np.ones(len(time)), wrench)
     problem = replace(problem, blocks=blocks)
     for _ in range(2):
-        bad = outliers_of(thin, problem, fit)
-        problem = replace(problem, blocks=replace(blocks, count=(~bad.rejected).astype(float)))
-        fit = gauss_newton(problem, fit.start, found.fit.hats.n, steps=8)
-    spread = uncertainty(fit, fastest_frequency(problem))
-    std = spread.tilt_std / float(np.linalg.norm(fit.gravity))
+        outliers = find_outliers_of_fit(chosen, problem, fit)
+        problem = replace(problem, blocks=replace(blocks, count=(~outliers.rejected).astype(float)))
+        fit = gauss_newton(problem, fit.start, knots, steps=8)
+    uncertainty = estimate_uncertainty(fit, fastest_frequency(problem))
+    std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
     if not np.isfinite(std):
         return None
     ratio = float(fit.scale[0]) / max(float(found.fit.scale[0]), 1e-300)
-    return Tilted(fit.gravity, std, ratio, suspected)
+    return GravityEstimate(fit.gravity, std, ratio, suspected)
 
 
-def _conclude(
-    recording: Recording,
-    raw: Samples,
-    found: Settled,
-    late: tuple[float, float] | None,
-    clock: bool,
-    tilt: bool,
-    few: bool = False,
-    tilted: Tilted | None = None,
-) -> Conditioned:
-    """The result, in the project's sign.
-
-    `late` is an offset that was not significant, and its deviation; `few`: there were too few samples to condition.
-    """
-    problem, fit, spread, bad = found.problem, found.fit, found.spread, found.bad
-    path, no_bias = problem.path, not found.biased
-    doubtful = found.mass_is_open or no_bias
-    sign = WrenchSign(bool(fit.phi[0] >= 0.0), 0.0 if doubtful else mass_over_std(float(fit.phi[0]), spread.mass_std))
-    offset_std: float | None = None
-    if clock and path.moves:
-        offset_std = late[1] if late else spread.offset_std
+def _conclude(recording: Recording, samples: Samples, found: _Found, *, clock: bool, tilt: bool) -> Conditioned:
+    """The result, with the sign convention of `hefting.core.spatial`; `clock` and `tilt` as for `condition`."""
+    problem, fit, uncertainty = found.fit.problem, found.fit.fit, found.fit.uncertainty
+    outliers, biased, path = found.fit.outliers, found.fit.biased, problem.path
+    sign = _sign(found.fit)
     tilt_std = None
     if tilt and not path.gravity_measured:
-        tilt_std = spread.tilt_std / float(np.linalg.norm(fit.gravity))
-    used = (fit.weights > 0.0) * problem.blocks.count
-    mean = used @ fit.bias_now / max(used.sum(), 1.0)
+        tilt_std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
     curves = path.curves
     if tilt_std is not None and np.isfinite(tilt_std) and curves is not None:
-        curves = smooth_poses(recording, fit.gravity, curves.alone)  # an accelerometer beside them feels gravity
+        # an accelerometer beside the poses measures gravity too
+        curves = smooth_poses(recording, fit.gravity, curves.alone)
+    used = (fit.weights > 0.0) * problem.blocks.count
+    mean_bias = used @ fit.bias_now / max(used.sum(), 1.0)
     result = Conditioned(
         parameters=fit.phi if sign.on_object else -fit.phi,
-        covariance=spread.covariance[:10, :10],
+        covariance=uncertainty.covariance[:10, :10],
         offset=fit.offset if problem.free_offset else 0.0,
-        offset_std=offset_std,
+        offset_std=_offset_std(found) if clock and path.moves else None,
         sign=sign,
-        bias=Drift(fit.hats.knots, fit.bias, np.where(no_bias, np.inf, spread.bias), mean),
-        biased=not no_bias,
+        bias=Drift(fit.hats.knots, fit.bias, uncertainty.bias if biased else np.full_like(fit.bias, np.inf), mean_bias),
+        biased=biased,
         gravity=fit.gravity,
         tilt_std=tilt_std,
-        tilted=tilted,
-        noise=_noise(raw, problem, fit, bad),
-        rejected=bad.rejected,
-        reasons={name: int(getattr(bad, name).sum()) for name in ("contact", "spike", "saturation")},
-        inflation=spread.inflation,
+        tilted=found.gravity,
+        noise=_estimate_noise(samples, problem, fit, outliers),
+        rejected=outliers.rejected,
+        reasons={name: int(getattr(outliers, name).sum()) for name in ("contact", "spike", "saturation")},
+        inflation=uncertainty.inflation,
         findings=(),
         curves=curves,
     )
-    findings = findings_of(result, recording, bad, late)
-    warnings = warnings_of(result, path, found.explained, late, clock, tilt, few)
-    return replace(result, findings=findings, warnings=warnings)
+    search = Search(
+        clock=clock and path.moves,
+        gravity=tilt,
+        few_samples=found.few_samples,
+        rejected_offset=found.rejected_offset,
+        explained=found.fit.explained,
+    )
+    return replace(
+        result,
+        findings=findings_of(result, recording, outliers, found.rejected_offset),
+        warnings=warnings_of(result, search),
+    )
 
 
-def _noise(raw: Samples, problem: Problem, fit: Fit, bad: Outliers) -> Noise:
-    """Of one sample of the wrench, what the residuals hold beside the motion's errors; of the accelerations, those."""
+def _sign(found: RobustFit) -> WrenchSign:
+    """The sign convention by the sign of the mass; with t = 0 where the mass, or a bias beside it, is undetermined."""
+    mass = float(found.fit.phi[0])
+    doubtful = found.mass_is_open or not found.biased
+    return WrenchSign(bool(mass >= 0.0), 0.0 if doubtful else mass_over_std(mass, found.uncertainty.mass_std))
+
+
+def _offset_std(found: _Found) -> float:
+    """Standard deviation of the clock offset [s], also of one that was rejected."""
+    rejected = found.rejected_offset
+    return found.fit.uncertainty.offset_std if rejected is None else rejected.std
+
+
+def _estimate_noise(samples: Samples, problem: Problem, fit: Fit, outliers: Outliers) -> Noise:
+    """Noise of one sample of the wrench without the effect of the motion's errors, and that of the accelerations."""
     used = fit.weights > 0.0
-    spent = used.sum() / max(used.sum() - len(fit.phi) / 6.0 - fit.hats.n, 1.0)
-    count, residual = np.where(used, problem.blocks.count, 0.0), fit.residual
-    averaged = problem.blocks.starts is not None
-    if not averaged and len(raw.time) > len(problem.time):  # medians stood for the samples: of those beside them
-        beside = np.minimum(np.searchsorted(raw.time, problem.time), len(raw.time) - 1)
-        residual = raw.wrench[beside] - (problem.wrench - fit.residual)
-        count = np.where(bad.rejected[beside], 0.0, count)
-    square = count @ np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2) / max(3.0 * count.sum(), 1e-300)
-    square = np.maximum(square, problem.floor**2) * spent
-    if averaged:
-        within = within_blocks(problem.blocks, raw.time, raw.wrench, ~bad.rejected)
+    unknowns = len(fit.phi) / 6.0 + fit.hats.n
+    correction = used.sum() / max(used.sum() - unknowns, 1.0)
+    square = _mean_squared_residual(samples, problem, fit, outliers)
+    square = np.maximum(square, problem.floor**2) * correction
+    if problem.blocks.starts is not None:
+        within = within_blocks(problem.blocks, samples.time, samples.wrench, ~outliers.rejected)
         square = square + within.diagonal().reshape(2, 3).mean(axis=1)
     variances = fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)
     effect = effect_of_acceleration_errors(fit.phi) @ variances / 3.0
     force, torque = np.sqrt(np.maximum(square - effect, 0.01 * square))
     return Noise(float(force), float(torque), float(variances[0] ** 0.5), float(variances[1] ** 0.5))
+
+
+def _mean_squared_residual(samples: Samples, problem: Problem, fit: Fit, outliers: Outliers) -> Array:
+    """(2,) of force [N²] and torque [N² m²], of one axis, over the inliers."""
+    count = np.where(fit.weights > 0.0, problem.blocks.count, 0.0)
+    residual = fit.residual
+    medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(problem.time)
+    if medians_were_fitted:  # a median has less noise than a sample: use the next sample instead
+        nearest = np.minimum(np.searchsorted(samples.time, problem.time), len(samples.time) - 1)
+        residual = samples.wrench[nearest] - (problem.wrench - fit.residual)
+        count = np.where(outliers.rejected[nearest], 0.0, count)
+    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
+    return count @ square / max(3.0 * count.sum(), 1e-300)

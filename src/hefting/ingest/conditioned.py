@@ -1,4 +1,4 @@
-"""What conditioning finds of a recording, and the recording put right."""
+"""Result of conditioning a recording, and the corrected recording."""
 
 from dataclasses import dataclass, field, replace
 
@@ -12,9 +12,9 @@ from hefting.ingest.drift import Drift
 from hefting.motion import Curves
 
 SIGNIFICANT = 3.0
-"""Standard deviations that an offset, a mass or a bias must be from zero."""
+"""Number of standard deviations from zero at which a clock offset, a mass or a bias counts as significant."""
 SIGN_CONFIDENCE = 10.0
-"""|t| of the mass below which its sign is not trusted."""
+"""Smallest |t| of the mass at which its sign decides the wrench's sign convention with certainty."""
 
 
 def mass_over_std(mass: float, std: float) -> float:
@@ -24,7 +24,7 @@ def mass_over_std(mass: float, std: float) -> float:
 
 @dataclass(frozen=True)
 class WrenchSign:
-    """Which way the sensor counts, from the sign of the mass that gravity makes it feel."""
+    """Sign convention of the recorded wrench, from the sign of the estimated mass."""
 
     on_object: bool
     """True: the log holds what the sensor exerts on the object; False: what the object exerts on it."""
@@ -43,17 +43,17 @@ class WrenchSign:
 
 
 @dataclass(frozen=True, eq=False)
-class Tilted:
-    """Where the data would have gravity, were its direction free."""
+class GravityEstimate:
+    """Gravity as estimated from the data, where its direction was given."""
 
     gravity: Array
     """(3,) in world axes [m/s²]"""
     std: float
     """rad, about each axis"""
     force_ratio: float
-    """residual of the force there over that with gravity as given"""
+    """ratio of the force residual with it to that with gravity as given"""
     suspected: bool
-    """whether so little is explained with gravity as given that one wonders"""
+    """whether so little is explained with gravity as given that this is in doubt"""
 
     def angle(self, gravity: Array) -> float:
         """rad from another direction of gravity (3,)."""
@@ -62,10 +62,10 @@ class Tilted:
 
 @dataclass(frozen=True, eq=False)
 class Conditioned:
-    """What stands between a recording and its object: clocks, sign, bias, gravity, noise, and bad samples."""
+    """Clock offset, sign, bias, gravity, noise and outliers of a recording."""
 
     parameters: Array
-    """(10,) found on the way, with the sign of `hefting.core.spatial`; least squares on the samples kept"""
+    """(10,) by least squares on the inliers, with the sign convention of `hefting.core.spatial`"""
     covariance: Array
     """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured residuals; infinite where open"""
     offset: float
@@ -83,8 +83,8 @@ class Conditioned:
     tilt_std: float | None
     """rad, of gravity's direction about each axis; infinite where the motion does not tell it, None where it was
     given or is measured"""
-    tilted: Tilted | None
-    """where the data would have gravity, where that was given and is in doubt or was asked about"""
+    tilted: GravityEstimate | None
+    """gravity as estimated, where it was given and is in doubt or an estimate was asked for; else None"""
     noise: Noise
     """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""
     rejected: Mask
@@ -94,9 +94,9 @@ class Conditioned:
     inflation: Array
     """(16,) variance of each parameter, and of each component of a bias, over that if the residuals were white"""
     findings: tuple[Message, ...]
-    """what was found and done, one plain sentence each"""
+    """what was found and corrected, a sentence each"""
     warnings: tuple[Message, ...] = ()
-    """what could not be found, and what gives doubt"""
+    """what could not be found, and what is doubtful"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
 

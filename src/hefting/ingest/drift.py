@@ -1,4 +1,4 @@
-"""How a bias may drift: constant, linear, or a walk from knot to knot with straight lines between."""
+"""Drift of a bias: constant, linear, or piecewise linear between knots."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,19 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, frozen
 
-SHORTEST = 8.0
-"""s: in less nothing drifts that could be told from what the model misses."""
+SHORTEST_DRIFTING_RECORDING = 8.0
+"""[s] In shorter recordings the bias counts as constant: a drift cannot be distinguished from model errors."""
 CLOSEST_KNOTS = 12.0
-"""s: closer knots would follow the signal and eat it."""
+"""[s] Smallest distance between knots of a drifting bias. With closer knots the bias would fit the object's wrench."""
 MOST_KNOTS = 81
-KINDS = ("constant", "linear", "random walk")
+"""Largest number of knots of a drifting bias; it bounds the size of the normal equations."""
+DRIFT_KINDS = ("constant", "linear", "random walk")
+"""Names of a bias with one, two, and three or more knots."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """A sensor's bias as a function of time: straight lines between knots, level before and after."""
+    """A sensor's bias as a function of time: linear between knots, constant before the first and after the last."""
 
     knots: Array
     """(n,) [s]; one: a constant bias, two: a linear drift"""
@@ -34,7 +36,7 @@ class Drift:
     @property
     def kind(self) -> str:
         """``"constant"``, ``"linear"`` or ``"random walk"``."""
-        return KINDS[min(len(self.knots), 3) - 1]
+        return DRIFT_KINDS[min(len(self.knots), 3) - 1]
 
     @property
     def range(self) -> Array:
@@ -46,13 +48,13 @@ class Drift:
         return np.column_stack([np.interp(time, self.knots, column) for column in self.values.T])
 
     def change(self, time: Array) -> Array:
-        """What of it varies (K, 6): the bias at times (K,) less its mean."""
+        """Bias (K, 6) at times (K,) [s] less its mean."""
         return self(time) - self.mean
 
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
-    """Numbers of knots worth trying for so many seconds, fewest first; lines are at least `closest` [s] long."""
-    if not duration >= SHORTEST:
+    """Numbers of knots to compare, in increasing order, for a duration [s]; knots are at least `closest` [s] apart."""
+    if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
     numbers = [1, 2]
@@ -63,14 +65,14 @@ def candidates(duration: float, closest: float) -> tuple[int, ...]:
 
 @dataclass(frozen=True, eq=False)
 class HatFunctions:
-    """Piecewise-linear functions of time at sorted samples: what a drift is made of."""
+    """Piecewise-linear basis functions of a drift at sorted samples."""
 
     knots: Array
     """(n,) [s]"""
     functions: Array
-    """(K, 1) or (K, 2): values at each sample of the one or two functions that live there"""
+    """(K, 1) or (K, 2) values at each sample of the one or two functions that are not zero there"""
     bounds: Indices
-    """(s + 1,) samples at which the intervals between knots begin and end"""
+    """(s + 1,) indices of the first sample of each interval between knots, and the number of samples"""
 
     @classmethod
     def over(cls, time: Array, n: int) -> "HatFunctions":

@@ -1,5 +1,7 @@
 """What conditioning found, as messages."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from hefting.core.messages import Message, note, warning
@@ -7,31 +9,66 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Mask
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.outliers import Outliers
-from hefting.ingest.path import Path
 
-UNDECIDED = 0.05
-"""s: an offset less well known than that is not known."""
-UNSURE = 2.0
-"""degrees, for gravity's direction"""
-EXPLAINED = 0.8
-"""Share of the wrench's changes that a body's motion should explain."""
-MANY = 0.4
-"""Share of samples left out that gives doubt."""
+LARGEST_OFFSET_STD = 0.05
+"""[s] Standard deviation of the clock offset from which on the offset counts as undetermined."""
+LARGEST_TILT_STD = 2.0
+"""[deg] Standard deviation of gravity's direction from which on a warning is given."""
+SMALLEST_EXPLAINED_SHARE = 0.8
+"""Share of the wrench's variance that the fit should explain; a warning is given below it."""
+LARGEST_REJECTED_SHARE = 0.4
+"""Share of rejected samples above which a warning is given."""
+
+
+@dataclass(frozen=True)
+class RejectedOffset:
+    """A clock offset that was found but is not significant, or does not explain the wrench."""
+
+    value: float
+    """[s]"""
+    std: float
+    """[s]"""
+
+    @property
+    def known(self) -> bool:
+        """Whether it is known well enough to exclude an offset that matters."""
+        return self.std < LARGEST_OFFSET_STD
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether it is significantly different from zero, and was rejected for explaining too little."""
+        return abs(self.value) > max(SIGNIFICANT * self.std, 1e-5)
+
+
+@dataclass(frozen=True)
+class Search:
+    """What conditioning looked for, and how well its fit explains the wrench."""
+
+    clock: bool
+    """whether a clock offset was looked for, with motion"""
+    gravity: bool
+    """whether gravity's direction was to be found"""
+    few_samples: bool
+    """whether there were too few samples to condition"""
+    rejected_offset: RejectedOffset | None
+    explained: float
+    """share of the wrench's variance that the fit explains"""
 
 
 def findings_of(
-    found: Conditioned, recording: Recording, bad: Outliers, late: tuple[float, float] | None
+    found: Conditioned, recording: Recording, outliers: Outliers, rejected: RejectedOffset | None
 ) -> tuple[Message, ...]:
-    """What was found and done; `late` is an offset that was not taken, and its deviation."""
+    """What was found and corrected, and the clock offset that was `rejected`, if any."""
     said = []
-    if late is not None and late[1] < UNDECIDED and not _contradictory(late):
-        said.append(note("clock-no-offset", f"no clock offset: {_ms(late[0])} ± {_ms(late[1])} ms"))
+    if rejected is not None and rejected.known and not rejected.contradictory:
+        offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
+        said.append(note("clock-no-offset", f"no clock offset: {offset}"))
     if found.offset:
         side, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
         said.append(note("clock-offset", f"the wrench is {size} ms {side} against the motion; shifted"))
     if found.sign.t and found.sign.certain:
-        said.append(note("wrench-sign", f"the wrench is {found.sign.name} (t = {_t(found.sign.t)})", "wrench"))
+        said.append(note("wrench-sign", f"the wrench is {found.sign.name} (t = {_t_text(found.sign.t)})", "wrench"))
     if found.bias.kind != "constant":
         force, torque = (float(np.linalg.norm(r)) for r in (found.bias.range[:3], found.bias.range[3:]))
         how = "linearly" if found.bias.kind == "linear" else f"between {len(found.bias.knots)} knots"
@@ -41,82 +78,86 @@ def findings_of(
         degrees = np.degrees(found.tilt_std)
         where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
         said.append(note("gravity-direction", where, "gravity"))
-    if bad.contact.any():
-        seconds, stretches = _stretches(bad.contact, recording)
+    if outliers.contact.any():
+        seconds, stretches = _contact_stretches(outliers.contact, recording)
         several = "stretch" if stretches == 1 else "stretches"
         said.append(note("contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"))
     odd = "odd pose" if recording.static else "spike"
-    for code, name, mask in (("spikes", odd, bad.spike), ("saturation", "saturated sample", bad.saturation)):
+    for code, name, mask in (("spikes", odd, outliers.spike), ("saturation", "saturated sample", outliers.saturation)):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
             said.append(note(code, f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out"))
     return tuple(said)
 
 
-def warnings_of(
-    found: Conditioned,
-    path: Path,
-    explained: float,
-    late: tuple[float, float] | None,
-    clock: bool,
-    tilt: bool,
-    few: bool,
-) -> tuple[Message, ...]:
-    """What could not be found, and what gives doubt; `late` is an offset that was not taken, and its deviation."""
-    said = []
-    unknown = warning(
-        "clock-offset-unknown", "the motion does not tell a clock offset between wrench and motion: none assumed"
-    )
-    if few:
-        what = "too few samples to look for clock offset, drift and outliers: none assumed"
-        said.append(warning("too-few-samples", what))
-    elif clock and path.moves and found.offset_std == np.inf:
-        said.append(unknown)
-    elif late is not None:
-        if not late[1] < UNDECIDED or not found.biased:
-            said.append(unknown)
-        elif _contradictory(late):
-            found_ms = f"{1e3 * late[0]:.2g} ± {1e3 * late[1]:.2g} ms"
-            what = f"a clock offset of {found_ms} would explain too little of the wrench: none assumed"
-            said.append(warning("clock-offset-contradictory", what))
+def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
+    """Warnings of what could not be found, and of doubtful results."""
+    said = [*_clock_warnings(found, search)]
     if not found.biased:
         what = "the motion cannot tell a bias from the object's weight: none assumed"
         said.append(warning("bias-unknown", what, "bias"))
-    if tilt and found.tilt_std is None:
-        what = "the direction of gravity was not looked for: the accelerometer measures it"
-        said.append(warning("gravity-measured", what, "gravity"))
-    elif tilt and found.tilt_std == np.inf:
-        what = "the direction of gravity was not looked for: the motion does not tell it"
-        said.append(warning("gravity-unknown", what, "gravity"))
-    elif tilt and not found.tilt_std < np.radians(UNSURE):
-        said.append(warning("gravity-uncertain", "the motion hardly tells the direction of gravity", "gravity"))
-    if not few and found.biased and explained < EXPLAINED:
-        share = f"{100.0 * max(explained, 0.0):.0f} %"
+    if search.gravity:
+        said += _gravity_warnings(found)
+    if not search.few_samples and found.biased and search.explained < SMALLEST_EXPLAINED_SHARE:
+        share = f"{100.0 * max(search.explained, 0.0):.0f} %"
         what = f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?"
         said.append(warning("motion-explains-little", what))
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
-    if share > MANY:
+    if share > LARGEST_REJECTED_SHARE:
         what = f"{100.0 * share:.0f} % of the samples were left out: doubt the rest"
         said.append(warning("many-outliers", what))
     return tuple(said)
 
 
-def _contradictory(late: tuple[float, float]) -> bool:
-    """Whether an offset that was not taken is far from zero, going by its deviation."""
-    return abs(late[0]) > max(SIGNIFICANT * late[1], 1e-5)
+def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
+    """At most one warning: of too few samples, or of the clock offset."""
+    unknown = warning(
+        "clock-offset-unknown", "the motion does not tell a clock offset between wrench and motion: none assumed"
+    )
+    rejected = search.rejected_offset
+    if search.few_samples:
+        what = "too few samples to look for clock offset, drift and outliers: none assumed"
+        return [warning("too-few-samples", what)]
+    if search.clock and found.offset_std == np.inf:
+        return [unknown]
+    if rejected is None:
+        return []
+    if not rejected.known or not found.biased:
+        return [unknown]
+    if rejected.contradictory:
+        offset = f"{1e3 * rejected.value:.2g} ± {1e3 * rejected.std:.2g} ms"
+        what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
+        return [warning("clock-offset-contradictory", what)]
+    return []
 
 
-def _ms(seconds: float) -> str:
+def _gravity_warnings(found: Conditioned) -> list[Message]:
+    """At most one warning, where gravity's direction was to be found."""
+    if found.tilt_std is None:
+        what = "the direction of gravity was not looked for: the accelerometer measures it"
+        return [warning("gravity-measured", what, "gravity")]
+    if found.tilt_std == np.inf:
+        what = "the direction of gravity was not looked for: the motion does not tell it"
+        return [warning("gravity-unknown", what, "gravity")]
+    if not found.tilt_std < np.radians(LARGEST_TILT_STD):
+        return [warning("gravity-uncertain", "the motion hardly tells the direction of gravity", "gravity")]
+    return []
+
+
+def _milliseconds(seconds: float) -> str:
+    """A time [s] in milliseconds, to two digits."""
     return f"{1e3 * seconds:.2g}" if abs(seconds) > 1e-9 else "0"
 
 
-def _t(t: float) -> str:
+def _t_text(t: float) -> str:
+    """A t value without decimals."""
     return f"{t:.0f}" if abs(t) < 1e6 else f"{t:.0e}"
 
 
-def _stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
+def _contact_stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
+    """Duration [s] of the samples in a mask (K,), and the number of uninterrupted stretches."""
     time = recording["wrench"].time
-    begins = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
-    apart = 1 + int(np.sum(time[begins[1:]] - time[begins[:-1]] > 0.0)) if len(begins) else 0
+    starts = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
+    stretches = 1 + int(np.sum(time[starts[1:]] - time[starts[:-1]] > 0.0)) if len(starts) else 0
     interval = float(np.median(np.diff(time)))
-    return float(mask.sum()) * interval, apart
+    return float(mask.sum()) * interval, stretches

@@ -16,10 +16,11 @@ from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
 
-NARROW = 0.03
-"""Root-mean-square change of gravity over its size, in sensor axes, below which it tells no lever beside a bias."""
+SMALLEST_GRAVITY_CHANGE = 0.03
+"""Root-mean-square change of gravity in sensor axes, as a share of its size, below which the distance of the COM is
+undetermined beside a free bias."""
 TYPICAL_SIZE = 0.2
-"""Size of a held object [m], by which to judge what is known well enough where no shape says."""
+"""[m] Size of a held object, by which an undetermined parameter is judged where no shape is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +170,7 @@ def lever(state: SampleState, free_bias: bool) -> float:
     if free_bias:
         gravity = gravity - np.outer(ones, ones @ gravity) / weight
         wrench = wrench - np.outer(ones, ones @ wrench) / weight
-        if np.sqrt(np.sum(gravity**2, axis=0) / weight).max() < NARROW * size:
+        if np.sqrt(np.sum(gravity**2, axis=0) / weight).max() < SMALLEST_GRAVITY_CHANGE * size:
             return 0.0
     sizes = []
     for A, b in ((-gravity[:, :, None], wrench[:, :3]), (skew(gravity), wrench[:, 3:])):

@@ -1,4 +1,4 @@
-"""Coarse clock offset between wrench and motion: a scan of the Student likelihood of the linear model."""
+"""Coarse clock offset between wrench and motion: a scan of the Student t likelihood of the linear model over a grid."""
 
 from dataclasses import dataclass
 
@@ -6,161 +6,242 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.fit import FREEDOM, FULL, Problem, Start, tangents_of
-from hefting.ingest.path import MOTION, WORLD
+from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM, Start
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, Problem, tangents_of, tilt_gravity
+from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS
 
-STEP = 0.02
-"""s between the offsets tried."""
-FINE_STEP = 0.002
-"""s between the offsets then tried about the best, where an accelerometer feels what is faster"""
-REACH = 0.2
-"""s to either side, doubled while the best is at the edge."""
-DOUBLINGS = 3
-UNEXPLAINED = 0.5
-"""Part of the wrench's changes: with residuals as large, one looks further."""
-APART, CLEAR = 0.1, 25.0
-"""s between offsets that are not near each other; and the logarithm of the ratio of likelihoods that is no chance, with
-coloured noise allowed for."""
-MOST = 0.15
-"""of the recording's duration"""
-SAMPLES = 200
-"""Samples the scan looks at; more where the bias has more knots."""
-PASSES = 4
+COARSE_OFFSET_STEP = 0.02
+"""[s] Spacing of the clock offsets of the first grid."""
+FINE_OFFSET_STEP = 0.002
+"""[s] Spacing of the second grid, about the best of the first one. It is used for accelerometers, which measure
+vibrations too fast for the first grid."""
+FIRST_SCAN_RANGE = 0.2
+"""[s] Half the width of the first grid. It is doubled while the best offset is at an edge."""
+MOST_DOUBLINGS = 3
+"""Largest number of times the range of the grid is doubled."""
+UNEXPLAINED_CHANGE_SHARE = 0.5
+"""Ratio of residual scale to the wrench's standard deviation from which on the range of the grid is doubled."""
+NEIGHBOURHOOD_OF_OFFSET = 0.1
+"""[s] Offsets closer to the best one than this do not compete with it."""
+CLEAR_LOG_LIKELIHOOD_RATIO = 25.0
+"""Logarithm of the likelihood ratio at which the best offset is taken over all distant ones. It is far larger than
+for white noise, to allow for coloured noise."""
+LARGEST_OFFSET_SHARE = 0.15
+"""Largest clock offset looked for, as a share of the recording's duration."""
+SCANNED_BLOCKS = 200
+"""Number of blocks used in the scan for a constant bias; 50 more for each further knot."""
+SCAN_ITERATIONS = 4
+"""Number of iterations of reweighted least squares at each offset."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Trials:
+class OffsetFits:
+    """A robust fit at each of O clock offsets."""
+
     offsets: Array
+    """(O,) [s]"""
     likelihood: Array
-    """(O,) a sample"""
+    """(O,) log likelihood per sample, up to a constant; -inf where the motion is known at less than half of them"""
     phi: Array
-    """(O, 10)"""
+    """(O, 10) parameters"""
     tilt: Array
-    """(O, 2)"""
+    """(O, 2) change of gravity along its tangents [m/s²]"""
     scale: Array
-    """(O, 2)"""
+    """(O, 2) of force [N] and torque [N m] residuals"""
     bias: Array
-    """(O, n, 6)"""
+    """(O, n, 6) at the knots [N, N m]"""
+
+    @property
+    def best(self) -> int:
+        """Index of the most likely offset."""
+        return int(np.argmax(self.likelihood))
+
+    def stands_out(self, samples: int) -> bool:
+        """Whether the best offset is far more likely, for so many samples, than all offsets not in its neighbourhood.
+
+        Then it is accepted even if the residuals are large.
+        """
+        distant = np.abs(self.offsets - self.offsets[self.best]) > NEIGHBOURHOOD_OF_OFFSET
+        others = self.likelihood[distant]
+        if not len(others):
+            return False
+        return samples * float(self.likelihood[self.best] - others.max()) > CLEAR_LOG_LIKELIHOOD_RATIO
 
 
-def scan(problem: Problem, gravity: Array, knots: int) -> Start:
-    """Rough parameters, bias, scales, offset and gravity: the most likely of a grid of offsets.
+def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
+    """Rough parameters, bias, scales, offset and gravity: those of the most likely clock offset of a grid.
 
-    With one offset, zero, where the offset is not free.
+    Where the offset is not free the grid is zero alone.
+
+    Parameters
+    ----------
+    problem : samples, motion and free unknowns.
+    gravity : (3,) in world axes [m/s²], about which its direction is found where it is free.
+    knots : number of knots of the bias.
     """
-    chosen = problem.every(SAMPLES + 50 * (knots - 1))
-    duration = float(problem.time[-1] - problem.time[0])
-    limit = MOST * duration
-    changes = np.std(chosen.wrench, axis=0).reshape(2, 3).max(axis=1)
+    chosen = problem.every(SCANNED_BLOCKS + 50 * (knots - 1))
     measured = problem.path.gravity_measured
-    reach = min(REACH, limit) if problem.free_offset else 0.0
-    for _ in range(DOUBLINGS + 1):
-        steps = int(reach / STEP)
-        offsets = STEP * np.arange(-steps, steps + 1, dtype=float)
-        found = _trials(chosen, gravity, knots, offsets, by_orientation=measured)
-        best = int(np.argmax(found.likelihood))
-        explained = bool((found.scale[best] < UNEXPLAINED * changes).all())
-        inside = 1 < best < len(found.offsets) - 2
-        if reach >= limit or (inside and (explained or _stands_out(found, len(chosen.time)))):
+    found = _scan_widening_range(problem, chosen, gravity, knots)
+    if problem.free_offset and measured:
+        half = round(2.0 * COARSE_OFFSET_STEP / FINE_OFFSET_STEP)
+        near = found.offsets[found.best] + FINE_OFFSET_STEP * np.arange(-half, half + 1)
+        found = _fit_at_offsets(chosen, gravity, knots, near)
+    best = found.best
+    return Start(
+        phi=found.phi[best],
+        offset=float(found.offsets[best]),
+        gravity=tilt_gravity(gravity, found.tilt[best]),
+        scale=found.scale[best],
+        knots=HatFunctions.over(chosen.time, knots).knots,
+        bias=found.bias[best],
+    )
+
+
+def _scan_widening_range(problem: Problem, chosen: Problem, gravity: Array, knots: int) -> OffsetFits:
+    """Fits at the `chosen` blocks over a coarse grid, whose range is doubled while the best offset is doubtful."""
+    duration = float(problem.time[-1] - problem.time[0])
+    limit = LARGEST_OFFSET_SHARE * duration
+    changes = np.std(chosen.wrench, axis=0).reshape(2, 3).max(axis=1)
+    half_range = min(FIRST_SCAN_RANGE, limit) if problem.free_offset else 0.0
+    for _ in range(MOST_DOUBLINGS + 1):
+        steps = int(half_range / COARSE_OFFSET_STEP)
+        offsets = COARSE_OFFSET_STEP * np.arange(-steps, steps + 1, dtype=float)
+        found = _fit_at_offsets(chosen, gravity, knots, offsets, gravity_only=problem.path.gravity_measured)
+        explained = bool((found.scale[found.best] < UNEXPLAINED_CHANGE_SHARE * changes).all())
+        inside = 1 < found.best < len(found.offsets) - 2
+        if half_range >= limit or (inside and (explained or found.stands_out(len(chosen.time)))):
             break
-        reach = min(2.0 * reach, limit)
-    if problem.free_offset and measured:  # an accelerometer feels vibrations: look closely
-        close = round(2.0 * STEP / FINE_STEP)
-        near = found.offsets[best] + FINE_STEP * np.arange(-close, close + 1)
-        found = _trials(chosen, gravity, knots, near)
-        best = int(np.argmax(found.likelihood))
-    tilted = gravity + found.tilt[best] @ tangents_of(gravity)
-    tilted = tilted * (np.linalg.norm(gravity) / np.linalg.norm(tilted))
-    at = HatFunctions.over(chosen.time, knots).knots
-    return Start(found.phi[best], float(found.offsets[best]), tilted, found.scale[best], at, found.bias[best])
+        half_range = min(2.0 * half_range, limit)
+    return found
 
 
-def _stands_out(found: _Trials, samples: int) -> bool:
-    """Whether the best offset is far more likely than all that are not near it, whatever noise leaves unexplained."""
-    best = int(np.argmax(found.likelihood))
-    others = found.likelihood[np.abs(found.offsets - found.offsets[best]) > APART]
-    return len(others) > 0 and samples * float(found.likelihood[best] - others.max()) > CLEAR
+def _fit_at_offsets(
+    problem: Problem, gravity: Array, knots: int, offsets: Array, *, gravity_only: bool = False
+) -> OffsetFits:
+    """Robust least squares at each of the offsets (O,) [s], by iterative reweighting with Student t weights.
 
-
-def _trials(problem: Problem, gravity: Array, knots: int, offsets: Array, by_orientation: bool = False) -> _Trials:
-    """Robust least squares at each of the offsets (O,).
-
-    Every column, like the wrench, is linear in what is known of a sample, z = [motion (12), gravity's tangents (6),
-    bias functions (n), wrench (6)]: the normal equations of one offset follow from its Z'WZ, as in
-    `hefting.ingest.fit`.
+    With `gravity_only` the motion is gravity, from the orientation, alone: it changes slowly enough for a coarse grid.
     """
-    time, wrench = problem.time, problem.wrench
-    K, O = len(time), len(offsets)
-    seen = problem.path.at((time[None, :] - offsets[:, None]).ravel(), spread=False)
-    world = seen.value[:, WORLD].reshape(-1, 3, 3)
-    x = seen.value[:, MOTION].copy()
-    if by_orientation:  # which changes slowly
-        x = np.zeros_like(x)
-        x[:, :3] = -(world @ gravity)
-    elif not problem.path.gravity_measured:
-        x[:, :3] -= world @ gravity
-    used = seen.known.reshape(O, K).astype(float)
-    hats = HatFunctions.over(time, knots)
-    functions, n = hats.combine(np.eye(hats.n)), hats.n
-    parts = [x.reshape(O, K, 12)]
-    tilts = 2 if problem.free_gravity else 0
-    if tilts:
-        along = np.swapaxes(-(world @ tangents_of(gravity).T), 1, 2).reshape(O, K, 6)
-        parts.append(along)
-    parts += [np.broadcast_to(functions, (O, K, n)), np.broadcast_to(wrench, (O, K, 6))]
-    z = np.concatenate(parts, axis=2)
-    maps, at = _maps(z.shape[2], tilts, n)
-    p = maps.shape[2]
-    by_channel = maps.transpose(1, 0, 2)  # (6, z, p)
-    spread = np.sqrt(np.mean((wrench - wrench.mean(axis=0)).reshape(K, 2, 3) ** 2, axis=(0, 2)))
+    design = _Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
+    wrench, used = problem.wrench, design.used
+    O, K = used.shape
+    deviations = (wrench - wrench.mean(axis=0)).reshape(K, 2, 3)
     floor = np.maximum(problem.floor, 1e-12)
-    scale = np.maximum(np.broadcast_to(spread, (O, 2)), floor)
-    student, square = np.ones((O, K)), np.zeros((O, K, 2))
+    scale = np.maximum(np.broadcast_to(np.sqrt(np.mean(deviations**2, axis=(0, 2))), (O, 2)), floor)
+    weights, square = np.ones((O, K)), np.zeros((O, K, 2))
     count = np.maximum(used.sum(axis=1), 1.0)
-    solution = np.zeros((O, p))
-    for _ in range(PASSES):
-        gram = np.swapaxes(z * (used * student)[:, :, None], 1, 2) @ z  # (O, z, z)
-        weight = np.repeat(scale**-2.0, 3, axis=1)
-        normal, b = np.zeros((O, p, p)), np.zeros((O, p))
-        for channel, columns in enumerate(by_channel):
-            rows = np.flatnonzero(columns.any(axis=1))
-            inner = columns[rows]
-            part = inner.T @ (gram[:, rows[:, None], rows] @ inner)
-            normal += weight[:, channel, None, None] * part
-            b += weight[:, channel, None] * (gram[:, rows, z.shape[2] - 6 + channel] @ inner)
-        length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
-        length = np.where(length > 1e-150, length, 1.0)
-        scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(p)
-        solution = np.linalg.solve(scaled, (b / length)[:, :, None])[:, :, 0] / length
-        predicted = z[:, :, :-6] @ np.einsum("zcp,op->ozc", maps[:-6], solution)
-        square = np.sum((wrench - predicted).reshape(O, K, 2, 3) ** 2, axis=3)
+    solution = np.zeros((O, design.maps.shape[2]))
+    for _ in range(SCAN_ITERATIONS):
+        solution = _solve_each(*design.normal_equations(used * weights, scale))
+        square = np.sum((wrench - design.predict(solution)).reshape(O, K, 2, 3) ** 2, axis=3)
         for _ in range(2):
-            u = np.einsum("okt,ot->ok", square, scale**-2.0)
-            student = (FREEDOM + 6.0) / (FREEDOM + u)
-            scale = np.sqrt(np.einsum("ok,okt->ot", used * student, square) / (3.0 * count[:, None]))
+            distance = np.einsum("okt,ot->ok", square, scale**-2.0)
+            weights = (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + distance)
+            scale = np.sqrt(np.einsum("ok,okt->ot", used * weights, square) / (3.0 * count[:, None]))
             scale = np.maximum(scale, floor)
-    u = np.einsum("okt,ot->ok", square, scale**-2.0)
-    tail = 0.5 * (FREEDOM + 6.0) * np.log1p(u / FREEDOM)
+    distance = np.einsum("okt,ot->ok", square, scale**-2.0)
+    tail = 0.5 * (STUDENT_DEGREES_OF_FREEDOM + 6.0) * np.log1p(distance / STUDENT_DEGREES_OF_FREEDOM)
     likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
     likelihood[count < 0.5 * K] = -np.inf
-    phi = solution[:, :10]
-    tilt = np.zeros((O, 2))
-    if tilts:
-        heavy = phi[:, :4] / np.array((1.0, 0.1, 0.1, 0.1))
-        size = np.maximum(np.sum(heavy[:, :1] ** 2, axis=1), 1e-300)
-        tilt = np.stack([solution[:, 10 + 4 * i] * phi[:, 0] / size for i in range(2)], axis=1)
-    return _Trials(offsets, likelihood, phi, tilt, scale, solution[:, at:].reshape(O, n, 6))
+    bias = solution[:, design.first_bias_column :].reshape(O, -1, 6)
+    return OffsetFits(offsets, likelihood, solution[:, :10], design.tilts_of(solution), scale, bias)
 
 
-def _maps(size: int, tilts: int, n: int) -> tuple[Array, int]:
-    """(z, 6, p): the columns of ten parameters, of the four that gravity shows along each tangent, and of the bias's
-    `n` functions, linear in the `size` numbers known of a sample; and the first column of the bias."""
-    at = 10 + 4 * tilts
-    maps = np.zeros((size, 6, at + 6 * n))
-    maps[:12, :, :10] = FULL
-    for i in range(tilts):
-        maps[12 + 3 * i : 15 + 3 * i, :, 10 + 4 * i : 14 + 4 * i] = FULL[:3, :, :4]
-    first = 12 + 3 * tilts
-    for j in range(n):
-        maps[first + j, :, at + 6 * j : at + 6 * j + 6] = np.eye(6)
-    return maps, at
+@dataclass(frozen=True, eq=False)
+class _Design:
+    """The linear model at each of O offsets.
+
+    Every column of the design matrix, and the wrench, are linear in the known row of a sample, z = [motion features
+    (12), gravity's tangents (6, if free), bias functions (n), wrench (6)]. The normal equations at one offset follow
+    from its Z'WZ, as in `hefting.ingest.model`.
+    """
+
+    known: Array
+    """(O, K, z) rows"""
+    used: Array
+    """(O, K) 1 where the motion is known, else 0"""
+    maps: Array
+    """(z, 6, p) columns per unit of `known`: ten parameters, four for each tangent of gravity, 6 n of the bias"""
+    first_bias_column: int
+
+    @classmethod
+    def of(cls, problem: Problem, gravity: Array, knots: int, offsets: Array, *, gravity_only: bool) -> "_Design":
+        """For the arguments of `_fit_at_offsets`."""
+        time, wrench = problem.time, problem.wrench
+        K, O = len(time), len(offsets)
+        motion = problem.path.at((time[None, :] - offsets[:, None]).ravel(), spread=False)
+        into_sensor = motion.value[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3)
+        features = motion.value[:, MOTION_COLUMNS].copy()
+        if gravity_only:
+            features = np.zeros_like(features)
+            features[:, :3] = -(into_sensor @ gravity)
+        elif not problem.path.gravity_measured:
+            features[:, :3] -= into_sensor @ gravity
+        parts = [features.reshape(O, K, FEATURES)]
+        tangents = 2 if problem.free_gravity else 0
+        if tangents:
+            along = -(into_sensor @ tangents_of(gravity).T)
+            parts.append(np.swapaxes(along, 1, 2).reshape(O, K, 6))
+        hats = HatFunctions.over(time, knots)
+        functions = hats.combine(np.eye(hats.n))
+        parts += [np.broadcast_to(functions, (O, K, hats.n)), np.broadcast_to(wrench, (O, K, 6))]
+        known = np.concatenate(parts, axis=2)
+        maps = _column_maps(known.shape[2], tangents, hats.n)
+        return cls(known, motion.known.reshape(O, K).astype(float), maps, 10 + 4 * tangents)
+
+    def normal_equations(self, weights: Array, scale: Array) -> tuple[Array, Array]:
+        """Matrix (O, p, p) and right-hand side (O, p), for weights (O, K) and residual scales (O, 2)."""
+        O, _, width = self.known.shape
+        p = self.maps.shape[2]
+        gram = np.swapaxes(self.known * weights[:, :, None], 1, 2) @ self.known  # (O, z, z)
+        inverse_variance = np.repeat(scale**-2.0, 3, axis=1)
+        normal, right = np.zeros((O, p, p)), np.zeros((O, p))
+        for channel, columns in enumerate(self.maps.transpose(1, 0, 2)):
+            rows = np.flatnonzero(columns.any(axis=1))
+            used_columns = columns[rows]
+            weight = inverse_variance[:, channel]
+            normal += weight[:, None, None] * (used_columns.T @ (gram[:, rows[:, None], rows] @ used_columns))
+            right += weight[:, None] * (gram[:, rows, width - 6 + channel] @ used_columns)
+        return normal, right
+
+    def predict(self, solution: Array) -> Array:
+        """(O, K, 6) wrench of a solution (O, p)."""
+        return self.known[:, :, :-6] @ np.einsum("zcp,op->ozc", self.maps[:-6], solution)
+
+    def tilts_of(self, solution: Array) -> Array:
+        """(O, 2) change of gravity along its tangents [m/s²] from a solution (O, p); zero where it is not free.
+
+        The first of a tangent's four unknowns is the product of that change with the mass.
+        """
+        if self.first_bias_column == 10:
+            return np.zeros((len(solution), 2))
+        mass = solution[:, 0]
+        square = np.maximum(mass**2, 1e-300)
+        return np.stack([solution[:, 10 + 4 * i] * mass / square for i in range(2)], axis=1)
+
+
+def _solve_each(normal: Array, right: Array) -> Array:
+    """Solutions (O, p) of normal equations (O, p, p) and (O, p), scaled to a unit diagonal and slightly damped."""
+    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
+    length = np.where(length > 1e-150, length, 1.0)
+    scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(normal.shape[1])
+    return np.linalg.solve(scaled, (right / length)[:, :, None])[:, :, 0] / length
+
+
+def _column_maps(width: int, tangents: int, functions: int) -> Array:
+    """(width, 6, p) columns of the design matrix per unit of a known row: see `_Design`.
+
+    The ten parameters come first, then, for each tangent of gravity, the products of the tangent with mass and first
+    moment, then the bias at the knots of its functions.
+    """
+    first_bias_column = 10 + 4 * tangents
+    maps = np.zeros((width, 6, first_bias_column + 6 * functions))
+    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
+    for i in range(tangents):
+        rows = slice(FEATURES + 3 * i, FEATURES + 3 * i + 3)
+        maps[rows, :, 10 + 4 * i : 14 + 4 * i] = REGRESSOR_BY_FEATURE[:3, :, :4]
+    first_function = FEATURES + 3 * tangents
+    for j in range(functions):
+        column = first_bias_column + 6 * j
+        maps[first_function + j, :, column : column + 6] = np.eye(6)
+    return maps

@@ -1,4 +1,4 @@
-"""Samples no body explains: contacts, by what the residual does for a while; spikes, alone; saturation."""
+"""Outliers of the wrench: contacts, which last over several cells; single spikes; and saturated samples."""
 
 from dataclasses import dataclass
 
@@ -6,37 +6,41 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
 
-CELL = 0.05
-"""s, of a cell, of which contacts are made"""
-FEWEST = 4
-"""samples a cell has at least, on average"""
-SPANS = (1, 4)
-"""cells averaged, to see what is short and what is weak"""
-CORE, EDGE = 7.0, 4.0
-"""Length of the residual of six channels over their robust spread: a contact reaches the first and lasts while
-beyond the second. Of six normal ones it exceeds 4 once in 70 times, 7 once in 10⁸."""
-SPIKE = 7.0
-MEDIAN_LENGTH = 1.538
-"""of three normal components"""
-NEIGHBOURS = 11
-"""cells by which the usual spread at a place is judged"""
-FLOOR = 0.04
-"""Of the wrench's changes: an imperfect sensor errs as much, and is not an outlier for that."""
-TIMING = 0.003
-"""s of its rate of change, likewise: sensors lag and ring."""
-PLENTY = 20_000
-"""Rows that tell a median to a hundredth of a standard deviation."""
-LEAST = 1e-12
-"""N, N m: no wrench is known better."""
-MOST = 0.6
-"""Of all samples: beyond, it is the model that is wrong, not they."""
-SATURATED = 5
-"""samples at one extreme value, further from it than any other: a sensor at its limit"""
+CELL_DURATION = 0.05
+"""[s] Duration of a cell. Contacts are found as sequences of cells."""
+FEWEST_SAMPLES_PER_CELL = 4
+"""Smallest average number of samples in a cell; cells of slower sensors last longer."""
+AVERAGED_CELLS = (1, 4)
+"""Numbers of cells over which residuals are averaged: 1 detects short contacts, 4 weak ones."""
+CONTACT_PEAK = 7.0
+"""Normalised residual that a contact reaches at least once. The length of six standard normal components exceeds 7
+once in 10⁸ times."""
+CONTACT_EDGE = 4.0
+"""Normalised residual above which a contact lasts. The length of six standard normal components exceeds 4 once in 70
+times."""
+SPIKE_RESIDUAL = 7.0
+"""Normalised residual above which a single sample is a spike; see `CONTACT_PEAK`."""
+MEDIAN_LENGTH_OF_THREE = 1.538
+"""Median length of a vector of three standard normal components."""
+NEIGHBOURING_CELLS = 11
+"""Number of cells whose median gives the usual spread about a sample."""
+SENSOR_ERROR_SHARE = 0.04
+"""Error of an imperfect sensor, as a share of the wrench's changes. Residuals of this size are not outliers."""
+SENSOR_DELAY = 0.003
+"""[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors lag and ring."""
+ROWS_FOR_MEDIAN = 20_000
+"""Largest number of rows used for a median: it is then known to a hundredth of a standard deviation."""
+SMALLEST_SPREAD = 1e-12
+"""[N, N m] Lower bound on the spread of residuals, against division by zero."""
+LARGEST_OUTLIER_SHARE = 0.6
+"""Share of outliers above which none is rejected: then the model is wrong rather than the samples."""
+FEWEST_SATURATED_SAMPLES = 5
+"""Number of samples at the extreme value of a channel from which on the value may be the sensor's limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outliers:
-    """Which samples are left out, and why."""
+    """Masks of the rejected samples, by cause."""
 
     contact: Mask
     """(K,)"""
@@ -49,7 +53,7 @@ class Outliers:
         return self.contact | self.spike | self.saturation
 
     def union(self, other: "Outliers") -> "Outliers":
-        """With those of another."""
+        """The outliers of this and of another set; a contact takes precedence over a spike."""
         contact = self.contact | other.contact
         return Outliers(contact, (self.spike | other.spike) & ~contact, self.saturation | other.saturation)
 
@@ -63,56 +67,62 @@ def no_outliers(K: int) -> Outliers:
 def find_outliers(
     time: Array, wrench: Array, predicted: Array, spread: Array, known: Mask, scale: Array, changes: Array
 ) -> Outliers:
-    """Outliers among K samples of wrench (K, 6), as predicted, where that is `known` (K,).
+    """Outliers of K samples.
 
-    `spread` (K,) is how much larger than usual a residual may be, for the motion's errors; `scale` (2,) the usual
-    residual of force and torque, `changes` (2,) how much these change.
+    Parameters
+    ----------
+    time : (K,) [s].
+    wrench, predicted : (K, 6) measured and predicted [N, N m].
+    spread : (K,) factor by which the motion's errors widen a residual.
+    known : (K,) where the prediction is valid.
+    scale : (2,) usual residual of force [N] and torque [N m].
+    changes : (2,) standard deviation of force [N] and torque [N m].
     """
     limit = saturated(wrench, predicted, np.repeat(scale, 3)) & known
     known = known & ~limit
     r = np.where(known[:, None], wrench - predicted, np.nan) / spread[:, None]
-    width = max(CELL, FEWEST * float(np.median(np.diff(time))))
+    width = max(CELL_DURATION, FEWEST_SAMPLES_PER_CELL * float(np.median(np.diff(time))))
     cell = np.cumsum(np.diff(np.floor((time - time[0]) / width), prepend=0.0) > 0.0)
     floor = _imperfection(time, predicted, cell, changes)
     medians, samples = _cell_medians(r, cell)
     contact = np.zeros(len(medians), dtype=bool)
-    for span in SPANS:
+    for span in AVERAGED_CELLS:
         left = (samples > 0) & ~contact
         average = _running(np.where(left[:, None], medians, 0.0), left.astype(float), span)
         size = _length(average, np.maximum(_spread(average[left]), floor))
-        contact |= _lasting(np.where(left, size, 0.0))
-    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(([False], contact[:-1]))  # it comes and goes
+        contact |= _contact_cells(np.where(left, size, 0.0))
+    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(([False], contact[:-1]))  # its start and end
     apart = np.nan_to_num(r - medians[cell])
     usual = np.maximum(_nearby(apart, cell), np.maximum(_spread(apart[known]), floor[cell]))
-    spike = _length(apart, usual) > SPIKE
+    spike = _length(apart, usual) > SPIKE_RESIDUAL
     touched = contact[cell]
-    if np.mean(touched | spike) > MOST:
+    if np.mean(touched | spike) > LARGEST_OUTLIER_SHARE:
         none = np.zeros(len(time), dtype=bool)
         return Outliers(none, none, limit)
     return Outliers(touched & known, spike & ~touched & known, limit)
 
 
 def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
-    """Static poses (K,), each by itself, with a wrench (K, 6) far from what the others predict."""
+    """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6); `changes` (2,) as above."""
     none = np.zeros(len(wrench), dtype=bool)
     r = wrench - predicted
-    odd = _length(r, np.maximum(_spread(r), FLOOR * changes)) > SPIKE
-    return Outliers(none, none if np.mean(odd) > MOST else odd, none)
+    odd = _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes)) > SPIKE_RESIDUAL
+    return Outliers(none, none if np.mean(odd) > LARGEST_OUTLIER_SHARE else odd, none)
 
 
 def _imperfection(time: Array, predicted: Array, cell: Indices, changes: Array) -> Array:
-    """(C, 2) what a good sensor may get wrong of force and torque in each cell."""
+    """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
     rate = np.gradient(predicted, time, axis=0).reshape(-1, 2, 3)
     square = np.sum(rate * rate, axis=2)
     mean = np.column_stack([np.bincount(cell, column) for column in square.T]) / np.bincount(cell)[:, None]
-    return np.sqrt((FLOOR * changes) ** 2 + TIMING**2 * mean)
+    return np.sqrt((SENSOR_ERROR_SHARE * changes) ** 2 + SENSOR_DELAY**2 * mean)
 
 
 def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
-    """Samples (K,) at which the sensor was at its limit, or would have been but for noise.
+    """Mask (K,) of the samples at which the sensor was at its limit, or would have been without noise.
 
-    A channel has a limit where `SATURATED` samples or more share its extreme value and the prediction (K, 6) goes
-    well beyond it; `scale` (6,) is the spread of the residuals.
+    A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its extreme value and the prediction
+    (K, 6) exceeds it by five times `scale` (6,), the spread of the residuals.
     """
     out = np.zeros(len(wrench), dtype=bool)
     for c in range(6):
@@ -120,7 +130,10 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
             y, p = side * wrench[:, c], side * predicted[:, c]
             limit = y.max()
             at = y == limit
-            if at.sum() >= SATURATED and np.sum(p[at] - limit > 5.0 * scale[c]) >= SATURATED:
+            if (
+                at.sum() >= FEWEST_SATURATED_SAMPLES
+                and np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES
+            ):
                 out |= p > limit - 3.0 * scale[c]
                 out |= at
     return out
@@ -152,41 +165,41 @@ def _running(values: Array, weights: Array, span: int) -> Array:
 
 
 def _spread(values: Array) -> Array:
-    """(2,) robust standard deviations of force and torque, of `PLENTY` rows at most."""
+    """(2,) robust standard deviations of force and torque, of `ROWS_FOR_MEDIAN` rows at most."""
     if not len(values):
         return np.zeros(2)
-    values = values[:: -(-len(values) // PLENTY)]
+    values = values[:: -(-len(values) // ROWS_FOR_MEDIAN)]
     return 1.4826 * np.median(np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1), axis=1)
 
 
 def _length(values: Array, scale: Array) -> Array:
     """(C,) length of residuals (C, 6) over the spreads (2,) of force and torque."""
-    return np.sqrt(np.sum((values / np.repeat(np.maximum(scale, LEAST), 3, axis=-1)) ** 2, axis=1))
+    return np.sqrt(np.sum((values / np.repeat(np.maximum(scale, SMALLEST_SPREAD), 3, axis=-1)) ** 2, axis=1))
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
-    """(K, 2) robust spread of force and torque about each sample: it shakes more while it moves."""
+    """(K, 2) robust spread of force and torque about each sample; it is larger while the arm moves."""
     square = apart * apart
     size = np.sqrt(np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1))))
-    typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH
+    typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
     return _running_median(typical)[cell]
 
 
 def _running_median(values: Array) -> Array:
-    """Medians (C, 2) of `NEIGHBOURS` cells about each, mirrored at the ends."""
-    half = NEIGHBOURS // 2
+    """Medians (C, 2) of `NEIGHBOURING_CELLS` cells about each, mirrored at the ends."""
+    half = NEIGHBOURING_CELLS // 2
     mirrored = np.pad(values, ((half, half), (0, 0)), mode="symmetric")
-    windows = np.lib.stride_tricks.sliding_window_view(mirrored, NEIGHBOURS, axis=0)
+    windows = np.lib.stride_tricks.sliding_window_view(mirrored, NEIGHBOURING_CELLS, axis=0)
     return np.partition(windows, half, axis=2)[:, :, half]
 
 
-def _lasting(size: Array) -> Mask:
-    """Runs of cells beyond `EDGE` that reach `CORE` somewhere."""
-    beyond = size > EDGE
+def _contact_cells(size: Array) -> Mask:
+    """Runs of cells beyond `CONTACT_EDGE` that reach `CONTACT_PEAK` somewhere."""
+    beyond = size > CONTACT_EDGE
     begins = np.flatnonzero(np.diff(beyond.astype(int), prepend=0) == 1)
     if not len(begins):
         return beyond
     run = np.cumsum(np.isin(np.arange(len(size)), begins)) - 1
     peak = np.zeros(len(begins))
     np.maximum.at(peak, run[beyond], size[beyond])
-    return beyond & (peak[np.maximum(run, 0)] > CORE)
+    return beyond & (peak[np.maximum(run, 0)] > CONTACT_PEAK)

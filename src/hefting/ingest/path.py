@@ -9,14 +9,17 @@ from numpy.typing import ArrayLike
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, TENSOR_COLUMNS, TENSOR_ROWS, Array, Mask, rotation_matrices
 from hefting.motion import Curves, smooth_poses
-from hefting.motion.measure import POSE, TWIST, Source
+from hefting.motion.measure import POSE_STREAMS, TWIST, Source
 
-FEWEST_POSES = 8
-STEP = 2e-3
-"""s, of the numerical derivatives by time: motion of 15 Hz changes by a fifth of a period's radian in it."""
-MOTION, WORLD = slice(0, 12), slice(12, 21)
-"""Columns of what is read: a, alpha, vech(w w') of `hefting.core.regressor`, a itself in the place of a - g; and the
-axes of the world in sensor axes, a (3, 3) matrix by rows, so that gravity there is that matrix times gravity."""
+FEWEST_POSES_OF_PATH = 8
+"""Fewest orientations from which a motion is smoothed."""
+DIFFERENTIATION_STEP = 2e-3
+"""[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad of its phase in it."""
+MOTION_COLUMNS = slice(0, 12)
+"""Columns of a reading that hold a, alpha and vech(w w'), as in `hefting.core.regressor` but with a instead of
+a - g."""
+WORLD_AXES_COLUMNS = slice(12, 21)
+"""Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes, by rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class Reading:
     time: Array
     """(K,) [s] at which the motion was read: the nearest of its own time"""
     value: Array
-    """(K, 21): see `MOTION` and `WORLD`"""
+    """(K, 21): see `MOTION_COLUMNS` and `WORLD_AXES_COLUMNS`"""
     rate: Array
     """(K, 21) first derivative by time; zero where it was not asked for"""
     curvature: Array
@@ -79,13 +82,16 @@ class Path:
         if not (rates and self.moves):
             zero = np.zeros_like(value)
             return Reading(inside, value, zero, zero, variances, ~there, known)
-        earlier, later = np.maximum(inside - STEP, self.first), np.minimum(inside + STEP, self.last)
+        earlier, later = (
+            np.maximum(inside - DIFFERENTIATION_STEP, self.first),
+            np.minimum(inside + DIFFERENTIATION_STEP, self.last),
+        )
         before, _, known_before = self.read(earlier, False)
         after, _, known_after = self.read(later, False)
         usable = (known_before & known_after & there)[:, None]
         back, forth = (inside - earlier)[:, None], (later - inside)[:, None]
         rate = np.where(usable, (after - before) / np.maximum(back + forth, 1e-12), 0.0)
-        whole = usable & (back > 0.5 * STEP) & (forth > 0.5 * STEP)
+        whole = usable & (back > 0.5 * DIFFERENTIATION_STEP) & (forth > 0.5 * DIFFERENTIATION_STEP)
         slopes = (after - value) / np.maximum(forth, 1e-12) - (value - before) / np.maximum(back, 1e-12)
         curvature = np.where(whole, 2.0 * slopes / np.maximum(back + forth, 1e-12), 0.0)
         return Reading(inside, value, rate, curvature, variances, ~there, known)
@@ -101,10 +107,10 @@ def path_of(recording: Recording, source: Source = "auto", gravity: ArrayLike = 
         return None
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return _columns(recording)
-    moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
+    moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE_STREAMS if recording.has(name))
     felt = recording.has("accelerometer") and not recording.has("position")
     orientation = recording["orientation"]
-    if not (moves or felt) or len(orientation) < FEWEST_POSES:
+    if not (moves or felt) or len(orientation) < FEWEST_POSES_OF_PATH:
         return None
     curves = smooth_poses(recording, gravity)
     if recording.has("position"):
@@ -133,7 +139,7 @@ def _world(quaternions: Array) -> Array:
 def _rows(a: Array | None, w: Array, alpha: Array, quaternions: Array) -> tuple[Array, Mask]:
     """Rows (K, 21), zero where anything is not finite, and where that is not so; gravity alone without `a`."""
     rows = np.zeros((len(w), 21))
-    rows[:, WORLD] = _world(quaternions)
+    rows[:, WORLD_AXES_COLUMNS] = _world(quaternions)
     if a is not None:
         rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = a, alpha, w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
     known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
@@ -191,7 +197,7 @@ def _columns(recording: Recording) -> Path | None:
 
     streams = [recording[name] for name in TWIST]
     orientation = recording["orientation"]
-    if min(len(s) for s in (orientation, *streams)) < FEWEST_POSES:
+    if min(len(s) for s in (orientation, *streams)) < FEWEST_POSES_OF_PATH:
         return None
     turn = CubicSpline(orientation.time, aligned(orientation.values))
     curves = [CubicSpline(s.time, s.values) for s in streams]

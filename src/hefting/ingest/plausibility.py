@@ -10,18 +10,19 @@ from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
 from hefting.shapes import Shape
 
-LARGEST = 10.0
-"""No robot wields a thing this long [m]."""
-HEAVIEST = 1000.0
-"""No robot holds this much [kg]."""
-DENSEST = 23_000.0
-"""No material is heavier [kg/m³] (osmium: 22,590)."""
-UNEXPLAINED = 3.0
-"""A residual this many times that of unconstrained least squares is not noise."""
-LARGEST_SHARE = 0.75
-"""Of the shape's sides, from the mean of its points, beyond which the COM is well outside: half is its surface."""
-VAGUE_TILT = np.radians(10.0)
-"""Standard deviation of gravity's direction beyond which it is not found [rad]."""
+LONGEST_OBJECT = 10.0
+"""[m] Longer shapes, and longer distances of the COM from the sensor, indicate a wrong unit."""
+HEAVIEST_OBJECT = 1000.0
+"""[kg] Larger masses indicate a wrong unit of force."""
+DENSEST_MATERIAL = 23_000.0
+"""[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
+UNEXPLAINED_RESIDUAL_RATIO = 3.0
+"""Ratio of an estimate's residual to that of unconstrained least squares above which a warning is given."""
+COM_OUTSIDE_SHARE = 0.75
+"""Distance of the COM from the mean of the shape's points, as a share of the shape's sides, beyond which the COM is
+well outside. The surface of a box is at half its side."""
+LARGEST_FOUND_TILT_STD = np.radians(10.0)
+"""[rad] Standard deviation of gravity's direction above which the direction counts as undetermined."""
 
 
 def require_object(found: Ingested, shape: Shape | None = None) -> None:
@@ -30,11 +31,11 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
     `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a recording that is too poor, and
     `InputError` for what only a wrong unit explains.
     """
-    if shape is not None and float(shape.extents.max()) > LARGEST:
+    if shape is not None and float(shape.extents.max()) > LONGEST_OBJECT:
         what = f"the shape is {shape.extents.max():.3g} m long"
         raise InputError(what, fix="is its file in millimetres? give `unit` mm")
     tilt = found.conditioned.tilt_std
-    if tilt is not None and tilt > VAGUE_TILT:
+    if tilt is not None and tilt > LARGEST_FOUND_TILT_STD:
         known = f" (known to {np.degrees(tilt):.0f}° at best)" if np.isfinite(tilt) else ""
         what = f"the motion does not tell the direction of gravity{known}"
         fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
@@ -64,12 +65,12 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
     """`InputError` for a wrench that only a wrong unit explains, judged by unconstrained least squares."""
     fit, source = found.fit, found.log
     mass = 0.0 if fit.mass_is_open else abs(float(fit.vector[0]))
-    if mass > HEAVIEST:
+    if mass > HEAVIEST_OBJECT:
         raise InputError(f"the force would need {mass:.3g} kg", source, "give it in newtons; check `gravity`")
-    reach = LARGEST
+    reach = LONGEST_OBJECT
     if shape is not None:
         volume = float(np.prod(shape.extents))
-        if 0.0 < DENSEST * volume < mass:
+        if 0.0 < DENSEST_MATERIAL * volume < mass:
             what = f"the force would need {mass:.3g} kg in a shape of at most {1e6 * volume:.3g} cm³"
             raise InputError(what, source, "give force in newtons; check the shape's unit")
         reach = 1.5 * float(np.linalg.norm(shape.positions, axis=1).max()) + 2.0 * float(np.linalg.norm(shape.extents))
@@ -86,7 +87,7 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         return []
     com = fit.vector[1:4] / fit.vector[0]
     local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
-    if float(np.max(np.abs(local) - LARGEST_SHARE * shape.extents)) <= 3.0 * spread:
+    if float(np.max(np.abs(local) - COM_OUTSIDE_SHARE * shape.extents)) <= 3.0 * spread:
         return []
     place = ", ".join(f"{1e3 * x:.0f}" for x in com)
     what = (
@@ -100,7 +101,7 @@ def misfit_warnings(estimate: Estimate, residual: Array, found: Ingested) -> lis
     """A message when the estimate explains the wrench much worse than unconstrained least squares does."""
     free = np.array((found.noise.force, found.noise.torque))
     signal = np.sqrt(np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-    if not ((residual > UNEXPLAINED * free) & (residual > 0.01 * signal)).any():
+    if not ((residual > UNEXPLAINED_RESIDUAL_RATIO * free) & (residual > 0.01 * signal)).any():
         return []
     cause = "the shape or its pose does not fit"
     if "c1" in estimate.provenance:

@@ -1,8 +1,8 @@
-"""The one robust fit of a recording: clock offset, bias, sign and bad samples together.
+"""Robust fit of a recording: clock offset, bias, sign and outliers together.
 
-Coarse offset by a scan, a robust fit with the most freely drifting bias, outliers left out and the rest fitted anew
-until both agree, as few bias knots as the data ask for, and the offset sharpened by generalised least squares. Every
-step goes on from where the last one ended.
+It scans for a coarse clock offset, fits the blocks' medians robustly with the most freely drifting bias, alternates
+between rejecting outliers and fitting the inliers, reduces the bias to as few knots as the data support, and refines
+the offset by generalised least squares. Each step starts from the result of the one before.
 """
 
 from dataclasses import dataclass, replace
@@ -10,67 +10,52 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.ingest import outliers
-from hefting.ingest.blocks import Blocks, medians
+from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.fit import LARGEST_STEP, Fit, Problem, Start, gauss_newton, solve
-from hefting.ingest.offset import scan
+from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton
+from hefting.ingest.model import Problem
+from hefting.ingest.normal_equations import solve
+from hefting.ingest.offset import scan_offsets
 from hefting.ingest.outliers import Outliers, no_outliers
-from hefting.ingest.uncertainty import Uncertainty, uncertainty
+from hefting.ingest.samples import Samples, find_outliers_of_fit
+from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 
-ROUGH = 6_000
-"""Blocks of the first robust fit and of the choice of the drift."""
-FEWEST_SIFTED, FEWEST_POSES = 40, 12
-"""Samples, and static poses, below which none is an outlier."""
-STRETCH = 200_000
-"""Samples of a long recording looked at together."""
-PASSES = 8
-"""of finding outliers and fitting the rest"""
-SAME = 1e-3
-"""Share of the samples: so few more or less left out change nothing."""
-REFINEMENTS = 2
-"""of the offset by generalised least squares"""
-FASTEST = 15.0
-"""Hz: beyond, arms and sensors ring, each with a delay of its own"""
-NEAR = 5e-3
-"""s: so small an offset changes nothing about what is an outlier"""
-EXPLAINED = 0.8
-"""Share of the wrench's changes below which it is something else than an offset that is wrong."""
+MOST_BLOCKS_OF_FIRST_FIT = 6_000
+"""Largest number of blocks in the first robust fit and in the choice of the number of bias knots."""
+MOST_KNOTS_OF_SCAN = 9
+"""Largest number of bias knots in the scan for a coarse clock offset."""
+OUTLIER_ITERATIONS = 8
+"""Largest number of alternations between finding outliers and fitting the inliers."""
+NEGLIGIBLE_MASK_CHANGE = 1e-3
+"""Share of samples by which two outlier masks may differ and still count as the same."""
+OFFSET_REFINEMENTS = 2
+"""Largest number of refinements of the clock offset by generalised least squares."""
+RIGID_MOTION_FREQUENCY = 15.0
+"""[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring there, each with its own delay."""
+OFFSET_WITHOUT_EFFECT_ON_OUTLIERS = 5e-3
+"""[s] Removing a smaller clock offset keeps the outliers that were found with it."""
+SMALLEST_EXPLAINED_SHARE_WITH_OFFSET = 0.8
+"""Share of the wrench's variance that a fit must explain for its clock offset to be believed."""
 SMALLEST_OFFSET = 1e-5
-"""s: not worth a correction"""
+"""[s] Smaller clock offsets are not corrected."""
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """Wrench samples as they are looked at one by one."""
-
-    time: Array
-    """(K,) [s]"""
-    wrench: Array
-    """(K, 6)"""
-    static: bool
-    smooth: bool
-    """whether they may be averaged"""
-
-    def blocks(self, bad: Outliers | None = None) -> Blocks:
-        """Of all of them, or of those that are not outliers."""
-        return Blocks.of(self.time, self.wrench, None if bad is None else ~bad.rejected, self.smooth)
-
-    @property
-    def enough(self) -> bool:
-        """Whether there are enough to tell which are outliers."""
-        return len(self.time) >= (FEWEST_POSES if self.static else FEWEST_SIFTED)
-
-
-@dataclass(frozen=True, eq=False)
-class Settled:
-    """A fit, how far it may be off, and what it leaves out."""
+class InlierFit:
+    """A fit to the samples that are not outliers."""
 
     problem: Problem
+    """whose blocks are those of the inliers"""
     fit: Fit
-    spread: Uncertainty
-    bad: Outliers
+    outliers: Outliers
+
+
+@dataclass(frozen=True, eq=False)
+class RobustFit(InlierFit):
+    """A fit to the inliers with its uncertainty."""
+
+    uncertainty: Uncertainty
 
     @property
     def biased(self) -> bool:
@@ -79,211 +64,200 @@ class Settled:
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is within three standard deviations of zero, or not determined at all."""
-        return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.spread.mass_std
+        """Whether the mass is within three standard deviations of zero, or undetermined."""
+        return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
 
     @property
     def explained(self) -> float:
-        """Share of the wrench's changes that the motion and the bias explain."""
+        """Share of the wrench's weighted variance that motion and bias explain."""
         fit, unit = self.fit, np.repeat(1.0 / self.fit.scale, 3)
         wrench = self.problem.wrench * unit
-        total = fit.weights @ (wrench - fit.weights @ wrench / max(fit.weights.sum(), 1e-300)) ** 2
+        mean = fit.weights @ wrench / max(fit.weights.sum(), 1e-300)
+        total = fit.weights @ (wrench - mean) ** 2
         left = fit.weights @ (fit.residual * unit) ** 2
         return float(1.0 - left.sum() / max(total.sum(), 1e-300))
 
 
-def from_scratch(samples: Samples, problem: Problem, gravity: Array) -> tuple[Problem, Fit, Outliers]:
-    """A fit to the samples that are not outliers, and the outliers, with nothing known beforehand.
+def fit_from_scratch(samples: Samples, problem: Problem, gravity: Array) -> InlierFit:
+    """A fit to the inliers without any initial values but gravity (3,) [m/s²].
 
-    Contacts are found in the medians of the blocks, where there are any, so that few passes look at every sample.
+    Where there are blocks, outliers are first found among the blocks' medians, which takes fewer passes over all
+    samples.
     """
-    fit = _rough(samples, problem, gravity)
+    fit = _fit_block_medians(samples, problem, gravity)
     if problem.blocks.starts is not None:
         typical = medians(samples.wrench, problem.blocks.starts)
         coarse = Samples(problem.time, typical, samples.static, smooth=False)
-        fit = sift(coarse, replace(problem, blocks=coarse.blocks()), fit)[1]
-    return sift(samples, problem, fit)
+        fit = fit_without_outliers(coarse, replace(problem, blocks=coarse.blocks()), fit).fit
+    return fit_without_outliers(samples, problem, fit)
 
 
-def _rough(samples: Samples, problem: Problem, gravity: Array) -> Fit:
-    """A robust fit of the blocks' medians, with the most freely drifting bias, from scratch."""
+def _fit_block_medians(samples: Samples, problem: Problem, gravity: Array) -> Fit:
+    """A robust fit to the blocks' medians, with the most freely drifting bias, from a scan of clock offsets."""
     knots = problem.knots[-1]
     typical = replace(problem.blocks, wrench=medians(samples.wrench, problem.blocks.starts))
-    robust = replace(problem, blocks=typical).every(ROUGH)
-    return gauss_newton(robust, scan(robust, gravity, min(knots, 9)), knots, robust=True)
+    chosen = replace(problem, blocks=typical).every(MOST_BLOCKS_OF_FIRST_FIT)
+    start = scan_offsets(chosen, gravity, min(knots, MOST_KNOTS_OF_SCAN))
+    return gauss_newton(chosen, start, knots, robust=True)
 
 
-def sift(samples: Samples, problem: Problem, start: Fit) -> tuple[Problem, Fit, Outliers]:
-    """A fit to the samples that are not outliers, with the most freely drifting bias, and the outliers."""
+def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> InlierFit:
+    """Alternate between finding outliers and fitting the inliers, with the most freely drifting bias, until both agree.
+
+    `start` is a fit to the same or to other blocks.
+    """
     knots = problem.knots[-1]
-    none = no_outliers(len(samples.time))
+    outliers = no_outliers(len(samples.time))
     if not samples.enough:
-        return problem, gauss_newton(problem, start.start, knots, steps=5), none
+        return InlierFit(problem, gauss_newton(problem, start.start, knots, steps=5), outliers)
     fit = start
-    if len(start.weights) != len(problem.blocks) or (start.model.layout.offset is None and problem.free_offset):
+    offset_was_held = start.model.layout.offset is None and problem.free_offset
+    if len(start.weights) != len(problem.blocks) or offset_was_held:
         fit = gauss_newton(problem, start.start, knots, robust=True, steps=2)
-    before = none
-    for k in range(PASSES):
-        bad = outliers_of(samples, problem, fit)
-        if k and not _differ(bad, before):
+    for iteration in range(OUTLIER_ITERATIONS):
+        found = find_outliers_of_fit(samples, problem, fit)
+        if iteration and not _differ(found, outliers):
             break
-        if k > PASSES // 2:  # it wavers
-            bad = bad.union(before)
-        problem = _keeping(samples, problem, bad)
-        fit, before = gauss_newton(problem, fit.start, knots, steps=5), bad
-    return problem, fit, before
+        if iteration > OUTLIER_ITERATIONS // 2:  # the masks may alternate: reject what either of them does
+            found = found.union(outliers)
+        problem = _with_inliers(samples, problem, found)
+        fit, outliers = gauss_newton(problem, fit.start, knots, steps=5), found
+    return InlierFit(problem, fit, outliers)
 
 
 def _differ(one: Outliers, other: Outliers) -> bool:
-    """Whether what is left out differs by more than does not matter."""
-    return float(np.mean(one.rejected != other.rejected)) > SAME
+    """Whether two outlier masks differ in more than a negligible share of the samples."""
+    return float(np.mean(one.rejected != other.rejected)) > NEGLIGIBLE_MASK_CHANGE
 
 
-def _keeping(samples: Samples, problem: Problem, bad: Outliers) -> Problem:
-    """The problem without the outliers."""
-    return replace(problem, blocks=samples.blocks(bad))
+def _with_inliers(samples: Samples, problem: Problem, outliers: Outliers) -> Problem:
+    """The problem with the blocks of the inliers."""
+    return replace(problem, blocks=samples.blocks(outliers))
 
 
-def settle(samples: Samples, gravity: Array, problem: Problem, fit: Fit, bad: Outliers) -> Settled:
-    """The fit with as free a bias as the data ask for, its offset by generalised least squares."""
+def choose_bias_and_refine_offset(samples: Samples, gravity: Array, found: InlierFit) -> RobustFit:
+    """The fit with as many bias knots as the data support and the clock offset of generalised least squares.
+
+    Where the mass cannot be distinguished from a bias it is the fit without any bias, with `gravity` (3,) [m/s²] as
+    given, provided that this determines the mass.
+    """
+    refined = _refine_offset(samples, _choose_bias(found), middle=found.fit.offset)
+    if not refined.mass_is_open:
+        return refined
+    without = _without_bias(samples, gravity, refined)
+    return refined if without.mass_is_open else without
+
+
+def _choose_bias(found: InlierFit) -> RobustFit:
+    """The fit with the number of bias knots that the data support."""
+    problem, fit = found.problem, found.fit
     fastest = fastest_frequency(problem)
-    spread = uncertainty(fit, fastest)
-    n = _bias_knots(problem, fit, spread.slow)
-    middle = fit.offset
-    if n != fit.hats.n:
-        fit = gauss_newton(problem, fit.start, n, steps=5)
-        spread = uncertainty(fit, fastest)
-    for _ in range(REFINEMENTS if problem.free_offset else 0):
-        step = spread.offset_step
-        sharper = float(np.clip(fit.offset + step, middle - LARGEST_STEP, middle + LARGEST_STEP))
-        fit = gauss_newton(problem, replace(fit.start, offset=sharper), n, steps=3, hold=True)
-        if samples.enough:  # the ends may now be known
-            again = outliers_of(samples, problem, fit)
-            if _differ(again, bad):
-                bad, problem = again, _keeping(samples, problem, again)
-                fit = gauss_newton(problem, fit.start, n, steps=3, hold=True)
-        spread = uncertainty(fit, fastest)
-        if abs(step) < 0.1 * spread.offset_std:
+    uncertainty = estimate_uncertainty(fit, fastest)
+    knots = _number_of_bias_knots(problem, fit, uncertainty.slow)
+    if knots != fit.hats.n:
+        fit = gauss_newton(problem, fit.start, knots, steps=5)
+        uncertainty = estimate_uncertainty(fit, fastest)
+    return RobustFit(problem, fit, found.outliers, uncertainty)
+
+
+def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustFit:
+    """The fit with the clock offset of generalised least squares, at most `LARGEST_OFFSET_STEP` from `middle` [s]."""
+    problem, fit, outliers, uncertainty = found.problem, found.fit, found.outliers, found.uncertainty
+    fastest, knots = fastest_frequency(problem), fit.hats.n
+    lowest, highest = middle - LARGEST_OFFSET_STEP, middle + LARGEST_OFFSET_STEP
+    for _ in range(OFFSET_REFINEMENTS if problem.free_offset else 0):
+        step = uncertainty.offset_step
+        offset = float(np.clip(fit.offset + step, lowest, highest))
+        fit = gauss_newton(problem, replace(fit.start, offset=offset), knots, steps=3, hold_offset=True)
+        if samples.enough:  # the motion may now be known at other samples of the ends
+            again = find_outliers_of_fit(samples, problem, fit)
+            if _differ(again, outliers):
+                outliers, problem = again, _with_inliers(samples, problem, again)
+                fit = gauss_newton(problem, fit.start, knots, steps=3, hold_offset=True)
+        uncertainty = estimate_uncertainty(fit, fastest)
+        if abs(step) < 0.1 * uncertainty.offset_std:
             break
-    found = Settled(problem, fit, spread, bad)
-    if not found.mass_is_open:
-        return found
-    without = _without_bias(samples, gravity, found)
-    return found if without.mass_is_open else without
+    return RobustFit(problem, fit, outliers, uncertainty)
 
 
-def _without_bias(samples: Samples, gravity: Array, found: Settled) -> Settled:
-    """The fit where the mass cannot be told from a bias: with none."""
-    bare, bad = replace(found.problem, free_offset=False, free_gravity=False), found.bad
+def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustFit:
+    """The fit without bias, without clock offset, and with gravity (3,) [m/s²] as given."""
+    problem, outliers = replace(found.problem, free_offset=False, free_gravity=False), found.outliers
     start = replace(found.fit.start, offset=0.0, gravity=gravity, bias=np.zeros_like(found.fit.bias))
-    alone = gauss_newton(bare, start, 0, steps=5)
-    if samples.enough and bad.rejected.any():
-        bad = outliers_of(samples, bare, alone)
-        bare = _keeping(samples, bare, bad)
-        alone = gauss_newton(bare, alone.start, 0, steps=5)
-    return Settled(bare, alone, uncertainty(alone, fastest_frequency(bare)), bad)
+    fit = gauss_newton(problem, start, 0, steps=5)
+    if samples.enough and outliers.rejected.any():
+        outliers = find_outliers_of_fit(samples, problem, fit)
+        problem = _with_inliers(samples, problem, outliers)
+        fit = gauss_newton(problem, fit.start, 0, steps=5)
+    return RobustFit(problem, fit, outliers, estimate_uncertainty(fit, fastest_frequency(problem)))
 
 
-def without_offset(samples: Samples, gravity: Array, first: tuple[Problem, Fit, Outliers], found: Settled) -> Settled:
-    """The fit without the clock offset that was `found`, after a `first` fit from scratch, but does not count."""
-    problem = replace(first[0], free_offset=False)
-    if abs(found.fit.offset) >= NEAR:  # what was left out there may be wrong
+def remove_offset(samples: Samples, gravity: Array, first: InlierFit, found: RobustFit) -> RobustFit:
+    """The fit without a clock offset, where the one that was `found` after the `first` fit is not significant."""
+    problem = replace(first.problem, free_offset=False)
+    if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
-        return settle(samples, gravity, *from_scratch(samples, everything, gravity))
-    bad, knots = first[2], problem.knots[-1]
+        return choose_bias_and_refine_offset(samples, gravity, fit_from_scratch(samples, everything, gravity))
+    outliers, knots = first.outliers, problem.knots[-1]
     fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), knots)
     if samples.enough:
-        bad = outliers_of(samples, problem, fit)
-        problem = _keeping(samples, problem, bad)
+        outliers = find_outliers_of_fit(samples, problem, fit)
+        problem = _with_inliers(samples, problem, outliers)
         fit = gauss_newton(problem, fit.start, knots, steps=5)
-    return settle(samples, gravity, problem, fit, bad)
+    return choose_bias_and_refine_offset(samples, gravity, InlierFit(problem, fit, outliers))
 
 
-def _bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
-    """Number of knots by the Bayesian information criterion, slow residuals counting as what they are."""
+def _number_of_bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
+    """Number of knots with the least Bayesian information criterion.
+
+    `slow` is the spectrum of the whitened residuals at low frequencies. Squared residuals and the number of samples
+    are divided by it where it is more than 1, as the residuals are correlated.
+    """
     if len(problem.knots) == 1:
         return problem.knots[0]
-    rows = slice(None, None, -(-len(problem.time) // ROUGH))
+    rows = slice(None, None, -(-len(problem.time) // MOST_BLOCKS_OF_FIRST_FIT))
     unit, weights = np.repeat(fit.scale, 3), fit.weights[rows]
     model = replace(fit.model, features=fit.model.features[rows], known=fit.model.known[rows])
-    independent = max(6.0 * float(np.sum(weights > 0.0)) / max(slow, 1.0), 2.0)
-    change, scores = model.columns(fit.phi)[:, :, 10:], {}
+    correlation = max(slow, 1.0)
+    independent = max(6.0 * float(np.sum(weights > 0.0)) / correlation, 2.0)
+    offset_and_tilt, scores = model.columns(fit.phi)[:, :, 10:], {}
     for n in problem.knots:
         hats = HatFunctions.over(problem.time[rows], n)
         found = solve(model, fit.phi, weights, fit.scale, hats)
-        r = problem.wrench[rows] - model.predict(found.core[:10]) - change @ found.core[10:] - hats.combine(found.bias)
-        square = float(np.sum(weights[:, None] * (r / unit) ** 2))
-        scores[n] = square / max(slow, 1.0) + 6.0 * n * np.log(independent)
+        residual = problem.wrench[rows] - model.predict(found.core[:10])
+        residual = residual - offset_and_tilt @ found.core[10:] - hats.combine(found.bias)
+        square = float(np.sum(weights[:, None] * (residual / unit) ** 2))
+        scores[n] = square / correlation + 6.0 * n * np.log(independent)
     return min(scores, key=lambda n: scores[n])
 
 
-def offset_counts(found: Settled) -> bool:
-    """Whether the offset found is one: away from zero, and explaining what zero does not."""
-    problem, fit, spread = found.problem, found.fit, found.spread
-    if not found.biased or found.mass_is_open or found.explained < EXPLAINED:
+def offset_is_significant(found: RobustFit) -> bool:
+    """Whether the clock offset is significantly different from zero and improves the fit significantly."""
+    problem, fit, uncertainty = found.problem, found.fit, found.uncertainty
+    if not found.biased or found.mass_is_open or found.explained < SMALLEST_EXPLAINED_SHARE_WITH_OFFSET:
         return False
-    if not abs(fit.offset) > max(SIGNIFICANT * spread.offset_std, SMALLEST_OFFSET):
+    if not abs(fit.offset) > max(SIGNIFICANT * uncertainty.offset_std, SMALLEST_OFFSET):
         return False
-    at_zero = replace(problem, free_offset=False)
-    zero = gauss_newton(at_zero, replace(fit.start, offset=0.0), fit.hats.n, steps=4)
+    fixed = replace(problem, free_offset=False)
+    zero = gauss_newton(fixed, replace(fit.start, offset=0.0), fit.hats.n, steps=4)
     weights = (fit.weights * (zero.known & fit.known))[:, None]
-    squares = [float(np.sum(weights * (f.residual / np.repeat(fit.scale, 3)) ** 2)) for f in (zero, fit)]
-    if problem.path.kind == "orientation":  # accelerations, not modelled, look like an offset, too
-        return squares[0] > 2.0 * squares[1]
-    return squares[0] - squares[1] > SIGNIFICANT**2 * max(spread.slow, 1e-3)
+    unit = np.repeat(fit.scale, 3)
+    square_zero, square = (float(np.sum(weights * (f.residual / unit) ** 2)) for f in (zero, fit))
+    if problem.path.kind == "orientation":  # accelerations are not modelled and resemble an offset
+        return square_zero > 2.0 * square
+    return square_zero - square > SIGNIFICANT**2 * max(uncertainty.slow, 1e-3)
 
 
 def fastest_frequency(problem: Problem) -> float:
-    """Frequency [1/block] up to which the motion is that of a rigid body."""
+    """Largest frequency [1/block] at which the motion counts as that of a rigid body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
-    return min(FASTEST * float(np.median(np.diff(problem.time))), 0.5)
+    return min(RIGID_MOTION_FREQUENCY * float(np.median(np.diff(problem.time))), 0.5)
 
 
-def plain_fit(samples: Samples, problem: Problem, gravity: Array) -> Settled:
-    """Of too few samples: nothing is conditioned."""
+def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> RobustFit:
+    """A plain fit of too few samples, without offset and outliers; gravity (3,) [m/s²] as given."""
     time = problem.time
     start = Start(np.zeros(10), 0.0, gravity, np.maximum(problem.floor, 1e-12), time[:1], np.zeros((1, 6)))
     fit = gauss_newton(problem, start, 1, steps=4)
-    return Settled(problem, fit, uncertainty(fit), no_outliers(len(samples.time)))
-
-
-def outliers_of(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
-    """What a fit does not explain of the samples."""
-    changes = _changes(problem)
-    predicted = problem.wrench - fit.residual
-    if samples.static:
-        return outliers.find_odd_poses(samples.wrench, predicted, changes)
-    if problem.blocks.starts is None:
-        return outliers.find_outliers(
-            samples.time, samples.wrench, predicted, fit.spread, fit.known, fit.scale, changes
-        )
-    return _outliers_between(samples, problem, fit, changes)
-
-
-def _outliers_between(samples: Samples, problem: Problem, fit: Fit, changes: Array) -> Outliers:
-    """Outliers of samples that lie between the blocks of a fit: its prediction is interpolated."""
-    predicted = problem.wrench - fit.residual
-    columns = np.column_stack((predicted, fit.spread, fit.known))
-    at = np.column_stack([np.interp(samples.time, problem.time, column) for column in columns.T])
-    half = 0.5 * float(np.median(np.diff(problem.time)))
-    covered = (samples.time >= problem.time[0] - half) & (samples.time <= problem.time[-1] + half)
-    known = (at[:, 7] > 1.0 - 1e-9) & covered
-    scale = fit.scale * problem.blocks.mean_count**0.5
-    return outliers.find_outliers(samples.time, samples.wrench, at[:, :6], at[:, 6], known, scale, changes)
-
-
-def all_outliers(raw: Samples, found: Settled) -> Outliers:
-    """What a fit to some blocks does not explain of all samples, stretch by stretch."""
-    changes, parts = _changes(found.problem), []
-    for begins in range(0, len(raw.time), STRETCH):
-        part = slice(begins, begins + STRETCH)
-        piece = Samples(raw.time[part], raw.wrench[part], raw.static, raw.smooth)
-        parts.append(_outliers_between(piece, found.problem, found.fit, changes))
-    return Outliers(*(np.concatenate([getattr(f, name) for f in parts]) for name in ("contact", "spike", "saturation")))
-
-
-def _changes(problem: Problem) -> Array:
-    """(2,) how much force and torque change."""
-    spread = np.std(problem.wrench - np.median(problem.wrench, axis=0), axis=0)
-    return np.linalg.norm(spread.reshape(2, 3), axis=1)
+    return RobustFit(problem, fit, no_outliers(len(samples.time)), estimate_uncertainty(fit))

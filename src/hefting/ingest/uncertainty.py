@@ -1,18 +1,20 @@
-"""Covariance of a fit whose residuals are coloured, and the offset that their spectrum makes most likely.
+"""Covariance of a fit with coloured residuals, and the clock offset of generalised least squares.
 
-Least squares with normal matrix H and whitened columns B errs by H^-1 B'u. With the residuals u of a channel a
-stationary process of spectrum S(f), the same for the three forces and for the three torques,
+Least squares with normal matrix H and whitened design matrix B has the error H^-1 B'u. With the residuals u of a
+channel a stationary process of spectrum S(f), the same for the three forces and for the three torques,
 
     cov = sum over channels of sum over f of S(f) Z(f) Z(f)^*,      Z = B H^-1,
 
-in the unitary discrete Fourier transform. So the colour counts where the columns have their power: noise of the
-sensor's own, and errors of the smoothed motion, which hardly have any at the motion's own frequencies. No colour
-is counted twice, as it would be by weights that allow for it and an autocorrelation time on top.
-Hannan, Multiple Time Series (1970), ch. VII. The spectrum is the residuals' periodogram, averaged over
-neighbouring frequencies, over what of it the fit left: one less the leverage.
+in the unitary discrete Fourier transform (Hannan, Multiple Time Series, 1970, ch. VII). Coloured noise therefore
+counts at the frequencies at which the design matrix has its power. The errors of smoothed motion have hardly any power
+at the motion's own frequencies. No colour is counted twice, as it would be by weights for it together with an
+autocorrelation time.
 
-Weighed by 1/S the same sums give generalised least squares. The offset is taken from it: what a sensor gets wrong,
-it gets wrong slowly, and a clock shows best in what is fast.
+The spectrum is the periodogram of the residuals, averaged over neighbouring frequencies, divided by the share of it
+that the fit leaves: one less the leverage.
+
+The same sums weighted by 1/S give generalised least squares. The clock offset is taken from it: the errors of sensors
+are mostly slow, while the clock offset shows best in fast changes.
 """
 
 from dataclasses import dataclass
@@ -20,80 +22,82 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array
-from hefting.ingest.fit import Fit, Layout
+from hefting.core.spatial import Array, Mask
+from hefting.ingest.fit import Fit
+from hefting.ingest.model import Layout
 
-LENGTH = 16384
-"""Samples transformed at a time."""
-TAPER = 0.1
-"""Part of a stretch at each end over which it is tapered."""
-FEWEST_BINS = 5
-"""Neighbours to each side in the average, and a third of the frequency's own number."""
-TYPES = (slice(0, 3), slice(3, 6))
+SEGMENT_LENGTH = 16384
+"""Number of samples in one discrete Fourier transform; it bounds the memory. A power of two is fast to transform."""
+TAPERED_SHARE = 0.1
+"""Share of a segment's samples, at each end, over which it is tapered."""
+FEWEST_AVERAGED_BINS = 5
+"""Smallest number of neighbouring frequencies, to each side, over which the periodogram is averaged. At bin i it is
+i / 3 where that is more."""
+FORCE_AND_TORQUE = (slice(0, 3), slice(3, 6))
+"""Channels of force and of torque. The channels of each share a spectrum."""
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How far the solution of a fit may be off."""
+    """Covariance of the solution of a fit, for coloured residuals."""
 
     fit: Fit
-    """what it is of"""
     spectrum: Array
-    """(F, 6) of its whitened residuals"""
+    """(F, 6) of its whitened residuals; white residuals of the fit's scale have 1"""
     naive: Array
-    """(q,) variances as if the residuals were white"""
+    """(q,) variances of the unknowns for white residuals; infinite where undetermined"""
     slow: float
-    """variance of a whitened residual at the lowest frequencies: what sums of them go by"""
+    """spectrum at the lowest frequencies: it determines the variance of sums of residuals"""
     bias: Array
-    """(n, 6) standard deviations of the bias at its knots"""
+    """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where undetermined"""
     step: Array
-    """(q,) from the fit to that of generalised least squares"""
+    """(q,) difference of the solution of generalised least squares from that of the fit"""
     step_std: Array
-    """(q,) standard deviations there; infinite where undetermined"""
+    """(q,) standard deviations of the solution of generalised least squares; infinite where undetermined"""
 
     @property
     def layout(self) -> Layout:
-        """Where each of the q unknowns stands."""
+        """Position of each of the q unknowns."""
         return self.fit.model.layout
 
     @cached_property
     def covariance(self) -> Array:
-        """(q, q) of phi, offset and tangents of gravity; infinite where undetermined."""
-        q, parts = self.layout.core, _parts(len(self.fit.weights))
+        """(q, q) of parameters, offset and gravity's change along its tangents; infinite where undetermined."""
+        q, segments = self.layout.core, _segments(len(self.fit.weights))
         covariance = np.zeros((q, q))
-        for part in parts:
-            covariance += _sum(self.spectrum, _transform(_influences(self.fit, part)))
-        covariance *= _cover(self.fit, parts)
-        open_ = np.isinf(self.naive)
-        covariance[open_], covariance[:, open_] = 0.0, 0.0
-        covariance[open_, open_] = np.inf
+        for segment in segments:
+            covariance += _weighted_gram(self.spectrum, _transform(_influences(self.fit, segment)))
+        covariance *= _inverse_coverage(self.fit, segments)
+        undetermined = np.isinf(self.naive)
+        covariance[undetermined], covariance[:, undetermined] = 0.0, 0.0
+        covariance[undetermined, undetermined] = np.inf
         return covariance
 
     @property
     def offset_std(self) -> float:
-        """s, of an offset by generalised least squares; infinite where none was looked for."""
+        """[s] of the offset of generalised least squares; infinite where the offset is not free."""
         return np.inf if self.layout.offset is None else float(self.step_std[self.layout.offset])
 
     @property
     def offset_step(self) -> float:
-        """s, from the offset to that of generalised least squares; zero where none was looked for."""
+        """[s] from the fit's offset to that of generalised least squares; zero where the offset is not free."""
         return 0.0 if self.layout.offset is None else float(self.step[self.layout.offset])
 
     @property
     def tilt_std(self) -> float:
-        """rad times m/s², of gravity along each tangent; infinite where its direction was not looked for."""
+        """[m/s²] of gravity along each tangent, root mean square; infinite where its direction is not free."""
         if self.layout.tilt is None:
             return np.inf
         return float(np.sqrt(np.mean(self.covariance.diagonal()[self.layout.tilt])))
 
     @property
     def mass_std(self) -> float:
-        """kg"""
+        """[kg]"""
         return float(np.sqrt(max(self.covariance[0, 0], 0.0)))
 
     @property
     def inflation(self) -> Array:
-        """(16,) variance of each parameter, and of the six components of a bias, over that of white residuals.
+        """(16,) ratio of the variances of ten parameters and six bias components to those for white residuals.
 
         1 where undetermined.
         """
@@ -103,105 +107,137 @@ class Uncertainty:
         return ratio
 
 
-def uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
-    """Covariance of what a fit found; generalised least squares heeds frequencies up to `fastest` [1/sample]."""
-    q, inverse, undetermined = fit.model.layout.core, fit.solution.inverse, fit.solution.undetermined
+def estimate_uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
+    """Covariance of the solution of a fit, and its difference from generalised least squares.
+
+    Parameters
+    ----------
+    fit : the fit, by least squares with q unknowns beside the bias.
+    fastest : largest frequency used by generalised least squares [1/block].
+    """
+    q, inverse = fit.model.layout.core, fit.solution.inverse
     own = inverse[:q, :q]
-    stretches = [_Stretch.of(fit, part) for part in _parts(len(fit.weights))]
-    root = _root(own)
-    power, left = np.zeros_like(stretches[0].count), np.zeros_like(stretches[0].count)
-    for s in stretches:
-        leverage = _leverage(s.tapered, root)
-        left += np.maximum(s.count - leverage, 0.2 * s.count)
-        power += np.abs(s.residual) ** 2
-    beyond = (fit.hats.n + 1) // 2 + 1  # below, the bias takes what there is
-    left[:beyond], power[:beyond] = 0.0, 0.0
-    spectra = [_smoothed(power[:, t].sum(axis=1), left[:, t].sum(axis=1)) for t in TYPES]
-    S = np.repeat(np.stack(spectra, axis=1), 3, axis=1)
-    floor = np.maximum(S, 1e-6 * max(float(S.max()), 1e-300))
-    floor[np.arange(len(S)) > fastest * 2 * (len(S) - 1)] = np.inf
-    N, b = np.zeros((q, q)), np.zeros(q)
-    for s in stretches:
-        N += _sum(1.0 / floor, s.tapered)
-        b += np.einsum("fcq,fc->q", s.tapered, s.residual.conj() / floor).real
-    length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
-    inner = np.linalg.pinv(N / length / length[:, None], rcond=1e-10, hermitian=True) / length / length[:, None]
-    step = own @ inner @ b
-    step_variance = np.einsum("ij,jk,ik->i", own, inner, own)
+    transforms = [_Transforms.of(fit, segment) for segment in _segments(len(fit.weights))]
+    S = _residual_spectrum(transforms, own, bias_functions=fit.hats.n)
+    step, step_variance = _generalised_step(transforms, own, S, fastest)
+
+    undetermined = _undetermined(fit)
     naive = own.diagonal().copy()
-    open_ = undetermined[:q] | (6 * int(np.sum(fit.weights > 0.0)) < 2 * np.sum(~undetermined))
-    naive[open_] = np.inf
-    step_std = np.where(open_, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
-    slow = float(S[: FEWEST_BINS + 1].mean())
-    std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
-    std[undetermined[q:]] = np.inf
-    return Uncertainty(fit, S, naive, slow, std.reshape(fit.hats.n, 6), step, step_std)
+    naive[undetermined] = np.inf
+    step_std = np.where(undetermined, np.inf, np.sqrt(np.maximum(step_variance, 0.0)))
+    slow = float(S[: FEWEST_AVERAGED_BINS + 1].mean())
+    bias_std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
+    bias_std[fit.solution.undetermined[q:]] = np.inf
+    return Uncertainty(fit, S, naive, slow, bias_std.reshape(fit.hats.n, 6), step, step_std)
+
+
+def _undetermined(fit: Fit) -> Mask:
+    """(q,) undetermined unknowns: all of them where there are fewer than two equations for each one determined."""
+    undetermined = fit.solution.undetermined
+    equations = 6 * int(np.sum(fit.weights > 0.0))
+    return undetermined[: fit.model.layout.core] | (equations < 2 * np.sum(~undetermined))
+
+
+def _residual_spectrum(transforms: list["_Transforms"], own: Array, bias_functions: int) -> Array:
+    """(F, 6) spectrum of the whitened residuals; `own` (q, q) is the covariance of the unknowns for white residuals."""
+    root = _inverse_root(own)
+    power, remaining = np.zeros_like(transforms[0].count), np.zeros_like(transforms[0].count)
+    for t in transforms:
+        remaining += np.maximum(t.count - _leverage(t.influences, root), 0.2 * t.count)
+        power += np.abs(t.residual) ** 2
+    first = (bias_functions + 1) // 2 + 1  # the bias fits lower frequencies
+    remaining[:first], power[:first] = 0.0, 0.0
+    spectra = [
+        _average_over_neighbours(power[:, channels].sum(axis=1), remaining[:, channels].sum(axis=1))
+        for channels in FORCE_AND_TORQUE
+    ]
+    return np.repeat(np.stack(spectra, axis=1), 3, axis=1)
+
+
+def _generalised_step(transforms: list["_Transforms"], own: Array, S: Array, fastest: float) -> tuple[Array, Array]:
+    """Change (q,) of the unknowns to generalised least squares with spectrum S (F, 6), and their variances (q,) there.
+
+    Frequencies above `fastest` [1/block] are not used.
+    """
+    q = len(own)
+    spectrum = np.maximum(S, 1e-6 * max(float(S.max()), 1e-300))
+    spectrum[np.arange(len(S)) > fastest * 2 * (len(S) - 1)] = np.inf
+    N, b = np.zeros((q, q)), np.zeros(q)
+    for t in transforms:
+        N += _weighted_gram(1.0 / spectrum, t.influences)
+        b += np.einsum("fcq,fc->q", t.influences, t.residual.conj() / spectrum).real
+    length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
+    scaled = N / length / length[:, None]
+    inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) / length / length[:, None]
+    return own @ inverse @ b, np.einsum("ij,jk,ik->i", own, inverse, own)
 
 
 @dataclass(frozen=True, eq=False)
-class _Stretch:
-    """Transforms of a row of samples; frequencies but the first and last stand for their negatives too."""
+class _Transforms:
+    """Fourier transforms of a segment of samples. Frequencies but the first and last include their negatives."""
 
     residual: Array
     """(F, 6) whitened residuals, tapered"""
-    tapered: Array
-    """(F, 6, q) influences, tapered"""
+    influences: Array
+    """(F, 6, q) influences of the samples on the unknowns, tapered"""
     count: Array
-    """(F, 6) what unit white residuals' power would be"""
+    """(F, 6) expected power of unit white residuals"""
 
     @classmethod
-    def of(cls, fit: Fit, part: slice) -> "_Stretch":
-        """Samples `part` of a fit."""
-        length = part.stop - part.start
-        weights = fit.weights[part]
+    def of(cls, fit: Fit, segment: slice) -> "_Transforms":
+        """Of the blocks of a fit in `segment`."""
+        length = segment.stop - segment.start
         taper = _taper(length)[:, None]
-        count = np.full((length // 2 + 1, 6), 2.0 * float(np.sum(taper[weights > 0.0] ** 2)) / length)
+        used = fit.weights[segment] > 0.0
+        count = np.full((length // 2 + 1, 6), 2.0 * float(np.sum(taper[used] ** 2)) / length)
         count[0] *= 0.5
-        residual = _transform(fit.residual[part] * _whitening(fit, part) * taper)
-        return cls(residual, _transform(_influences(fit, part) * taper[:, :, None]), count)
+        residual = _transform(fit.residual[segment] * _whitening(fit, segment) * taper)
+        return cls(residual, _transform(_influences(fit, segment) * taper[:, :, None]), count)
 
 
-def _whitening(fit: Fit, part: slice) -> Array:
-    """(K, 6) by which residuals of some samples become unit ones."""
-    return np.sqrt(fit.weights[part])[:, None] / np.repeat(fit.scale, 3)
+def _whitening(fit: Fit, segment: slice) -> Array:
+    """(K, 6) factors that normalise the residuals of a segment to unit variance."""
+    return np.sqrt(fit.weights[segment])[:, None] / np.repeat(fit.scale, 3)
 
 
-def _influences(fit: Fit, part: slice) -> Array:
-    """(K, 6, q) change of the q unknowns by each whitened sample: Z."""
+def _influences(fit: Fit, segment: slice) -> Array:
+    """Z (K, 6, q): change of the q unknowns per unit of each whitened sample of a segment."""
     q = fit.model.layout.core
     own, bias = fit.solution.inverse[:q, :q], fit.solution.inverse[q:, :q]
-    Z = (fit.columns[part].reshape(-1, q) @ own).reshape(-1, 6, q)
-    Z += fit.hats.part(part).combine(bias.reshape(fit.hats.n, 6, q))
-    Z *= _whitening(fit, part)[:, :, None]
+    Z = (fit.columns[segment].reshape(-1, q) @ own).reshape(-1, 6, q)
+    Z += fit.hats.part(segment).combine(bias.reshape(fit.hats.n, 6, q))
+    Z *= _whitening(fit, segment)[:, :, None]
     return Z
 
 
-def _parts(K: int) -> list[slice]:
-    """Stretches of one length, of nearly all samples."""
-    length = min(K, LENGTH)
+def _segments(K: int) -> list[slice]:
+    """Consecutive segments of equal length that cover most of K samples, at least half of them."""
+    length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
 
 
-def _cover(fit: Fit, parts: list[slice]) -> float:
-    """Number of samples over that in the stretches."""
-    return len(fit.weights) / sum(part.stop - part.start for part in parts)
+def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
+    """Ratio of the number of blocks to that in the segments."""
+    return len(fit.weights) / sum(segment.stop - segment.start for segment in segments)
 
 
 def _taper(length: int) -> Array:
-    """(K,) one, falling to zero at the ends: what is slow must not leak into what is fast."""
-    u = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5) / max(TAPER * length, 1.0)
+    """(K,) window: one, falling to zero at the ends, so that low frequencies do not leak into high ones."""
+    from_end = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5)
+    u = from_end / max(TAPERED_SHARE * length, 1.0)
     return np.sin(0.5 * np.pi * np.minimum(u, 1.0))
 
 
 def _transform(values: Array) -> Array:
+    """(F, ...) unitary Fourier transform of real values (K, ...), scaled to include the negative frequencies."""
     length = len(values)
-    turned = np.fft.rfft(values, axis=0) / np.sqrt(length)
-    turned[1 : (length + 1) // 2] *= np.sqrt(2.0)
-    return turned
+    transformed = np.fft.rfft(values, axis=0) / np.sqrt(length)
+    transformed[1 : (length + 1) // 2] *= np.sqrt(2.0)
+    return transformed
 
 
-def _root(own: Array) -> Array:
-    """(q, k) X with X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
+def _inverse_root(own: Array) -> Array:
+    """X (q, k) with X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
     length = np.sqrt(np.maximum(own.diagonal(), 1e-300))
     values, vectors = np.linalg.eigh(own / length / length[:, None])
     good = values > 1e-15 * max(float(values[-1]), 1e-300)
@@ -209,23 +245,23 @@ def _root(own: Array) -> Array:
 
 
 def _leverage(Z: Array, root: Array) -> Array:
-    """(F, 6) what of unit white noise in each power the fit takes, of influences Z (F, 6, q)."""
+    """(F, 6) power of unit white noise that the fit absorbs at each frequency, for influences Z (F, 6, q)."""
     F, c, q = Z.shape
     flat = Z.reshape(-1, q)
     return (np.square(flat.real @ root) + np.square(flat.imag @ root)).sum(axis=1).reshape(F, c)
 
 
-def _sum(weights: Array, Z: Array) -> Array:
+def _weighted_gram(weights: Array, Z: Array) -> Array:
     """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (F, 6, q)."""
     flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[2])
     return flat.real.T @ flat.real + flat.imag.T @ flat.imag
 
 
-def _smoothed(power: Array, count: Array) -> Array:
-    """Spectrum (F,): powers averaged over neighbouring frequencies, each average over its own count."""
+def _average_over_neighbours(power: Array, count: Array) -> Array:
+    """Spectrum (F,): sum of the power (F,) over neighbouring frequencies over that of the expected counts (F,)."""
     n = len(power)
     i = np.arange(n)
-    half = np.maximum(FEWEST_BINS, i // 3)
+    half = np.maximum(FEWEST_AVERAGED_BINS, i // 3)
     low, high = np.maximum(i - half, 0), np.minimum(i + half + 1, n)
     sums, counts = (np.concatenate(([0.0], np.cumsum(x))) for x in (power, count))
     average = sums[-1] / max(counts[-1], 1e-300)

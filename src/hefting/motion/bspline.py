@@ -26,16 +26,20 @@ from hefting.core.spatial import Array
 Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 
-DEGREE = 5
-SUPPORT = DEGREE + 1
-FEWEST = 8
-"""Samples a segment must have to be smoothed at all."""
-MARGIN = 0.25
-"""The first knot is this many spacings early, to keep samples half a spacing apart off block borders."""
-CHUNK = 8192
-"""Samples evaluated at a time."""
-STRETCH = 64
-"""Coefficients of a stretch in `inverse_bands`: short ones take fewer steps, long ones repeat less of the overlap."""
+SPLINE_DEGREE = 5
+"""Degree of the polynomials: quintic, so that the acceleration is twice differentiable."""
+SUPPORT = SPLINE_DEGREE + 1
+"""Number of basis functions that are not zero on a knot interval."""
+FEWEST_SEGMENT_SAMPLES = 8
+"""Smallest number of samples in a segment that is smoothed."""
+FIRST_KNOT_MARGIN = 0.25
+"""Knot spacings by which the first knot precedes the first sample. It keeps samples half a spacing apart from lying
+on the borders of blocks."""
+TIMES_EVALUATED_TOGETHER = 8192
+"""Number of samples evaluated at a time; it bounds the memory."""
+INVERSE_STRETCH = 64
+"""Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer steps, longer ones repeat less
+of the overlap."""
 
 
 def _piece_coefficients() -> Array:
@@ -43,22 +47,26 @@ def _piece_coefficients() -> Array:
     coefficients = np.zeros((SUPPORT, SUPPORT))
     for j in range(SUPPORT):
         for k in range(SUPPORT - j):
-            sign = (-1) ** k * comb(SUPPORT, k) / factorial(DEGREE)
+            sign = (-1) ** k * comb(SUPPORT, k) / factorial(SPLINE_DEGREE)
             for p in range(SUPPORT):
-                coefficients[p, j] += sign * comb(DEGREE, p) * float(DEGREE - j - k) ** (DEGREE - p)
+                coefficients[p, j] += (
+                    sign * comb(SPLINE_DEGREE, p) * float(SPLINE_DEGREE - j - k) ** (SPLINE_DEGREE - p)
+                )
     return coefficients
 
 
-PIECES = _piece_coefficients()
+PIECE_COEFFICIENTS = _piece_coefficients()
+"""(6, 6) polynomial coefficients of the basis functions on a knot interval: see `_piece_coefficients`."""
 
 
 def _derivative_pieces(derivative: int) -> Array:
-    """(6, 6 - derivative): `PIECES` differentiated, transposed."""
+    """(6, 6 - derivative): `PIECE_COEFFICIENTS` differentiated, transposed."""
     factors = np.array([perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float)
-    return np.ascontiguousarray((factors[:, None] * PIECES[derivative:]).T)
+    return np.ascontiguousarray((factors[:, None] * PIECE_COEFFICIENTS[derivative:]).T)
 
 
-DERIVATIVES = tuple(_derivative_pieces(k) for k in range(SUPPORT))
+DERIVATIVE_COEFFICIENTS = tuple(_derivative_pieces(k) for k in range(SUPPORT))
+"""Coefficients (6, 6 - k) of the k-th derivatives of the basis functions on a knot interval."""
 
 
 def basis(u: Array, derivative: int = 0) -> Array:
@@ -67,7 +75,7 @@ def basis(u: Array, derivative: int = 0) -> Array:
     powers[0] = 1.0
     for p in range(1, len(powers)):
         np.multiply(powers[p - 1], u, out=powers[p])
-    return DERIVATIVES[derivative] @ powers
+    return DERIVATIVE_COEFFICIENTS[derivative] @ powers
 
 
 @dataclass(frozen=True)
@@ -87,9 +95,9 @@ class Knots:
     """(S + 1,) first coefficient of each segment"""
 
     def __post_init__(self):
-        intervals = np.floor((self.last - self.first) / self.h + MARGIN).astype(int) + 1
+        intervals = np.floor((self.last - self.first) / self.h + FIRST_KNOT_MARGIN).astype(int) + 1
         object.__setattr__(self, "intervals", intervals)
-        object.__setattr__(self, "offset", np.concatenate(([0], np.cumsum(intervals + DEGREE))))
+        object.__setattr__(self, "offset", np.concatenate(([0], np.cumsum(intervals + SPLINE_DEGREE))))
 
     @property
     def size(self) -> int:
@@ -99,7 +107,7 @@ class Knots:
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
         """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a segment covers it."""
         segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
-        x = (time - self.first[segment]) / self.h + MARGIN
+        x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
         covered = (time >= self.first[segment]) & (time <= self.last[segment])
         return self.offset[segment] + interval, x - interval, covered
@@ -252,7 +260,7 @@ def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array
         mean = np.add.reduceat(u, starts) / count
         variance = np.maximum(np.add.reduceat(u * u, starts) / count - mean**2, 0.0)
         rows = basis(mean, data.derivative)
-        if DEGREE - data.derivative >= 2:
+        if SPLINE_DEGREE - data.derivative >= 2:
             rows += 0.5 * variance * basis(mean, data.derivative + 2)
         values = np.add.reduceat(values, starts, axis=0) / count[:, None]
     place = block[starts], index[starts]
@@ -267,11 +275,11 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
 
     The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog 1985), side by side in
-    stretches that each begin `overlap` coefficients late, from nothing known: what they then get wrong
-    fades with exp(-2 sin(pi/2m) wc h overlap).
+    stretches that each begin `overlap` coefficients late, from a zero window: the resulting error
+    decreases with exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
-    stretch = STRETCH
+    stretch = INVERSE_STRETCH
     count = -(-n // stretch)
     length = min(stretch + overlap, n)
     begins = np.arange(count) * stretch
@@ -282,7 +290,7 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
         j = stop - 1 - k
         column = factor[:, np.maximum(j, 0)]  # of a stretch already past its beginning, not used
         slope = (column[1:] / column[0]).T  # (count, 5)
-        corner = window[:, :DEGREE, :DEGREE]
+        corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]
         row = -np.einsum("sab,sb->sa", corner, slope)
         grown = np.empty_like(window)
         grown[:, 1:, 1:] = corner

@@ -8,9 +8,9 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.motion.bspline import (
-    CHUNK,
-    FEWEST,
+    FEWEST_SEGMENT_SAMPLES,
     SUPPORT,
+    TIMES_EVALUATED_TOGETHER,
     Integers,
     Knots,
     Mask,
@@ -22,17 +22,20 @@ from hefting.motion.bspline import (
 from hefting.motion.likelihood import Likelihood, Smoothness
 
 ORDERS = (3, 4, 5)
-"""Orders of smoothness tried: 5 suits smooth motion, 3 stop-and-go."""
-KNOT_SPACING = 0.02
-"""s, to begin with; it then follows the bandwidth, so that h wc stays between 0.3 and 1."""
-LOWEST, HIGHEST = 0.15, 2.5
-"""Bounds of h wc in the search."""
+"""Orders of smoothness that are compared: 5 suits smooth motion, 3 stop-and-go motion."""
+FIRST_KNOT_SPACING = 0.02
+"""[s] Knot spacing h at the start of the search. It then follows the bandwidth wc, so that 0.3 < h wc < 1."""
+SMALLEST_SCALED_BANDWIDTH = 0.15
+"""Lower bound of h wc in the search."""
+LARGEST_SCALED_BANDWIDTH = 2.5
+"""Upper bound of h wc in the search."""
 TUNED_COEFFICIENTS = 10_000
-"""Longer recordings choose their smoothness on evenly spaced stretches of this many coefficients in all."""
+"""Number of spline coefficients used to choose the smoothness; of longer recordings evenly spaced
+stretches are used."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
-    """(K,) mask of the rows that are news: without the repeats of a slower stream that holds its value.
+    """(K,) mask of the rows with new values, without the repeats of a slower stream that holds its value.
 
     Runs of equal rows are repeats only when they are the rule (half of all runs at least two rows long); of a
     run longer than twice the usual, as at rest, one row in that many stays.
@@ -100,8 +103,8 @@ class Curve:
         out = np.empty((3, self.coefficients.shape[1], len(at)))
         std = np.empty((2, len(at)))
         columns = np.ascontiguousarray(self.coefficients.T)
-        for begin in range(0, len(at), CHUNK):
-            part = slice(begin, begin + CHUNK)
+        for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
+            part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
             neighbours = columns[:, index + np.arange(SUPPORT)[:, None]]
             rows = [basis(u, k) / self.knots.h**k for k in range(3)]
@@ -149,13 +152,13 @@ def _tuned(
 ) -> tuple[Smoothness, float, float, Normal | None]:
     """As `tune`, with the normal equations of all data, where they were made on the way."""
     time = data[0].time
-    if len(time) < FEWEST:
+    if len(time) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
     dt = float(np.median(np.diff(time)))
     duration = time[-1] - time[0]
     coarsest = max(duration / 6.0, dt)
     finest = min(float(np.median(np.diff(o.time))) for o in data)
-    h = min(max(KNOT_SPACING, dt), coarsest)
+    h = min(max(FIRST_KNOT_SPACING, dt), coarsest)
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
         stretch = duration / excess / 10
@@ -186,10 +189,16 @@ def _tuned(
 def _most_likely(normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None) -> Smoothness:
     """The most likely smoothness of one order; `near` may be of another."""
     h = normal.knots.h
-    guesses = (HIGHEST, 0.6) if near is None else (float(np.clip(h * near.bandwidth, LOWEST, HIGHEST)),)
+    guesses = (
+        (LARGEST_SCALED_BANDWIDTH, 0.6)
+        if near is None
+        else (float(np.clip(h * near.bandwidth, SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH)),)
+    )
     for h_bandwidth in guesses:
         normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt))
-    return Likelihood(normal, m, dt, 3, floor).maximum(LOWEST, HIGHEST, None if near is None else guesses[0])
+    return Likelihood(normal, m, dt, 3, floor).maximum(
+        SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH, None if near is None else guesses[0]
+    )
 
 
 def _segments(time: Array, h: float) -> Mask:
@@ -208,9 +217,11 @@ def _normal(data: tuple[Observation, ...], h: float, end: float = -np.inf) -> No
     cuts = np.flatnonzero(_segments(time, h)) + 1
     begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
     apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
-    long_enough = (stop - begin >= FEWEST) & (np.add.reduceat(apart.astype(int), begin) > SUPPORT)
+    long_enough = (stop - begin >= FEWEST_SEGMENT_SAMPLES) & (np.add.reduceat(apart.astype(int), begin) > SUPPORT)
     if not long_enough.any():
-        raise InputError(f"gaps leave no {FEWEST} poses in a row", where="poses", fix="record more often")
+        raise InputError(
+            f"gaps leave no {FEWEST_SEGMENT_SAMPLES} poses in a row", where="poses", fix="record more often"
+        )
     last = time[stop[long_enough] - 1]
     if long_enough[-1]:
         last[-1] = max(last[-1], end)

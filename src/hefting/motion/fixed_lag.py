@@ -19,10 +19,10 @@ import numpy as np
 
 from hefting.core.spatial import Array
 
-DIFFUSE = 1e4
-"""Standard deviation of the unknown derivatives at the start, in filter units."""
-READ = 3
-"""Derivatives read out: value, velocity, acceleration."""
+INITIAL_DERIVATIVE_STD = 1e4
+"""Standard deviation of the derivatives at the start, in filter units: large, as they are unknown."""
+OUTPUT_STATES = 3
+"""Number of states that are returned: value, velocity, acceleration."""
 
 
 @lru_cache
@@ -82,7 +82,11 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         predicted = transition @ covariance @ transition.T + step * noise
         predicted = 0.5 * (predicted + predicted.T)
     modes, shapes = np.linalg.eig(transition - np.outer(gain, transition[0]))
-    gains, cross, variances = [np.zeros(READ)], [covariance[:READ]], [np.diag(covariance)[:READ]]
+    gains, cross, variances = (
+        [np.zeros(OUTPUT_STATES)],
+        [covariance[:OUTPUT_STATES]],
+        [np.diag(covariance)[:OUTPUT_STATES]],
+    )
     for _ in range(lag):
         c = cross[-1] @ transition.T
         gains.append(c[:, 0] / surplus)
@@ -108,12 +112,18 @@ class Track:
     """(P, 3) their variances"""
 
     @classmethod
-    def begin(cls, value: Array, n: int, cold: Steady | None) -> "Track":
+    def start(cls, value: Array, n: int, cold: Steady | None) -> "Track":
         """After the first sample `value` (d,): derivatives unknown, or, with `cold`, zero with a settled covariance."""
         mean = np.zeros((n, len(value)))
         mean[0] = value
-        covariance = np.diag([1.0] + [DIFFUSE**2] * (n - 1)) if cold is None else cold.covariance
-        return cls(mean, covariance, mean[None, :READ], covariance[None, :READ], np.diag(covariance)[None, :READ])
+        covariance = np.diag([1.0] + [INITIAL_DERIVATIVE_STD**2] * (n - 1)) if cold is None else cold.covariance
+        return cls(
+            mean,
+            covariance,
+            mean[None, :OUTPUT_STATES],
+            covariance[None, :OUTPUT_STATES],
+            np.diag(covariance)[None, :OUTPUT_STATES],
+        )
 
     def step(self, value: Array, step: float, nominal: float) -> "Track":
         """Take in one sample (d,), `step` after the last."""
@@ -131,9 +141,9 @@ class Track:
         return Track(
             mean,
             covariance,
-            np.concatenate((self.past + gains[:, :, None] * innovation, mean[None, :READ])),
-            np.concatenate((cross - cross[:, :, :1] * gain, covariance[None, :READ])),
-            np.concatenate((self.variances - surplus * gains**2, np.diag(covariance)[None, :READ])),
+            np.concatenate((self.past + gains[:, :, None] * innovation, mean[None, :OUTPUT_STATES])),
+            np.concatenate((cross - cross[:, :, :1] * gain, covariance[None, :OUTPUT_STATES])),
+            np.concatenate((self.variances - surplus * gains**2, np.diag(covariance)[None, :OUTPUT_STATES])),
         )
 
     def block(self, values: Array, steady: Steady) -> "Track":
@@ -150,9 +160,9 @@ class Track:
                 states += (1.0 if mode.imag == 0 else 2.0) * np.real(shape[:, None] * z[:, None, :])
         innovations = np.zeros((len(self.past) + len(values) + lag, values.shape[1]))
         innovations[len(self.past) : len(self.past) + len(values)] = (values - states[:, 0]) * steady.surplus
-        past = np.concatenate((self.past, states[:, :READ]))
+        past = np.concatenate((self.past, states[:, :OUTPUT_STATES]))
         if lag:
-            for i in range(READ):
+            for i in range(OUTPUT_STATES):
                 for d in range(values.shape[1]):
                     past[:, i, d] += np.correlate(innovations[1:, d], steady.gains[1:, i], "valid")[: len(past)]
         age = np.minimum(np.arange(len(past))[::-1], lag)

@@ -18,19 +18,31 @@ from hefting.motion.curve import Curve, fresh_rows
 from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
 
-ROUNDS = 3
-CLOCK, LEVER, GYROSCOPE_BIAS, ACCELEROMETER_BIAS = 0.02, 0.05, 0.05, 0.5
-"""Standard deviations expected of a clock offset [s], a distance from the sensor origin [m], biases [rad/s, m/s²]."""
-STEP = 0.005
-"""s, of numerical differences."""
-LARGEST_BIAS = 1.5
-"""m/s²: an accelerometer as far off measures something else, or gravity is not where it is said to be."""
-BLOCK, FEWEST_AVERAGED = 0.01, 3
-"""s, over which readings are averaged where there are so many in it"""
+CALIBRATION_ROUNDS = 3
+"""Number of alternations between calibrating a sensor against the curves and fitting the curves to it."""
+CLOCK_STD = 0.02
+"""[s] Prior standard deviation of a sensor's clock offset."""
+LEVER_STD = 0.05
+"""[m] Prior standard deviation of an accelerometer's distance from the sensor origin, along each axis."""
+GYROSCOPE_BIAS_STD = 0.05
+"""[rad/s] Prior standard deviation of a gyroscope's bias about each axis."""
+ACCELEROMETER_BIAS_STD = 0.5
+"""[m/s²] Prior standard deviation of an accelerometer's bias along each axis."""
+SPECIFIC_FORCE_STEP = 0.005
+"""[s] Step of the numerical derivative of the specific force."""
+LARGEST_ACCELEROMETER_BIAS = 1.5
+"""[m/s²] An accelerometer with a larger bias is not used: it measures another quantity, or gravity is wrong."""
+READING_BLOCK_DURATION = 0.01
+"""[s] Duration over which the readings of a fast inertial sensor are averaged."""
+FEWEST_AVERAGED_READINGS = 3
+"""Smallest average number of readings in such a block; slower sensors are not averaged."""
 FEWEST_READINGS = 50
-FAR, FOREIGN = 0.2, 0.7
-"""Readings that deviate by this part of the motion, and that a linear map of it explains this much better than it
-does itself, are in other axes or units."""
+"""Number of readings below which an inertial sensor is not used."""
+CONTRADICTING_DEVIATION = 0.2
+"""Ratio of a sensor's deviation from the poses to the variation of the motion above which it may contradict them."""
+CONTRADICTING_MAP_RATIO = 0.7
+"""Ratio of the residual after a linear map of the motion to the deviation without it, below which a deviating sensor
+has other axes or units."""
 
 
 def fuse(
@@ -40,7 +52,7 @@ def fuse(
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
 ) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
-    """Smoothed poses that heed inertial sensors, what was found of those, and warnings.
+    """Smoothed poses fitted to inertial sensors too, notes on those sensors, and warnings.
 
     gravity:       (3,) in world axes [m/s²]
     gyroscope:     angular velocity in sensor axes [rad/s]
@@ -65,13 +77,13 @@ def fuse(
 def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     raw, gyroscope = len(gyroscope), _averaged(gyroscope)
     fitted, found = poses, _Calibration()
-    for round_ in range(ROUNDS):
+    for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _readings(fitted, gyroscope, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         w = motion.angular_velocity
         columns = np.concatenate((_eye(len(w)), -motion.angular_acceleration[:, :, None]), axis=2)
-        step = _ridge(columns, readings.values - w - found.bias, (GYROSCOPE_BIAS,) * 3 + (CLOCK,))
+        step = _ridge(columns, readings.values - w - found.bias, (GYROSCOPE_BIAS_STD,) * 3 + (CLOCK_STD,))
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
         readings, motion = _readings(fitted, gyroscope, found.clock)
         if round_ == 0 and _is_foreign(readings.values - found.bias, motion.angular_velocity):
@@ -93,21 +105,21 @@ def _with_accelerometer(
     assert poses.position is not None
     raw, accelerometer = len(accelerometer), _averaged(accelerometer)
     fitted, found = poses, _Calibration()
-    for round_ in range(ROUNDS):
+    for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _readings(fitted, accelerometer, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         force = _specific_force(motion, gravity)
-        later = fitted.at(np.minimum(readings.time + STEP, fitted.last), spread=False)
-        slope = (_specific_force(later, gravity) - force) / STEP
+        later = fitted.at(np.minimum(readings.time + SPECIFIC_FORCE_STEP, fitted.last), spread=False)
+        slope = (_specific_force(later, gravity) - force) / SPECIFIC_FORCE_STEP
         columns = np.concatenate((_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2)
         misfit = readings.values - force - found.bias - _lever_columns(motion) @ found.lever
-        step = _ridge(columns, misfit, (ACCELEROMETER_BIAS,) * 3 + (LEVER,) * 3 + (CLOCK,))
+        step = _ridge(columns, misfit, (ACCELEROMETER_BIAS_STD,) * 3 + (LEVER_STD,) * 3 + (CLOCK_STD,))
         found = _Calibration(found.bias + step[:3], found.clock + step[6], found.lever + step[3:6])
         readings, motion = _readings(fitted, accelerometer, found.clock)
         own = readings.values - found.bias - _lever_columns(motion) @ found.lever
         foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
-        if foreign or np.linalg.norm(found.bias) > LARGEST_BIAS:
+        if foreign or np.linalg.norm(found.bias) > LARGEST_ACCELEROMETER_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
             return poses, [], [warning("accelerometer-contradicts-poses", what, "gravity")]
@@ -137,12 +149,12 @@ class _Calibration:
 
 
 def _averaged(stream: Stream) -> Stream:
-    """The stream without repeats, faster ones averaged over `BLOCK`: no arm moves in less."""
+    """The stream without repeats, faster ones averaged over `READING_BLOCK_DURATION`: no arm moves in less."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
-    if len(stream) < FEWEST_AVERAGED * float(stream.time[-1] - stream.time[0]) / BLOCK:
+    if len(stream) < FEWEST_AVERAGED_READINGS * float(stream.time[-1] - stream.time[0]) / READING_BLOCK_DURATION:
         return stream
-    starts = np.flatnonzero(np.diff(np.floor((stream.time - stream.time[0]) / BLOCK), prepend=-1.0))
+    starts = np.flatnonzero(np.diff(np.floor((stream.time - stream.time[0]) / READING_BLOCK_DURATION), prepend=-1.0))
     count = np.diff(np.append(starts, len(stream)))
     time = np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]
     return Stream(time, np.add.reduceat(stream.values, starts, axis=0) / count[:, None], stream.rows[starts])
@@ -191,8 +203,8 @@ def _is_foreign(readings: Array, expected: Array) -> bool:
     deviation = np.sum((readings - expected) ** 2)
     A = np.column_stack((expected, np.ones(len(expected))))
     best = np.sum((readings - A @ np.linalg.lstsq(A, readings, rcond=None)[0]) ** 2)
-    far = deviation > FAR**2 * np.sum((expected - expected.mean(axis=0)) ** 2)
-    return bool(far and best < FOREIGN**2 * deviation)
+    far = deviation > CONTRADICTING_DEVIATION**2 * np.sum((expected - expected.mean(axis=0)) ** 2)
+    return bool(far and best < CONTRADICTING_MAP_RATIO**2 * deviation)
 
 
 def _specific_force(motion: Motion, gravity: Array) -> Array:

@@ -15,17 +15,20 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import tune
-from hefting.motion.fixed_lag import READ, Steady, Track, steady_filter
+from hefting.motion.fixed_lag import OUTPUT_STATES, Steady, Track, steady_filter
 from hefting.motion.spline import aligned, check_poses
 from hefting.motion.state import Motion, motion_from_channels
 
-STATES = {"snap": 4, "acceleration": 3}
-USABLE = 3.0
-"""A sample is given out once its acceleration's deviation is below this many times its final value."""
-FORGOTTEN = 20.0
-"""A gap longer than this over the bandwidth starts the filter anew."""
-SMALLEST_BLOCK, LARGEST_BLOCK = 16, 50_000
-"""Regular samples in a row that are taken in at once."""
+NUMBER_OF_STATES = {"snap": 4, "acceleration": 3}
+"""Number of integrators of a component, by `PoseFilter.order`."""
+LARGEST_STD_RATIO = 3.0
+"""A sample is returned once the standard deviation of its acceleration is below this multiple of its steady value."""
+LONGEST_GAP = 20.0
+"""[1/bandwidth] After a longer gap between samples the filter is restarted."""
+SMALLEST_BLOCK = 16
+"""Smallest number of regular samples that are filtered together."""
+LARGEST_BLOCK = 50_000
+"""Largest number of regular samples that are filtered together; it bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class PoseFilter:
                 raise InputError(f"is {getattr(self, name)}, not positive", where=f"PoseFilter.{name}")
         if not (np.isfinite(self.lag) and self.lag >= 0):
             raise InputError(f"is {self.lag}, not zero or more seconds", where="PoseFilter.lag")
-        if self.order not in STATES:
+        if self.order not in NUMBER_OF_STATES:
             raise InputError(f"is {self.order!r}", where="PoseFilter.order", fix="choose 'snap' or 'acceleration'")
 
     @classmethod
@@ -89,7 +92,7 @@ class PoseFilter:
         Raises `InputError` as `hefting.motion.spline.smooth` does.
         """
         time, position, orientation = check_poses(time, position, orientation)
-        n = STATES[options.get("order", "snap")]
+        n = NUMBER_OF_STATES[options.get("order", "snap")]
         found: dict[str, float] = {}
         for name, values, scale in (("rotation", aligned(orientation), 2.0), ("position", position, 1.0)):
             if values is not None:
@@ -100,7 +103,7 @@ class PoseFilter:
         return cls(**{**found, **options})
 
     def start(self) -> State:
-        """Nothing known yet."""
+        """The state before the first sample."""
         return State(time=np.empty(0))
 
     def update(
@@ -137,20 +140,20 @@ class PoseFilter:
                 rows = [values[k] for values in groups]
                 tracks = self._step(state, rows, float(intervals[k]))
                 if tracks is None:  # forgotten: what is pending will not get better
-                    state = self._give(state, len(state.time), given)
-                    tracks = self._begin(rows)
+                    state = self._return_samples(state, len(state.time), given)
+                    tracks = self._start_tracks(rows)
             state = State(np.append(state.time, time[piece]), float(time[piece][-1]), q[piece][-1], tracks)
             ready = int(
                 np.searchsorted(state.time, float(time[piece][-1]) - self.lag + 0.49 * self.period, side="right")
             )
-            state = self._give(state, ready, given)
+            state = self._return_samples(state, ready, given)
             k = piece.stop
         return state, self._motion(given, position is not None)
 
     def _channels(self) -> tuple[tuple[float, float, Steady], ...]:
         """Noise of one component, bandwidth and settled filter: of the rotation, then of the position."""
         lag = max(ceil(self.lag / self.period - 0.49), 0)
-        n = STATES[self.order]
+        n = NUMBER_OF_STATES[self.order]
         return tuple(
             (noise, wc, steady_filter(n, wc * self.period, lag))
             for noise, wc in (
@@ -163,31 +166,31 @@ class PoseFilter:
         channels = self._channels()
         return bool(state.tracks) and all(t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False))
 
-    def _begin(self, rows: list[Array]) -> tuple[Track, ...]:
-        n = STATES[self.order]
+    def _start_tracks(self, rows: list[Array]) -> tuple[Track, ...]:
+        n = NUMBER_OF_STATES[self.order]
         return tuple(
-            Track.begin(row / noise, n, steady if self.cold_start else None)
+            Track.start(row / noise, n, steady if self.cold_start else None)
             for row, (noise, _, steady) in zip(rows, self._channels(), strict=False)
         )
 
     def _step(self, state: State, rows: list[Array], interval: float) -> tuple[Track, ...] | None:
         if not state.tracks:
-            return self._begin(rows)
-        if interval * min(self.rotation_bandwidth, self.position_bandwidth) > FORGOTTEN:
+            return self._start_tracks(rows)
+        if interval * min(self.rotation_bandwidth, self.position_bandwidth) > LONGEST_GAP:
             return None
         return tuple(
             track.step(row / noise, interval * wc, self.period * wc)
             for track, row, (noise, wc, _) in zip(state.tracks, rows, self._channels(), strict=False)
         )
 
-    def _give(self, state: State, count: int, given: list) -> State:
+    def _return_samples(self, state: State, count: int, given: list) -> State:
         """Take the first `count` pending samples from the state; those that are usable are given out."""
         if count == 0:
             return state
         usable = np.ones(count, dtype=bool)
         if not self.cold_start:
             for track, (_, _, steady) in zip(state.tracks, self._channels(), strict=False):
-                usable &= track.variances[:count, 2] <= USABLE**2 * steady.variances[-1, 2]
+                usable &= track.variances[:count, 2] <= LARGEST_STD_RATIO**2 * steady.variances[-1, 2]
         pieces = [(track.past[:count][usable], track.variances[:count][usable]) for track in state.tracks]
         given.append((state.time[:count][usable], pieces))
         return replace(state, time=state.time[count:], tracks=tuple(t.drop(count) for t in state.tracks))
@@ -198,9 +201,11 @@ class PoseFilter:
         for i, (d, (noise, wc, _)) in enumerate(zip((4, 3), self._channels(), strict=True)):
             if i == 1 and not with_position:
                 break
-            units = noise * wc ** np.arange(READ)
-            past = np.concatenate([np.empty((0, READ, d))] + [piece[1][i][0] for piece in given]) * units[:, None]
-            std = np.sqrt(np.concatenate([np.empty((0, READ))] + [piece[1][i][1] for piece in given])) * units
+            units = noise * wc ** np.arange(OUTPUT_STATES)
+            past = (
+                np.concatenate([np.empty((0, OUTPUT_STATES, d))] + [piece[1][i][0] for piece in given]) * units[:, None]
+            )
+            std = np.sqrt(np.concatenate([np.empty((0, OUTPUT_STATES))] + [piece[1][i][1] for piece in given])) * units
             channels.append((past[:, 0], past[:, 1], past[:, 2], std[:, 1], std[:, 2]))
         linear = (*channels[1][:3], channels[1][4]) if with_position else None
         bandwidth = self.rotation_bandwidth

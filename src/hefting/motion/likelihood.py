@@ -7,11 +7,11 @@ import numpy as np
 from hefting.motion.bspline import Normal, multiply
 
 COARSE_STEPS = 8
-"""Steps of the coarse scan: a factor of 1.4 each in h wc between 0.15 and 2.5."""
-CLOSE = 0.01
-"""Change of ln(h wc) that is not worth another evaluation: the likelihood is flat at its maximum."""
-MOST_STEPS = 12
-"""Evaluations after the first ones."""
+"""Number of intervals of the coarse scan over ln(h wc). For h wc between 0.15 and 2.5 each is a factor of 1.4."""
+NEGLIGIBLE_BANDWIDTH_CHANGE = 0.01
+"""Change of ln(h wc) at which the search ends. The likelihood is flat at its maximum."""
+MOST_REFINEMENTS = 12
+"""Largest number of evaluations after the coarse scan."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Likelihood:
         """The most likely bandwidth, with h wc between two bounds.
 
         A coarse scan, or with `near`, an h wc that is about right, only uphill from there; then parabolas through
-        the three best, until the step is below `CLOSE`.
+        the three best, until the step is below `NEGLIGIBLE_BANDWIDTH_CHANGE`.
         """
         low, high = float(np.log(lowest)), float(np.log(highest))
         step = (high - low) / COARSE_STEPS
@@ -84,9 +84,9 @@ class Likelihood:
             middle = float(np.clip(np.log(near), low, high))
             for x in (middle - 0.5 * step, middle, middle + 0.5 * step):
                 tried[float(np.clip(x, low, high))] = self.at(float(np.clip(x, low, high)))
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_REFINEMENTS):
             x = self._next(sorted(tried), tried, low, high, step)
-            if min(abs(x - other) for other in tried) < CLOSE:
+            if min(abs(x - other) for other in tried) < NEGLIGIBLE_BANDWIDTH_CHANGE:
                 break
             tried[x] = self.at(x)
         return max(tried.values(), key=lambda found: found.log_likelihood)

@@ -11,7 +11,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
-from hefting.motion.bspline import FEWEST
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import SmoothedPoses, fit_poses
@@ -19,10 +19,10 @@ from hefting.motion.state import Motion
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
-FEW = 0.02
-"""Share of the wrench samples, at the ends, that may be left out without a warning."""
-ABSURD = 1e9
-"""No wrench [N, N m] and no gravity [m/s²] is as large."""
+NEGLIGIBLE_REJECTED_SHARE = 0.02
+"""Share of wrench samples outside the time of the poses that may be left out without a warning."""
+IMPLAUSIBLE_VALUE = 1e9
+"""[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
 
 DESCRIPTIONS = {
     "static": "static poses: gravity only",
@@ -35,7 +35,7 @@ DESCRIPTIONS = {
 }
 """What each way to get the motion uses."""
 
-POSE = ("position", "orientation")
+POSE_STREAMS = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 
@@ -84,56 +84,41 @@ def measure(
     if source not in SOURCES:
         raise InputError(f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}")
     wrench, orientation = recording["wrench"], recording["orientation"]
-    if not (np.abs(wrench.values) < ABSURD).all() or not (np.abs(g_world) < ABSURD).all():
-        raise InputError(f"wrench or gravity is above {ABSURD:g}", recording.source, "give newtons and m/s²")
+    if not (np.abs(wrench.values) < IMPLAUSIBLE_VALUE).all() or not (np.abs(g_world) < IMPLAUSIBLE_VALUE).all():
+        raise InputError(f"wrench or gravity is above {IMPLAUSIBLE_VALUE:g}", recording.source, "give newtons and m/s²")
     if recording.static:
         if not np.array_equal(wrench.rows, orientation.rows):
             raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
-        return Measured(_still(wrench, orientation.values, g_world), "static", None, rows=wrench.rows)
+        return Measured(_static_measurements(wrench, orientation.values, g_world), "static", None, rows=wrench.rows)
 
     counts = np.ones(len(wrench)) if counts is None else counts
-    kept = _inside(recording, wrench)
-    inside, warnings, notes = wrench, (), ()
+    kept = _samples_within_poses(recording, wrench)
+    warnings, notes = _rejection_messages(counts, kept, of)
     if not kept.all():
-        left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
-        if counts[~kept].sum() > FEW * counts.sum():
-            warnings = (warning("outside-poses", left_out),)
-        else:
-            notes = (note("outside-poses", left_out),)
-        inside, counts = wrench[kept], counts[kept]
+        wrench, counts = wrench[kept], counts[kept]
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
-        return Measured(_from_columns(recording, inside, g_world), "columns", None, warnings, notes, inside.rows)
-    may_move_unseen = recording.has("accelerometer") and not recording.has("position")
-    turns_or_moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE if recording.has(name))
-    if not turns_or_moves and not may_move_unseen:
-        held = np.repeat(orientation.values[:1], len(inside), axis=0)
-        return Measured(_still(inside, held, g_world), "static", None, warnings, notes, inside.rows)
-    at = inside.time
+        return Measured(_from_columns(recording, wrench, g_world), "columns", None, warnings, notes, wrench.rows)
+    if not _may_move(recording):
+        held = np.repeat(orientation.values[:1], len(wrench), axis=0)
+        z = _static_measurements(wrench, held, g_world)
+        return Measured(z, "static", None, warnings, notes, wrench.rows)
     if source == "filter":
-        motion, inside = _filtered(recording, inside)
-        kind, counts = "filter", np.ones(len(inside))
+        motion, wrench = _filtered(recording, wrench)
+        kind, counts = "filter", np.ones(len(wrench))
     else:
         curves = curves or smooth_poses(recording, g_world)
-        motion = curves.poses.at(at)
+        motion = curves.poses.at(wrench.time)
         kind, warnings, notes = curves.source, warnings + curves.warnings, notes + curves.notes
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
         warnings += (warning("gaps-in-poses", f"{_counted(counts[~known], of)} in gaps of the poses left out"),)
-        inside, motion = inside[known], motion[known]
-    g = in_sensor_axes(motion.orientation, g_world)
-    if motion.linear_acceleration is not None:
-        a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
-    elif recording.has("accelerometer"):
-        inside, g, motion, a = _accelerometer(recording["accelerometer"], inside, g, motion)
-        w, alpha, kind = motion.angular_velocity, motion.angular_acceleration, "accelerometer"
-    else:
-        a = w = alpha = np.zeros_like(g)
-        kind = "orientation"
+        wrench, motion = wrench[known], motion[known]
+    z, motion, rows, reduced = _from_motion(recording, wrench, motion, g_world)
+    kind = reduced or kind
+    if kind == "orientation":
         what = "no position and no accelerometer: only gravity is modelled, so mass and COM at most"
         warnings += (warning("gravity-only", what),)
-    force, torque = inside.values[:, :3], inside.values[:, 3:]
-    z = Measurements(inside.time, g, a, w, alpha, force, torque)
-    return Measured(z, kind, motion, warnings, notes, None if kind == "filter" else inside.rows)
+    return Measured(z, kind, motion, warnings, notes, None if kind == "filter" else rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +145,7 @@ def smooth_poses(
     """
     orientation = recording["orientation"]
     position = recording["position"] if recording.has("position") else None
-    if min(len(orientation), len(position or orientation)) < FEWEST:
+    if min(len(orientation), len(position or orientation)) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
             f"{min(len(orientation), len(position or orientation))} poses are too few to find velocities from",
             where=recording.source,
@@ -181,16 +166,54 @@ def smooth_poses(
     return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
 
 
-def _still(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
+def _may_move(recording: Recording) -> bool:
+    """Whether the poses change, or an accelerometer without position may have measured motion."""
+    may_move_unseen = recording.has("accelerometer") and not recording.has("position")
+    poses_change = any(np.ptp(recording[name].values, axis=0).any() for name in POSE_STREAMS if recording.has(name))
+    return poses_change or may_move_unseen
+
+
+def _rejection_messages(counts: Array, kept: Mask, of: str) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
+    """Warnings and notes of samples outside the time of the poses; a warning where they are many."""
+    if kept.all():
+        return (), ()
+    left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
+    if counts[~kept].sum() > NEGLIGIBLE_REJECTED_SHARE * counts.sum():
+        return (warning("outside-poses", left_out),), ()
+    return (), (note("outside-poses", left_out),)
+
+
+def _from_motion(
+    recording: Recording, wrench: Stream, motion: Motion, g_world: Array
+) -> tuple[Measurements, Motion, NDArray[np.integer], str | None]:
+    """Measurements of a smoothed or filtered motion at the wrench samples, their motion and their rows.
+
+    Without a position the acceleration is that of the accelerometer or, without that, zero; the last value is then
+    the source of the motion, a key of `DESCRIPTIONS`, else None.
+    """
+    g, source = in_sensor_axes(motion.orientation, g_world), None
+    if motion.linear_acceleration is not None:
+        a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
+    elif recording.has("accelerometer"):
+        wrench, g, motion, a = _accelerometer(recording["accelerometer"], wrench, g, motion)
+        w, alpha, source = motion.angular_velocity, motion.angular_acceleration, "accelerometer"
+    else:
+        a = w = alpha = np.zeros_like(g)
+        source = "orientation"
+    z = Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
+    return z, motion, wrench.rows, source
+
+
+def _static_measurements(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
     """Static poses: gravity turned into sensor axes, no motion."""
     g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
     return Measurements(wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:])
 
 
-def _inside(recording: Recording, wrench: Stream) -> Mask:
+def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:
     """(N,) the wrench samples between the first and the last pose; `InputError` where there is none."""
-    poses = [recording[name].time for name in POSE if recording.has(name)]
+    poses = [recording[name].time for name in POSE_STREAMS if recording.has(name)]
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.motion.bspline import CHUNK, FEWEST
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, TIMES_EVALUATED_TOGETHER
 from hefting.motion.curve import Curve
 from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
 
@@ -41,9 +41,12 @@ class SmoothedPoses:
                 f"but known from {self.first:.6g} to {self.last:.6g} s",
                 fix="ask only for times inside the recording",
             )
-        if len(at) <= CHUNK:
+        if len(at) <= TIMES_EVALUATED_TOGETHER:
             return self._at(at, spread)
-        pieces = (self._at(at[first : first + CHUNK], spread) for first in range(0, len(at), CHUNK))
+        pieces = (
+            self._at(at[first : first + TIMES_EVALUATED_TOGETHER], spread)
+            for first in range(0, len(at), TIMES_EVALUATED_TOGETHER)
+        )
         return motion_from_pieces(at, pieces)
 
     def _at(self, at: Array, spread: bool) -> Motion:
@@ -77,12 +80,12 @@ def fit_poses(
         time, position, orientation = check_poses(time, position, orientation)
         own_time = time
     else:
-        still = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
-        own_time, position, _ = check_poses(position_time, position, still)
+        no_rotation = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
+        own_time, position, _ = check_poses(position_time, position, no_rotation)
         time, _, orientation = check_poses(time, None, orientation)
-    if min(len(time), len(own_time)) < FEWEST:
+    if min(len(time), len(own_time)) < FEWEST_SEGMENT_SAMPLES:
         few = min(len(time), len(own_time))
-        raise InputError(f"{few} poses are too few to differentiate", fix=f"record at least {FEWEST}")
+        raise InputError(f"{few} poses are too few to differentiate", fix=f"record at least {FEWEST_SEGMENT_SAMPLES}")
     q = Curve.fit(time, aligned(orientation), "orientation")
     p = None if position is None else Curve.fit(own_time, position, "position")
     return SmoothedPoses(q, p, max(time[0], own_time[0]), min(time[-1], own_time[-1]))

@@ -80,11 +80,11 @@ class Motion:
         motion = self[np.flatnonzero(known)]
         at = motion.time
         aligned = np.column_stack([np.interp(at, time, column) for column in values.T]) if len(at) else np.empty((0, 6))
-        still = np.zeros((len(at), 3))
+        zero = np.zeros((len(at), 3))
         return Measurements(
             time=at,
             gravity=in_sensor_axes(motion.orientation, g_world),
-            linear_acceleration=still if motion.linear_acceleration is None else motion.linear_acceleration,
+            linear_acceleration=zero if motion.linear_acceleration is None else motion.linear_acceleration,
             angular_velocity=motion.angular_velocity,
             angular_acceleration=motion.angular_acceleration,
             force=aligned[:, :3],

@@ -14,7 +14,7 @@ from hefting.core.inertia import EXPLANATIONS
 from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.ingest.free_fit import TYPICAL_SIZE
-from hefting.ingest.plausibility import UNEXPLAINED
+from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
     from hefting.core.metrics import Errors
@@ -57,7 +57,7 @@ def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | Non
         J = ", ".join(f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}" for x in moments)
         if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(open_):
             J = "open"
-        misfit = r is not None and bool((r > UNEXPLAINED * np.array((noise.force, noise.torque))).any())
+        misfit = r is not None and bool((r > UNEXPLAINED_RESIDUAL_RATIO * np.array((noise.force, noise.torque))).any())
         row = [
             f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
             f"{p.mass:.4g}",

@@ -1,6 +1,6 @@
 """Bayes: the posterior of an object of known shape and unknown density, under a model of the noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,46 +13,59 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, Known, require_samples
-from hefting.estimators.bayes.colour import CONTRADICTED, DISAGREE, FEWEST, TimeSamples
-from hefting.estimators.bayes.likelihood import SEPARATE, Equations, Samples, motion_effect
-from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
+from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.posterior import ELSEWHERE, Nearest, Posterior, contradiction, warnings_of
+from hefting.estimators.bayes.passes import Data, Passes
+from hefting.estimators.bayes.posterior import (
+    CONTRADICTING_SHAPE_DISTANCE,
+    Nearest,
+    Posterior,
+    contradiction,
+    warnings_of,
+)
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 
-LEVEL = 0.95
-"""Probability of the intervals and of the accuracy that an estimate gives."""
-PASSES, MORE_PASSES = 6, 12
-"""Most times the noise, which depends on the body, is found anew; and the place of a shape that is uncertain."""
-FARTHEST = (10.0, 1.6)
-"""Largest deviations of a pose that are taken, m and rad: what is known no better than that is not known at all."""
-MOVED, UNSETTLED = 0.1, 0.5
-"""Standard deviations by which the most likely distortion of the shape may still move; beyond which it is not found."""
-SETTLED = 0.02
-"""Relative change of the noise's variances from one pass to the next that is not worth another."""
-LIGHTEST, HEAVIEST = 0.2, 2.0
-"""Scale of the prior, relative to the rough mass: a floor, so that light objects do not collapse to nothing."""
-NEAR = 1.0
-"""Squared distance, in standard deviations of all ten numbers, within which a distribution over whole cells will do."""
+INTERVAL_LEVEL = 0.95
+"""Probability of the intervals and of the accuracy that an estimate states."""
+MOST_PASSES = 6
+"""Largest number of passes in which noise and parameters are found in turn, for a shape that is certain."""
+MOST_PASSES_UNCERTAIN_SHAPE = 12
+"""The same for an uncertain shape, whose distortion is found too."""
+LARGEST_POSE_STD = (10.0, 1.6)
+"""[m, rad] Largest standard deviations of a pose that are accepted: larger ones leave it undetermined."""
+NEGLIGIBLE_DISTORTION_CHANGE = 0.1
+"""Change of the shape's distortion, in prior standard deviations, at which the passes end."""
+UNSETTLED_DISTORTION_CHANGE = 0.5
+"""Change of the shape's distortion in the last pass, in prior standard deviations, above which it was not found."""
+NEGLIGIBLE_VARIANCE_CHANGE = 0.02
+"""Relative change of the residual's variances at which the passes end."""
+SMALLEST_PRIOR_SCALE = 0.2
+"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light objects from shrinking to zero."""
+LARGEST_PRIOR_SCALE = 2.0
+"""Upper bound on the prior's mass, as a multiple of the rough mass."""
+SUFFICIENT_CELL_DISTANCE = 1.0
+"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution over whole cells is accepted
+instead of one over voxels."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bayes(Estimator):
-    """Posterior mean, covariance and intervals of a body whose density varies, smoothly or not, about an even one:
+    """Posterior mean, covariance and intervals of a body whose density varies about a uniform one:
 
         p(phi | samples)  ~  p(samples | phi) p(phi | shape)
 
-    The likelihood knows noise in wrench and motion (`likelihood`), the prior the shape (`prior`); how much the density
-    varies is integrated out. The estimate is the non-negative mass distribution nearest to the posterior mean. The
-    more the motion tells, the less the shape matters; where it tells little, the intervals say so.
+    The likelihood models noise in wrench and motion (`likelihood`), the prior the shape (`prior`); the amount by which
+    the density varies is integrated out. The estimate is the non-negative mass distribution nearest to the posterior
+    mean. The more informative the motion, the less the shape matters; with an uninformative one the intervals are wide.
 
-    What is not given of the noise the state finds (`colour`): its size, how long it lasts, and whether parts of the
-    record agree. Samples come in order of time. The wrench's scale does not matter where the noise is found; the order
-    of samples, and how states are merged, where it is given.
+    Noise that is not given is estimated from the samples (`colour`): its variance, its autocorrelation, and whether
+    stretches of the record agree. Samples are in order of time. With estimated noise the result does not depend on the
+    scale of the wrench; with given noise it does not depend on the order of samples and of merging states.
     """
 
     rank = 10
@@ -94,8 +107,10 @@ class Bayes(Estimator):
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
             raise InputError("pose_std is two numbers [m, rad] and shape_std a share, not text") from None
-        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= FARTHEST)).all():
-            raise InputError(f"the pose's deviations are two, from 0 to {FARTHEST} [m, rad], not {self.pose_std}")
+        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= LARGEST_POSE_STD)).all():
+            raise InputError(
+                f"the pose's deviations are two, from 0 to {LARGEST_POSE_STD} [m, rad], not {self.pose_std}"
+            )
         if shape_std is not None and not 0.0 <= shape_std <= 1.0:
             raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
@@ -132,7 +147,7 @@ class Bayes(Estimator):
         nearest = self._nearest_body(posterior)
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
-            accuracy = Accuracy.of_draws(mixture.draws(), body, LEVEL)
+            accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
             sure = posterior.noise_known and not posterior.coloured and not contradiction(posterior, nearest.distance)
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
@@ -141,7 +156,7 @@ class Bayes(Estimator):
             samples=state.samples,
             duration=state.duration,
             covariance=mixture.covariance,
-            intervals=mixture.intervals(LEVEL),
+            intervals=mixture.intervals(INTERVAL_LEVEL),
             accuracy=accuracy,
             sufficient=sufficient,
             bias=posterior.bias,
@@ -152,15 +167,15 @@ class Bayes(Estimator):
         )
 
     def _nearest_body(self, posterior: Posterior) -> Nearest:
-        """Of cells that are even within or, where those do not do, of voxels."""
+        """The mass distribution over uniform cells or, where that is not near enough, over voxels."""
         prior, mean, C = posterior.prior, posterior.narrow.mean, posterior.narrow.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        if distance < NEAR:
+        if distance < SUFFICIENT_CELL_DISTANCE:
             vector = prior.cells @ masses
         else:
             fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-            if distance > ELSEWHERE:  # nothing fits: let at least the mass be right
+            if distance > CONTRADICTING_SHAPE_DISTANCE:  # no distribution fits: keep at least the mass
                 fine = (fine + 1e-6 * mass * prior.voxel_shares) * mass / (fine.sum() + 1e-6 * mass)
             vector, masses = prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
         margin, move = None, posterior.move
@@ -169,136 +184,71 @@ class Bayes(Estimator):
         return Nearest(vector, masses, distance, margin)
 
     def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
-        """The posterior that `estimate` sums up; its mixture gives intervals of any level. Errors as there."""
+        """The posterior that `estimate` summarises; its mixture gives intervals of any level.
+
+        Arguments and errors are those of `estimate`.
+        """
         require_samples(state.samples)
-        samples, time = Samples.of(state, self.bias == "estimate"), TimeSamples.of(state, self.bias == "estimate")
+        free_bias = self.bias == "estimate"
+        samples = Samples.of(state, free_bias)
         _require_information(samples, state)
-        known, motion = self._levels(state)
-        level = samples.least_residual if known is None else known
-        rough = samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
-        phi = rough * self._prior.mean if start is None else start.parameters.vector
-        at, left = phi, level  # where the noise is judged, and the covariance of the residuals there
-        if known is None:
-            at, left = (samples.least_squares, level) if start is None else (phi, samples.residual_covariance(phi))
-            level = samples.limited_to_noise(left)
-        autocorrelation = 1.0
-        S = self._covariance(samples, phi, known, level, motion, autocorrelation)
-        excess, contradicted, count, P = 1.0, False, 0, None
-        placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
-        while True:
-            count += 1
-            scale = float(np.clip(phi[0], LIGHTEST * rough, HEAVIEST * rough))
-            equations = Equations.of(samples, phi, excess * S, motion.white)
-            colour = None
-            if time is not None and known is None:
-                P = equations.inverse if P is None else P
-                scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-                colour = time.colour(scores, equations.G, P, _mean_square(excess * S, left), False)
-            found = (
-                equations.white() if colour is None else equations.likelihood(colour.noise_seen + equations.products)
-            )
-            autocorrelation = 1.0 if colour is None else colour.autocorrelation
-            own = mixture = Mixture.of(placed.prior, scale, found)
-            P = None if known is not None else equations.spent(found, mixture.covariance)
-            determined = mixture.determined(found) if colour is None else colour.fitted
-            if self.systematic is not None:
-                found = found.blurred(self.systematic)
-                mixture = Mixture.of(placed.prior, scale, found)
-            phi, at = mixture.mean, own.mean
-            left = samples.residual_covariance(at, determined)
-            if known is None and samples.excess_over_noise(left) > 1.0:  # what a wrong shape leaves is no noise
-                at = samples.least_squares
-            before = excess * S
-            if known is None:
-                S = self._covariance(samples, phi, known, samples.limited_to_noise(left), motion, autocorrelation)
-            else:
-                S = self._covariance(samples, phi, known, left, motion, autocorrelation)
-                ratio = _mean_square(S, left)
-                contradicted = ratio > 1.0 + CONTRADICTED * (autocorrelation / (3.0 * samples.K)) ** 0.5
-                excess = max(ratio / samples.excess_over_noise(left), 1.0) if contradicted else 1.0
-            change = np.abs(excess * S.diagonal() / before.diagonal() - 1.0).max()
-            scores = placed.most_likely(mixture.weights, mixture.means)
-            moved = float(np.abs(scores - placed.scores).max(initial=0.0))
-            if (change < SETTLED and moved < MOVED) or count >= (MORE_PASSES if len(scores) else PASSES):
+        known, motion = self._given_noise(state)
+        data = Data(samples, TimeSamples.of(state, free_bias), known, motion)
+        steps = Passes(data, self._prior, self.systematic)
+        current, rough_mass = steps.first_pass(start)
+        distortion_change = 0.0
+        for passes in range(1, MOST_PASSES_UNCERTAIN_SHAPE + 1):
+            before = current.excess * current.covariance
+            scale = float(np.clip(current.phi[0], SMALLEST_PRIOR_SCALE * rough_mass, LARGEST_PRIOR_SCALE * rough_mass))
+            fitted = steps.fit(current, scale)
+            current = steps.update_noise(current, fitted)
+            variance_change = np.abs(current.excess * current.covariance.diagonal() / before.diagonal() - 1.0).max()
+            scores = fitted.placed.most_likely(fitted.mixture.weights, fitted.mixture.means)
+            distortion_change = float(np.abs(scores - fitted.placed.scores).max(initial=0.0))
+            settled = variance_change < NEGLIGIBLE_VARIANCE_CHANGE and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
+            if settled or passes >= (MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES):
                 break
-            if moved >= MOVED:
-                placed = self._prior.about(scores if count == 1 else 0.5 * (placed.scores + scores))
-        wide, disagreement, response = mixture, 0.0, 0.0
-        if time is not None:
-            scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-            if colour is None:
-                P = equations.spent(equations.white(), own.covariance)
-                colour = time.colour(scores, equations.G, P, _mean_square(before, left), True)
-            else:
-                response = time.response(scores, equations.G, at, colour)
-            disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
-            times = disagreement if disagreement > DISAGREE else 1.0
-            if known is None or times > 1.0:
-                wider = equations.likelihood(times * (colour.noise + equations.products))
-                if self.systematic is not None:
-                    wider = wider.blurred(self.systematic)
-                wide = Mixture.of(placed.prior, scale, wider)
-            if response:
-                wide = wide.scaled(response)
+            if distortion_change >= NEGLIGIBLE_DISTORTION_CHANGE:
+                scores = scores if passes == 1 else 0.5 * (fitted.placed.scores + scores)
+                current = replace(current, placed=self._prior.about(scores))
+        doubts = steps.widen_for_doubts(current, fitted, before)
+        colour, enough = doubts.colour, state.samples >= FEWEST_SAMPLES_FOR_NOISE
         return Posterior(
-            mixture=wide,
-            narrow=mixture,
-            prior=placed.prior,
-            move=placed.move,
+            mixture=doubts.mixture,
+            narrow=fitted.mixture,
+            prior=fitted.placed.prior,
+            move=fitted.placed.move,
             residual_covariance=before,
-            excess=excess,
-            contradicted=contradicted,
-            autocorrelation=autocorrelation,
-            disagreement=disagreement,
-            response=response,
+            excess=current.excess,
+            contradicted=current.contradicted,
+            autocorrelation=fitted.autocorrelation,
+            disagreement=doubts.disagreement,
+            response=doubts.response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None
-            or (state.record is not None and (state.samples >= FEWEST or samples.pace >= SEPARATE)),
+            or (state.record is not None and (enough or samples.pace >= SEPARATE_POSE_INTERVAL)),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
-            misfit=found.misfit(phi),
-            settled=moved < UNSETTLED,
-            passes=count,
-            bias=samples.bias(phi) if self.bias == "estimate" else None,
+            misfit=fitted.likelihood.misfit(current.phi),
+            settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
+            passes=passes,
+            bias=samples.bias(current.phi) if free_bias else None,
         )
 
-    def _levels(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
-        """Covariance (6, 6) of the wrench, None where it is not known, and the errors of the motion."""
-        noise, S_w = self.noise, None
-        given = None if state.record is None else state.record.motion_noise
+    def _given_noise(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
+        """Covariance (6, 6) of the wrench's noise, None where it is not known, and the errors of the motion."""
+        noise, wrench_noise = self.noise, None
+        motion_noise = None if state.record is None else state.record.motion_noise
         if isinstance(noise, Noise):
-            S_w = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
-            if given is None:
-                given = MotionNoise(noise.linear_acceleration, noise.angular_acceleration)
+            wrench_noise = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            if motion_noise is None:
+                motion_noise = MotionNoise(noise.linear_acceleration, noise.angular_acceleration)
         elif noise is not None:
-            S_w = np.array(noise, dtype=float)
-        return S_w, MotionErrors.of(given, state)
-
-    def _covariance(
-        self,
-        samples: Samples,
-        phi: Array,
-        known: Array | None,
-        R: Array,
-        motion: MotionErrors,
-        autocorrelation: float,
-    ) -> Array:
-        """S (6, 6) of one sample's residual at about phi; R (6, 6) is that of the residuals themselves."""
-        if known is None:
-            S, times = samples.noise_left(R) + samples.unproven(FEWEST), motion.memory - 1.0
-        else:
-            S, times = known + np.diag(samples.floor**2), motion.memory
-        if motion.variances is not None and times > 0.0:
-            E = motion_effect(phi)
-            S = S + times / autocorrelation * (E * motion.variances) @ E.T
-        return S
-
-
-def _mean_square(S: Array, R: Array) -> float:
-    """Mean square of residuals of covariance R (6, 6), whitened by S (6, 6)."""
-    return max(float(np.trace(np.linalg.solve(S, R))) / 6.0, 1e-12)
+            wrench_noise = np.array(noise, dtype=float)
+        return wrench_noise, MotionErrors.of(motion_noise, state)
 
 
 def _require_information(samples: Samples, state: SampleState) -> None:
+    """`NotIdentifiableError` where the regressor without its mean, beside a free bias, is zero up to rounding."""
     if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
         raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")

@@ -1,11 +1,11 @@
-"""Colour: what residuals say of the noise beyond its size, and whether parts of a record agree.
+"""Colour: autocorrelation of the noise from the residuals, and agreement between stretches of a record.
 
 `Colour.of` finds from a state's time record the spectrum of the noise by octaves (`spectrum`), and from it the
-covariance of the whole record's score, sum v_j G_j over the time scales: with coloured noise, each scale's information
-counts as much as the noise there allows. Two doubts widen it, as they are no reason to lean more on the prior:
+covariance of the whole record's score, the sum of v_j G_j over the time scales. Two doubts widen it afterwards, so that
+they do not give the prior more weight:
 
 - time scales at which the wrench answers with another gain than on the whole (`response_errors`);
-- stretches of the record that contradict each other by more than `DISAGREE`.
+- stretches of the record that contradict each other by more than `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
 from dataclasses import dataclass
@@ -18,25 +18,30 @@ from hefting.estimators.bayes.groups import Groups, Scores
 from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.sample_state import SampleState
 
-FEWEST = 20
-"""Samples before the noise counts as known: some hundred residuals."""
-STRETCHES = 4
-"""Fewest stretches that are compared."""
-DISAGREE = 3.0
-"""Variance between stretches over what they claim that is more than chance."""
-CHANCE = 12.0
-"""Squared error of one scale's gain over its variance that is chance: beyond it once in 2,000 times."""
-FEWEST_DEGREES = 12.0
-"""Degrees of freedom of an energy that may contradict a claim."""
-CONTRADICTED = 5.0
-"""Standard deviations by which residuals may exceed noise that is claimed."""
-LEAST = 0.01
-"""Least noise of a stretch over what is allowed for: residuals of noise-free samples are rounding, and no doubt."""
-LIMIT = 2.0
-"""Standard deviations within which a scale's own gain limits the error that faster scales suggest."""
-FADE = 0.5 ** (1.0 / 3.0)
-"""Part of a relative error at one time scale that twice as slow changes may have. Errors of viscous friction or of a
-late clock fade faster; creep of elastic sensors follows small powers of the time: a third stands for them."""
+FEWEST_SAMPLES_FOR_NOISE = 20
+"""Number of samples from which on the noise counts as known: they have about a hundred residuals."""
+FEWEST_COMPARED_STRETCHES = 4
+"""Smallest number of stretches that are compared with each other."""
+LARGEST_STRETCH_DISAGREEMENT = 3.0
+"""Largest ratio of the variance between stretches to the variance they claim that is attributed to chance."""
+GAIN_CHANCE = 12.0
+"""Squared error of one time scale's gain over its variance that is attributed to chance: it exceeds 12 once in 2,000
+times."""
+FEWEST_DEGREES_FOR_CLAIM = 12.0
+"""Degrees of freedom of an energy below which it does not contradict a claim of white noise."""
+LARGEST_CLAIM_EXCESS = 5.0
+"""Standard deviations by which residuals may exceed the noise that was given without contradicting it."""
+SMALLEST_STRETCH_VARIANCE = 0.01
+"""Lower bound on the variance of a stretch's noise, relative to the variance that is allowed for. The residuals of
+noise-free samples are rounding errors, which differ between stretches."""
+GAIN_BOUND_STDS = 2.0
+"""Standard deviations above a time scale's own gain error that bound the error inferred from faster scales."""
+GAIN_FADE_PER_OCTAVE = 0.5 ** (1.0 / 3.0)
+"""Factor of the relative gain error from one time scale to the next, which is twice as slow.
+
+Errors of viscous friction and of a late clock decrease faster. Creep of elastic sensors follows small powers of time;
+the power 1/3 represents them.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +104,7 @@ class TimeSamples:
         )
 
     def colour(self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool) -> Colour:
-        """Of the noise that leaves what `found` says of the scales.
+        """Colour of the noise for which the scales have the scores `found`.
 
         `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
         residuals' mean square is `level`: less than 1 where more is allowed for, such as lasting errors of the motion.
@@ -146,11 +151,11 @@ class TimeSamples:
         the body has energy at the time scales where the motion has.
         """
         n = len(self.stretches.counts)
-        if n < STRETCHES or colour.exceeds_claim:  # a claim that does not hold is no measure
+        if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:  # a claim that does not hold is no measure
             return 0.0
         found = self.stretches.scores(W, phi, attenuation)
         white = float(found.birge(np.ones(n)).sum()) / (n - 1)
-        if colour.white_claimed and white < DISAGREE:
+        if colour.white_claimed and white < LARGEST_STRETCH_DISAGREEMENT:
             return white
         signal = scales.information @ phi @ phi
         own = signal / (float(signal.sum()) or 1.0)
@@ -162,23 +167,24 @@ class TimeSamples:
         length = float(np.median(self.stretches.counts)) + 1.0
         expected = spectrum(energies, degrees, length, self.free_bias)[0]
         variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
-        variance = max(variance, 1.0 if colour.white_claimed else LEAST)
+        variance = max(variance, 1.0 if colour.white_claimed else SMALLEST_STRETCH_VARIANCE)
         return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:
     """Whether the energy of a scale (J,) is more than that of white noise by more than chance."""
-    enough = degrees >= FEWEST_DEGREES
-    return bool((energies > degrees + CONTRADICTED * np.sqrt(2.0 * degrees))[enough].any())
+    enough = degrees >= FEWEST_DEGREES_FOR_CLAIM
+    return bool((energies > degrees + LARGEST_CLAIM_EXCESS * np.sqrt(2.0 * degrees))[enough].any())
 
 
 def response_errors(found: Scores, variances: Array, details: Array, phi: Array) -> Array:
     """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
 
-    A sensor that answers to fast changes with another gain than to slow ones, an arm that bends, a clock that is late,
-    motion that was smoothed: what shows at one scale, beyond `CHANCE`, is thought to fade towards slower ones by no
-    more than `FADE` an octave. A scale may itself show that its gain is off by less, `LIMIT` standard deviations above
-    what it is off. White errors of the motion weaken the score of each detail alike; that is not the sensor's.
+    Causes are a sensor whose gain depends on frequency, an arm that bends, a late clock, and smoothed motion. The gain
+    error of a scale is the part beyond `GAIN_CHANCE`. Towards slower scales it is assumed to decrease by no more than
+    the factor `GAIN_FADE_PER_OCTAVE` an octave, unless a scale bounds its own error: by `GAIN_BOUND_STDS` standard
+    deviations above the error it shows. White errors of the motion attenuate the score of every detail by the same
+    amount; that part is subtracted.
     """
     signal = found.information @ phi @ phi
     score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
@@ -187,12 +193,12 @@ def response_errors(found: Scores, variances: Array, details: Array, phi: Array)
     score = np.maximum(np.abs(score) - explained, 0.0)
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances
-    shown = gain * np.sqrt(np.maximum(1.0 - CHANCE / np.maximum(significance, CHANCE), 0.0))
-    possible = gain + LIMIT * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
+    shown = gain * np.sqrt(np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0))
+    possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
     possible[signal <= 0.0] = np.inf
     errors, error = np.zeros(len(shown) + 1), 0.0
     for level, (own, most) in enumerate(zip((*shown, 0.0), (*possible, np.inf), strict=True)):
-        error = max(float(own), min(FADE * error, float(most)))
+        error = max(float(own), min(GAIN_FADE_PER_OCTAVE * error, float(most)))
         errors[level] = error
     return errors
 

@@ -1,4 +1,4 @@
-"""Groups of samples, by time scale or by stretch: what each says of the parameters, and how well they agree.
+"""Groups of samples, by time scale or by stretch: their scores, and how well they agree.
 
 A group's score u = h - H phi is what it would change of the parameters phi (10,) by itself, in the terms of
 `likelihood`. Its mean is zero if the model holds and its covariance v G, v the variance of the noise there over that of
@@ -15,8 +15,8 @@ import numpy as np
 from hefting.core.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
 from hefting.core.spatial import Array
 
-CHECKED = 4
-"""Entries of a score that are compared: mass and first moment, which every motion tells of."""
+COMPARED_ENTRIES = 4
+"""Number of leading entries of a score that are compared: mass and first moment, which every motion excites."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Groups:
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """What groups say at certain parameters."""
+    """Information, scores and energies of groups at given parameters."""
 
     information: Array
     """(g, 10, 10) G"""
@@ -75,10 +75,10 @@ class Scores:
         return float((x * np.linalg.solve(G, x[:, :, None])[:, :, 0]).sum())
 
     def birge(self, variances: Array) -> Array:
-        """(g,) ratio of each, given the variance (g,) of its noise; 0 for those that say nothing."""
-        G, u = self.information[:, :CHECKED, :CHECKED], self.scores[:, :CHECKED]
+        """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a group without information."""
+        G, u = self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES], self.scores[:, :COMPARED_ENTRIES]
         size = np.sqrt(np.maximum(np.einsum("gii->gi", G), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
         x = u / scale
-        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(CHECKED)
-        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (CHECKED * variances)
+        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(COMPARED_ENTRIES)
+        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (COMPARED_ENTRIES * variances)

@@ -1,4 +1,4 @@
-"""What the samples say of the ten parameters, with noise in the wrench and in the motion.
+"""Likelihood of the ten parameters for samples with noise in the wrench and in the motion.
 
 Of K samples with regressor A = A0 + sum_q n_q D_q, n the noise of the accelerations (a, alpha), D_q = dA/d(a, alpha)_q,
 and wrench b = A0 phi + e, the residual b - A phi = e - E n has the covariance
@@ -10,8 +10,8 @@ The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
     G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
     V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
 
-and the samples weigh like a Gaussian of precision H V^-1 H about H^-1 h. Constant bias is taken out beforehand: the
-samples less their mean. See Fuller, *Measurement Error Models*, 1987.
+and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. A constant bias is eliminated beforehand by
+subtracting the samples' mean. See Fuller, *Measurement Error Models*, 1987.
 """
 
 from dataclasses import dataclass
@@ -25,25 +25,27 @@ from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 
-D = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
-"""(6, 6, 10) derivative of the regressor by linear and angular acceleration."""
-LEVEL_FLOOR = 1e-6
-"""Least noise that is believed, relative to the wrench: below it are the rounding and the model."""
-POOR_SENSOR = 0.05
-"""Noise of a sensor before anything is known of it, relative to its wrench."""
-FEW = 5.0
-"""Samples of which least squares leaves next to nothing."""
-MISFIT = 10.0
-"""Mean square of the residuals over that of least squares that may still be noise."""
-SEPARATE = 0.5
-"""s between samples that are poses of their own: in less, slow errors of a sensor are the same."""
-PRIOR_SAMPLES = 12.0
-"""Of the residuals' covariance: so many samples say that forces and torques err independently."""
+REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
+"""(6, 6, 10) derivative of the regressor by linear and angular acceleration: D above."""
+NOISE_FLOOR_SHARE = 1e-6
+"""Smallest noise, relative to the wrench's root mean square: smaller values are due to rounding."""
+POOR_SENSOR_NOISE = 0.05
+"""Noise of a poor sensor relative to its wrench, assumed while there are too few samples to measure it."""
+FEWEST_SAMPLES_FOR_RESIDUALS = 5.0
+"""Number of samples below which the residuals of least squares tell nothing of the noise."""
+LARGEST_RESIDUAL_RATIO = 10.0
+"""Largest ratio of the mean squared residuals to those of least squares that is attributed to noise."""
+SEPARATE_POSE_INTERVAL = 0.5
+"""[s] Mean time between samples from which on they count as separate poses. Within a shorter time slow errors of a
+sensor are the same."""
+ISOTROPY_SAMPLES = 12.0
+"""Number of samples that the prior of the residuals' covariance is worth: independent channels, one variance for the
+forces and one for the torques."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Virtual samples of a state, without their mean where a bias is free."""
+    """Triangular factor of a state as 22 virtual samples, without their mean where a bias is free."""
 
     A: Array
     """(22, 6, 10)"""
@@ -73,7 +75,7 @@ class Samples:
         if free_bias:
             R = R - ones[:, None] * mean
             K -= 1.0
-        floor = LEVEL_FLOOR * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
+        floor = NOISE_FLOOR_SHARE * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
         A_mean = full_rows(mean[None])[0]
         return cls(
             full_rows(R),
@@ -112,10 +114,10 @@ class Samples:
     def excess_over_noise(self, R: Array) -> float:
         """How many times too large for noise residuals of covariance R (6, 6) are, beside those of least squares; at
         least 1. More than 1 is a body of the wrong shape; 1 where there are too few samples to tell."""
-        if self.K < FEW:
+        if self.K < FEWEST_SAMPLES_FOR_RESIDUALS:
             return 1.0
         least = self.least_residual.diagonal() + self.floor**2
-        return max(float((R.diagonal() / least).mean()) / MISFIT, 1.0)
+        return max(float((R.diagonal() / least).mean()) / LARGEST_RESIDUAL_RATIO, 1.0)
 
     def limited_to_noise(self, R: Array) -> Array:
         """R, or as much of it as may be noise."""
@@ -124,16 +126,19 @@ class Samples:
     def noise_left(self, R: Array) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
-        S = (self.K * R + PRIOR_SAMPLES * np.diag(levels)) / (self.K + PRIOR_SAMPLES)
+        S = (self.K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (self.K + ISOTROPY_SAMPLES)
         return S + np.diag(self.floor**2)
 
     def unproven(self, enough: int) -> Array:
-        """(6, 6) covariance of noise that fewer than `enough` samples do not disprove: that of a poor sensor, which
-        errs by the same in all of them. Samples `SEPARATE` seconds apart or more are poses each by itself."""
-        if self.pace >= SEPARATE:
+        """(6, 6) covariance of the noise that fewer than `enough` samples cannot exclude.
+
+        It is that of a poor sensor whose error is the same in all samples. Zero where the samples are separate poses,
+        at least `SEPARATE_POSE_INTERVAL` seconds apart.
+        """
+        if self.pace >= SEPARATE_POSE_INTERVAL:
             return np.zeros((6, 6))
         share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
-        return share * np.diag((POOR_SENSOR / LEVEL_FLOOR * self.floor) ** 2)
+        return share * np.diag((POOR_SENSOR_NOISE / NOISE_FLOOR_SHARE * self.floor) ** 2)
 
     def bias(self, phi: Array) -> Array:
         """(6,) the best beside parameters phi."""
@@ -204,7 +209,7 @@ class Equations:
         if S_k is None:
             return cls(W, G, h, None, G, np.zeros((10, 10)), S)
         K = samples.K
-        WD = W @ D  # (6, 6, 10)
+        WD = W @ REGRESSOR_DERIVATIVE  # (6, 6, 10)
         rows = WD.reshape(36, 10)
         attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
         WE = W @ motion_effect(phi)
@@ -231,16 +236,16 @@ class Equations:
         root = _root_of_inverse(self.G)
         return root.T @ root
 
-    def white(self, wider: float = 1.0) -> Likelihood:
-        """With white noise, whose variance is so many times as large as claimed."""
+    def white(self, inflation: float = 1.0) -> Likelihood:
+        """Likelihood for white noise, whose variance is `inflation` times the modelled one."""
         if self.attenuation is None:
-            return Likelihood(self.G / wider, self.h / wider, self.covariance)
-        return self.likelihood(wider * (self.G + self.products))
+            return Likelihood(self.G / inflation, self.h / inflation, self.covariance)
+        return self.likelihood(inflation * (self.G + self.products))
 
 
 def motion_effect(phi: Array) -> Array:
     """E (6, 6): derivative of the wrench by linear and angular acceleration."""
-    return (D @ phi).T
+    return (REGRESSOR_DERIVATIVE @ phi).T
 
 
 def _root_of_inverse(V: Array) -> Array:

@@ -13,15 +13,17 @@ from hefting.core.spatial import Array, frozen, tensor_to_vector, vector_to_tens
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
-MAX_STEPS = 60
-NEVER_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]
-"""Mass and moments of inertia among the sixteen numbers."""
-NEGLIGIBLE = 5e-4
-"""Weight of the least members of the mixture, all together, that are left out of the intervals."""
-DRAWS = 1000
-"""Of the posterior, for what has no closed form: the 95 % quantile of an error is then known to 3 %."""
-QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
-QUANTITIES |= {"inertia_at_origin": slice(4, 10), "inertia_at_com": slice(10, 16)}
+MOST_QUANTILE_STEPS = 60
+"""Largest number of Newton steps in finding a quantile."""
+NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
+"""Indices of mass and moments of inertia among the sixteen numbers of `INTERVAL_QUANTITIES`."""
+NEGLIGIBLE_WEIGHT = 5e-4
+"""Total weight of the least probable members of the mixture, which are left out of the intervals."""
+NUMBER_OF_DRAWS = 1000
+"""Number of draws from the posterior, for what has no closed form. The 95 % quantile of an error then has a standard
+error of 3 %."""
+INTERVAL_QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
+INTERVAL_QUANTITIES |= {"inertia_at_origin": slice(4, 10), "inertia_at_com": slice(10, 16)}
 """Of which there are intervals, and where they stand among sixteen numbers."""
 
 
@@ -89,7 +91,7 @@ class Mixture:
         weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
         return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
 
-    def draws(self, number: int = DRAWS) -> Array:
+    def draws(self, number: int = NUMBER_OF_DRAWS) -> Array:
         """(number, 10) parameters as likely as the posterior says, the same at every call."""
         ends = np.round(number * np.cumsum(self.weights)).astype(int)
         normal = _normal(number)
@@ -97,17 +99,17 @@ class Mixture:
         return np.concatenate([mean + normal[low:high] @ factor.T for low, high, mean, factor in parts if high > low])
 
     def intervals(self, level: float = 0.95) -> dict[str, Array]:
-        """Central intervals of `QUANTITIES` that hold the truth with probability `level`: lower and upper ends.
+        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with probability `level`.
 
-        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²]. To first order about the
-        mean of each member. Raises `InputError` unless 0 < level < 1.
+        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes. They are
+        linearised about the mean of each member. Raises `InputError` unless 0 < level < 1.
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
         means, stds, weights = self._marginals
         ends = _quantiles(means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level)))
-        ends[:, NEVER_NEGATIVE] = np.maximum(ends[:, NEVER_NEGATIVE], 0.0)
-        found = {name: ends[:, part] for name, part in QUANTITIES.items()}
+        ends[:, NON_NEGATIVE_NUMBERS] = np.maximum(ends[:, NON_NEGATIVE_NUMBERS], 0.0)
+        found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
         found["mass"] = found["mass"][:, 0]
         return {k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v)) for k, v in found.items()}
 
@@ -115,7 +117,7 @@ class Mixture:
     def _marginals(self) -> tuple[Array, Array, Array]:
         """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and weights (j,)."""
         order = np.argsort(self.weights)
-        kept = order[np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE) :]
+        kept = order[np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :]
         phi, cov = self.means[kept], self.covariances[kept]
         m, h = phi[:, :1], phi[:, 1:4]
         c = h / m
@@ -163,7 +165,7 @@ def _normal_below(t: Array, bell: Array) -> Array:
 def _normal_quantile(probability: float) -> float:
     """Where a standard normal number is below with this probability, to rounding: Newton's method."""
     x = 0.0
-    for _ in range(MAX_STEPS):
+    for _ in range(MOST_QUANTILE_STEPS):
         error = 0.5 * erfc(-x / 2.0**0.5) - probability
         step = error * (2.0 * pi) ** 0.5 * exp(0.5 * x * x)
         x -= min(max(step, -0.5), 0.5)
@@ -183,7 +185,7 @@ def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) 
     low, high = each.min(axis=2), each.max(axis=2)
     x = np.clip(middle + z * spread, low, high)
     tolerance = 1e-2 * spread  # of a step; Newton's next would be some 1e-4 of that spread
-    for _ in range(MAX_STEPS):
+    for _ in range(MOST_QUANTILE_STEPS):
         t = (x[:, :, None] - center) * rate
         bell = np.exp(-0.5 * t * t)
         value = _normal_below(t, bell) @ weights - probabilities[:, None]

@@ -1,4 +1,4 @@
-"""Posterior: what is known of an object after the samples seen, and what gives doubt."""
+"""Posterior of an object's parameters, and warnings of doubts about it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,27 +7,28 @@ import numpy as np
 
 from hefting.core.messages import warning
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.colour import DISAGREE
+from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT
 from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.prior import Prior
 
-ELSEWHERE = 30.0
-"""Squared distance, in standard deviations of all ten numbers, beyond which the shape is wrong: some five standard
-deviations more than expected."""
-MISFIT = 100.0
-"""Squared distance from what the samples alone say, for ten numbers, beyond which it is wrong too."""
+CONTRADICTING_SHAPE_DISTANCE = 30.0
+"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the nearest body in the shape above
+which the shape contradicts the wrench: about five standard deviations more than expected."""
+CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
+"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the maximum of the likelihood above
+which the shape contradicts the wrench."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """What is known of the object after the samples seen."""
+    """Posterior of the parameters and of the noise after the samples of a state."""
 
     mixture: Mixture
     """of the ten parameters, with all doubts"""
     narrow: Mixture
-    """without those that are no reason to lean more on the prior: where the estimate is from"""
+    """without the doubts that must not give the prior more weight: the estimate is its mean"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None
@@ -91,7 +92,10 @@ class Nearest:
 
 def contradiction(posterior: Posterior, distance: float) -> float:
     """Squared distance [standard deviations] of the shape from the wrench, where it is more than chance; else 0."""
-    return max(distance if distance > ELSEWHERE else 0.0, posterior.misfit if posterior.misfit > MISFIT else 0.0)
+    return max(
+        distance if distance > CONTRADICTING_SHAPE_DISTANCE else 0.0,
+        posterior.misfit if posterior.misfit > CONTRADICTING_LIKELIHOOD_DISTANCE else 0.0,
+    )
 
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
@@ -118,7 +122,7 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "noise",
             )
         )
-    if posterior.disagreement > DISAGREE:
+    if posterior.disagreement > LARGEST_STRETCH_DISAGREEMENT:
         warnings.append(
             warning(
                 "stretches-disagree",

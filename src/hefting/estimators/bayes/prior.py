@@ -4,14 +4,15 @@ The object is thought of as some 4,000 voxels; a_f (10,) are the parameters of 1
 volume, mu = sum v_f a_f those of the homogeneous body. The density is 1 + e(p), with e a Gaussian process. About the
 homogeneous centre of mass, for 1 kg, phi then has the mean mu and, the mass apart, the covariance
 
-    Q = sigma² (Q1 + `WITHIN` Qw) + delta² Qd
+    Q = sigma² (Q1 + `WITHIN_CELL_VARIANCE` Qw) + delta² Qd
 
-- Q1 = M (C - C 1 1' C / 1' C 1) M': between cells, C_ij = v_i v_j exp(-d_ij² / 2 l²), l = `REACH` times the diagonal
-  of the bounding box; M (10, cells) are the means of a_f in each cell.
+- Q1 = M (C - C 1 1' C / 1' C 1) M': between cells, C_ij = v_i v_j exp(-d_ij² / 2 l²), l =
+  `CORRELATION_LENGTH` times the diagonal of the bounding box; M (10, cells) are the means of a_f in each cell.
 - Qw: within cells, the covariance of a_f, scaled to the inertia of Q1.
 - Qd: a shell or a core. With r_f the rank of the voxel's depth, 0 at the surface and 1 in the middle, the density
-  has random shares of the Legendre polynomials P1 and, with `BENT` of the variance, P2:
-  Qd = d1 d1' + `BENT` d2 d2',  d1 = sqrt(3) sum v_f a_f P1(2 r_f - 1),  d2 = sqrt(5) sum v_f a_f P2(2 r_f - 1).
+  has random shares of the Legendre polynomials P1 and, with `CURVED_SHELL_VARIANCE` of the variance, P2:
+  Qd = d1 d1' + `CURVED_SHELL_VARIANCE` d2 d2',
+  d1 = sqrt(3) sum v_f a_f P1(2 r_f - 1),  d2 = sqrt(5) sum v_f a_f P2(2 r_f - 1).
 
 The block of the inertia, given the centre of mass, is scaled by k². What sigma, delta and k are is not known: the
 prior is a mixture of Gaussians over all of them.
@@ -28,19 +29,22 @@ from hefting.estimators.bayes.distortion import Distortions, Move, affine
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 
-SIGMA = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
-"""Relative spread of the density, and how likely it is."""
-DELTA = {0.0: 0.5, 1.0: 0.5}
-"""Relative difference in density between core and shell."""
-STIFFNESS = {0.2: 0.3, 0.6: 0.4, 2.0: 0.3}
-"""k: the spread of the inertia beside what the centre of mass tells of it."""
-WITHIN = 0.2
-BENT = 0.3
-ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
-"""How often each of the six entries stands in the tensor."""
-REACH = 0.25
-FAR = 3.0
-"""Standard deviations by which a shape is thought to be distorted at most."""
+DENSITY_STD_WEIGHTS = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
+"""sigma, the relative standard deviation of the density, and the prior probability of each value."""
+SHELL_STD_WEIGHTS = {0.0: 0.5, 1.0: 0.5}
+"""delta, the relative difference in density between core and shell, and the prior probability of each value."""
+INERTIA_SCALE_WEIGHTS = {0.2: 0.3, 0.6: 0.4, 2.0: 0.3}
+"""k, the factor of the inertia's standard deviation given the COM, and the prior probability of each value."""
+WITHIN_CELL_VARIANCE = 0.2
+"""Variance of the density within cells, relative to that between them."""
+CURVED_SHELL_VARIANCE = 0.3
+"""Variance of the second Legendre polynomial of the depth rank, relative to that of the first."""
+TENSOR_MULTIPLICITY = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
+"""(6,) number of times each entry xx, xy, xz, yy, yz, zz occurs in the symmetric tensor."""
+CORRELATION_LENGTH = 0.25
+"""Correlation length of the density, as a share of the diagonal of the bounding box."""
+LARGEST_DISTORTION = 3.0
+"""Largest distortion of a shape along each mode, in prior standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +79,10 @@ class Prior:
         Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)
         size = np.sqrt(max(float(np.trace(vector_second(voxels.mean))), 1e-12))
         units = np.repeat((size, size**2), (3, 6))
-        pairs = list(product(SIGMA.items(), DELTA.items()))
-        Q = np.stack([s**2 * (Q1 + WITHIN * Qw) + d**2 * Qd for (s, _), (d, _) in pairs])[:, 1:, 1:]
-        members = _stiffened(Q / np.outer(units, units), np.array(list(STIFFNESS)))
-        weights = np.outer([p * q for (_, p), (_, q) in pairs], list(STIFFNESS.values())).ravel()
+        pairs = list(product(DENSITY_STD_WEIGHTS.items(), SHELL_STD_WEIGHTS.items()))
+        Q = np.stack([s**2 * (Q1 + WITHIN_CELL_VARIANCE * Qw) + d**2 * Qd for (s, _), (d, _) in pairs])[:, 1:, 1:]
+        members = _stiffened(Q / np.outer(units, units), np.array(list(INERTIA_SCALE_WEIGHTS)))
+        weights = np.outer([p * q for (_, p), (_, q) in pairs], list(INERTIA_SCALE_WEIGHTS.values())).ravel()
         values, vectors = np.linalg.eigh(members)
         L = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * units[None, :, None]
         spread = np.zeros((len(members), 10, 10))
@@ -128,7 +132,7 @@ class Placed:
     def most_likely(self, weights: Array, means: Array) -> Array:
         """(d,) posterior mean of the distortion, given each member's weight (j,) and mean (j, 10)."""
         off = means[:, 1:] / means[:, :1] - self.prior.mean[1:]
-        return np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -FAR, FAR)
+        return np.clip(weights @ (self.attribution @ off[:, :, None])[:, :, 0], -LARGEST_DISTORTION, LARGEST_DISTORTION)
 
 
 def _attribution(L: Array, effects: Array) -> Array:
@@ -150,17 +154,17 @@ def covariances(voxels: Voxels, diagonal: float) -> tuple[Array, Array, Array]:
     """Q1, Qw and Qd (10, 10) for 1 kg; `diagonal` [m] is that of the bounding box."""
     v, M, x = voxels.cell_shares, voxels.cells, voxels.cell_positions
     square = ((x[:, None] - x[None]) ** 2).sum(axis=2)
-    C = np.outer(v, v) * np.exp(-0.5 * square / (REACH * diagonal) ** 2)
+    C = np.outer(v, v) * np.exp(-0.5 * square / (CORRELATION_LENGTH * diagonal) ** 2)
     row = C.sum(axis=1)
     Mr = M @ row
     Q1 = M @ C @ M.T - np.outer(Mr, Mr) / row.sum()
     centred = voxels.parameters - voxels.mean[:, None]
     Qw = (centred * voxels.volumes) @ centred.T
     r = 2.0 * voxels.depth_rank - 1.0
-    polynomials = np.stack((3.0**0.5 * r, (5.0 * BENT) ** 0.5 * (1.5 * r * r - 0.5)))
+    polynomials = np.stack((3.0**0.5 * r, (5.0 * CURVED_SHELL_VARIANCE) ** 0.5 * (1.5 * r * r - 0.5)))
     d = voxels.parameters @ (voxels.volumes * polynomials).T
-    within = float(Qw.diagonal()[4:] @ ENTRIES)
-    return Q1, Qw * (float(Q1.diagonal()[4:] @ ENTRIES) / within if within else 0.0), d @ d.T
+    within = float(Qw.diagonal()[4:] @ TENSOR_MULTIPLICITY)
+    return Q1, Qw * (float(Q1.diagonal()[4:] @ TENSOR_MULTIPLICITY) / within if within else 0.0), d @ d.T
 
 
 def _stiffened(Q: Array, k: Array) -> Array:
@@ -168,7 +172,7 @@ def _stiffened(Q: Array, k: Array) -> Array:
     values, vectors = np.linalg.eigh(Q[:, :3, :3])
     inverse = 1.0 / np.where(values > 1e-9 * values[:, -1:], values, np.inf)
     half = Q[:, 3:, :3] @ (vectors * np.sqrt(inverse)[:, None, :])
-    told = half @ half.transpose(0, 2, 1)
+    explained = half @ half.transpose(0, 2, 1)
     members = np.repeat(Q[:, None], len(k), axis=1)
-    members[:, :, 3:, 3:] = told[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - told)[:, None]
+    members[:, :, 3:, 3:] = explained[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - explained)[:, None]
     return members.reshape(-1, 9, 9)

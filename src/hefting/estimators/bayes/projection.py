@@ -1,9 +1,11 @@
 """The non-negative mass distribution nearest to given parameters, in the metric of their covariance.
 
-    minimise  `FAITH`/2 |M m - phi|²_C + ½ sum (m_i - m0 v_i)² / (m0² v_i)    over m >= 0,   |x|²_C = x'C^-1 x
+    minimise  w/2 |M m - phi|²_C + ½ sum (m_i - m0 v_i)² / (m0² v_i)    over m >= 0,   |x|²_C = x'C^-1 x
 
-The second term, negligible beside the first, chooses among all distributions of the same parameters the most even. Its
-dual has ten unknowns, whatever the number of points: with z = C^-1 (phi - M m) `FAITH`, m = max(m0 v + m0² v M'z, 0);
+with w = `DISTANCE_WEIGHT`.
+
+The second term, negligible beside the first, chooses the most even of all distributions of the same parameters. The
+dual has ten unknowns, whatever the number of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0);
 a semismooth Newton method finds z.
 """
 
@@ -12,12 +14,14 @@ import numpy as np
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 
-FAITH = 1e4
-MAX_STEPS = 40
-CLOSE = 1e-6
-"""Standard deviations by which the answer may miss the nearest distribution."""
-ROUNDING = 1e-13
-"""Relative change of the objective that is none."""
+DISTANCE_WEIGHT = 1e4
+"""Weight of the distance from the parameters, relative to the evenness of the mass distribution."""
+MOST_DUAL_STEPS = 40
+"""Largest number of Newton steps on the dual problem."""
+DUAL_TOLERANCE = 1e-6
+"""Largest entry of the dual's gradient at convergence: error of the parameters in standard deviations."""
+NEGLIGIBLE_DUAL_CHANGE = 1e-13
+"""Relative change of the dual objective that is attributed to rounding."""
 
 
 def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass: float) -> tuple[Array, float]:
@@ -28,7 +32,7 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
     scale = np.sqrt(covariance.diagonal())
     scale = np.where(scale > 0.0, scale, 1.0)
     M = points * (mass / scale[:, None])
-    C = covariance / np.outer(scale, scale) / FAITH
+    C = covariance / np.outer(scale, scale) / DISTANCE_WEIGHT
     C.ravel()[::11] += 1e-14
     target = phi / scale
     even = np.maximum(shares, 1e-9)
@@ -42,7 +46,7 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
 
     z = np.zeros(10)
     value, gradient, m = dual(z)
-    for _ in range(MAX_STEPS):
+    for _ in range(MOST_DUAL_STEPS):
         active = m > 0.0
         J = C + (M[:, active] * even[active]) @ M[:, active].T
         _, step, failed = lapack.dposv(J, gradient)
@@ -51,19 +55,19 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
         slope, length = float(gradient @ step), 1.0
         while True:
             trial = dual(z - length * step)
-            enough = value - 1e-4 * length * slope + ROUNDING * (1.0 + abs(value))
+            enough = value - 1e-4 * length * slope + NEGLIGIBLE_DUAL_CHANGE * (1.0 + abs(value))
             if trial[0] <= enough or length < 1e-6:
                 break
             length *= 0.5
         z = z - length * step
         value, gradient, m = trial
-        if np.abs(gradient).max() < CLOSE or length < 1e-6:
+        if np.abs(gradient).max() < DUAL_TOLERANCE or length < 1e-6:
             break
-    if np.abs(gradient).max() < CLOSE:
-        return mass * m, float(z @ C @ z) / FAITH
+    if np.abs(gradient).max() < DUAL_TOLERANCE:
+        return mass * m, float(z @ C @ z) / DISTANCE_WEIGHT
     m = _nearest(M, target, C)
     off = M @ m - target
-    return mass * m, float(off @ np.linalg.lstsq(FAITH * C, off, rcond=1e-12)[0])
+    return mass * m, float(off @ np.linalg.lstsq(DISTANCE_WEIGHT * C, off, rcond=1e-12)[0])
 
 
 def _nearest(M: Array, target: Array, C: Array) -> Array:

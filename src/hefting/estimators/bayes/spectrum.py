@@ -1,4 +1,4 @@
-"""Spectrum of the noise by octaves: how large residuals are at each time scale, as far as their energies tell.
+"""Spectrum of the noise by octaves, from the energies of the residuals at each time scale.
 
 The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all levels for white noise. For a
 first-order process of correlation rho and variance 1 a sum over m samples has the variance
@@ -17,19 +17,22 @@ import numpy as np
 
 from hefting.core.spatial import Array
 
-LIKELY_WHITE, LIKELY_ONE = 0.85, 0.1
-"""Prior probability of white noise, and of one process beside it; the rest is for two. Sensors are mostly sold as
-white, and a record that is must not pay for what it rules out."""
-SIZES = 4.0 ** np.arange(-4, 7)
-"""Variances of a process over that of the white noise, all equally likely."""
-LONGEST = 4.0
-"""Of the record: the longest time for which a process is thought to last; beyond it, it is a bias or a drift."""
-MOST_DEGREES = 200.0
-"""Degrees of freedom of an energy that count: no spectrum is like the family's to better than a tenth."""
+PROBABILITY_WHITE = 0.85
+"""Prior probability of white noise. Most sensors are specified as white, and a white record should not have much wider
+intervals for noise that it rules out."""
+PROBABILITY_ONE_PROCESS = 0.1
+"""Prior probability of one first-order process beside white noise; the remaining 0.05 is for two."""
+PROCESS_VARIANCES = 4.0 ** np.arange(-4, 7)
+"""(11,) variances of a process relative to that of the white noise, all equally probable."""
+LONGEST_CORRELATION = 4.0
+"""Longest correlation time of a process, in lengths of the record. A slower process is a bias or a drift."""
+MOST_LIKELIHOOD_DEGREES = 200.0
+"""Largest number of degrees of freedom of an energy in the likelihood of a spectrum: no true spectrum is closer than a
+tenth to one of the family."""
 PRIOR_DEGREES = 10.0
-"""Degrees of freedom that the family's mean is worth at a level beside the energy seen there."""
+"""Degrees of freedom of the family's mean at a level, beside those of the observed energy, for what is possible."""
 SEEN_DEGREES = 1.0
-"""The same where nothing is to be allowed for beyond what was seen."""
+"""Degrees of freedom of the family's mean at a level, beside those of the observed energy, for what was observed."""
 
 
 def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> tuple[Array, Array]:
@@ -46,8 +49,8 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
     free_bias : whether a constant bias is free; if not, the longest sums hold whatever seems constant.
     """
     J = len(energies)
-    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST * samples, 1.0))), 0), free_bias)
-    d = np.minimum(degrees, MOST_DEGREES)
+    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0), free_bias)
+    d = np.minimum(degrees, MOST_LIKELIHOOD_DEGREES)
     some = d > 0.0
     E = np.where(some, energies * d / np.where(some, degrees, 1.0), 0.0)
     total = float(d.sum())
@@ -63,7 +66,7 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
 
 
 SCALE_DEGREES = 4.0
-"""Degrees of freedom that a level of one, that of the whitened residuals, is worth: for very short records."""
+"""Degrees of freedom of the prior that the level is 1, that of whitened residuals; it matters in short records."""
 
 
 @lru_cache(maxsize=64)
@@ -77,16 +80,16 @@ def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, A
     each = np.array([first_order(np.exp(-1.0 / t), levels + 1) for t in times])
     if not free_bias:
         each[:, -1] = [_sums(np.exp(-1.0 / t), np.array((2.0**levels,)))[0] / 2.0**levels for t in times]
-    one = (1.0 + SIZES[:, None, None] * each).reshape(-1, levels + 1)
+    one = (1.0 + PROCESS_VARIANCES[:, None, None] * each).reshape(-1, levels + 1)
     pairs = [(i, k) for i in range(len(times)) for k in range(i + 2, len(times))]
-    coarse = SIZES[::2]
+    coarse = PROCESS_VARIANCES[::2]
     two = [1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None] for i, k in pairs]
     parts = [np.ones((1, levels + 1)), one]
-    prior = [np.array((LIKELY_WHITE,)), np.full(len(one), LIKELY_ONE / len(one))]
+    prior = [np.array((PROBABILITY_WHITE,)), np.full(len(one), PROBABILITY_ONE_PROCESS / len(one))]
     if two:
         both = np.array(two).reshape(-1, levels + 1)
         parts.append(both)
-        prior.append(np.full(len(both), (1.0 - LIKELY_WHITE - LIKELY_ONE) / len(both)))
+        prior.append(np.full(len(both), (1.0 - PROBABILITY_WHITE - PROBABILITY_ONE_PROCESS) / len(both)))
     table = np.concatenate(parts)
     return np.log(table), table, np.log(np.concatenate(prior))
 

@@ -8,12 +8,12 @@ import numpy as np
 from hefting.core.spatial import Array, Indices, Mask, vector_to_tensor
 from hefting.shapes import Shape
 
-VOXELS = 4000
-"""About so many, unless there are more points."""
-CELLS = 150
-"""More points than this are gathered in about half as many cells."""
-MAX_GRID = 2_000_000
-"""Most grid cells in which depth is measured."""
+TARGET_VOXELS = 4000
+"""Approximate number of voxels of a shape; there is at least one for each point."""
+MOST_CELLS = 150
+"""Number of points above which they are gathered in cells, about half as many as this."""
+MOST_GRID_CELLS = 2_000_000
+"""Largest number of grid cells in which depth is measured; it bounds the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Voxels:
         """Of a shape in the sensor frame."""
         n = shape.n
         axes, sides = _cell(shape)
-        cuts = _cuts(sides, VOXELS / n)
+        cuts = _cuts(sides, TARGET_VOXELS / n)
         grids = [sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(cuts)]
         offsets = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
         positions = shape.positions @ axes
@@ -66,8 +66,8 @@ class Voxels:
         parameters = _of_points(x, own)
         points = parameters.reshape(10, n, -1).mean(axis=2)
         cells, cell_shares = points, shares
-        if n > CELLS:
-            label = _gathered(points[1:4].T, CELLS // 2)
+        if n > MOST_CELLS:
+            label = _gathered(points[1:4].T, MOST_CELLS // 2)
             cell_shares = np.asarray(np.bincount(label, weights=shares), dtype=float)
             sums = np.stack([np.bincount(label, weights=row * shares) for row in points])
             kept = cell_shares > 0.0
@@ -107,7 +107,7 @@ def _spacing(shape: Shape) -> float:
 
     if shape.n == 1:
         return 1e-3
-    distance = np.asarray(KDTree(shape.positions).query(shape.positions[: 100 * CELLS], k=2)[0], dtype=float)[:, 1]
+    distance = np.asarray(KDTree(shape.positions).query(shape.positions[: 100 * MOST_CELLS], k=2)[0], dtype=float)[:, 1]
     return float(np.median(distance)) or 1e-3 * (float(np.linalg.norm(shape.extents)) or 1.0)
 
 
@@ -130,7 +130,7 @@ def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
     while True:
         index = np.round((positions - low) / step).astype(int) + 1
         size = index.max(axis=0) + 2
-        if np.prod(size.astype(float)) <= MAX_GRID:
+        if np.prod(size.astype(float)) <= MOST_GRID_CELLS:
             break
         step = 1.3 * step
     filled = np.zeros(size, dtype=bool)

@@ -1,0 +1,101 @@
+"""Effects of gravity's direction: warnings where another direction is suspected, and errors where it was estimated."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.core.measurements import Measurements
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array, in_sensor_axes
+from hefting.estimators.sample_state import SampleState
+from hefting.ingest.conditioned import Conditioned
+from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed
+from hefting.motion import Measured, measure
+from hefting.motion.measure import Source
+
+REVERSED_GRAVITY_RATIO = 0.7
+"""Ratio of the force residual with gravity reversed to that with gravity as given, below which a warning is given."""
+SMALLEST_SUSPECTED_TILT = np.radians(3.0)
+"""[rad] Smallest angle between the given and the estimated gravity for which a tilted base is suspected."""
+TILTED_BASE_RATIO = 0.6
+"""Ratio of the force residual with estimated gravity to that with gravity as given, below which a tilted base is
+suspected. On the Panda recordings, of an imperfect sensor on a level base, it is 0.8 to 1."""
+
+
+def reversed_gravity_warnings(measurements: Measurements, state: SampleState, fit: FreeFit) -> list[Message]:
+    """A warning when reversed gravity explains a moving recording much better.
+
+    Parameters
+    ----------
+    measurements : with the gravity assumed.
+    state : their moments.
+    fit : their unconstrained least squares.
+    """
+    if not measurements.linear_acceleration.any():
+        return []
+    other = free_fit(with_gravity_reversed(state), fit.bias is not None).noise.force
+    if other > REVERSED_GRAVITY_RATIO * fit.noise.force:
+        return []
+    what = f"with gravity reversed the force residual would be {other:.2g} N in place of {fit.noise.force:.2g} N"
+    return [warning("gravity-reversed", f"{what}: check `gravity`", "gravity")]
+
+
+def tilted_base_warnings(found: Conditioned) -> list[Message]:
+    """A warning when gravity of another direction explains a poorly explained wrench much better."""
+    tilted = found.tilted
+    if tilted is None or not tilted.suspected or not tilted.force_ratio < TILTED_BASE_RATIO:
+        return []
+    angle = tilted.angle(found.gravity)
+    if not angle > max(SMALLEST_SUSPECTED_TILT, 5.0 * tilted.std):
+        return []
+    x, y, z = tilted.gravity
+    where = f"({x:.2f}, {y:.2f}, {z:.2f}) m/s², {np.degrees(angle):.0f}° off"
+    less = f"{tilted.force_ratio * found.noise.force:.2g} N in place of {found.noise.force:.2g} N"
+    what = f"with gravity along {where}, the force residual would be {less}: is the base tilted? see `gravity`"
+    return [warning("base-tilted", what, "gravity")]
+
+
+def errors_of_estimated_gravity(
+    recording: Recording,
+    source: Source,
+    found: Conditioned,
+    measured: Measured,
+    measurements: Measurements,
+    fit: FreeFit,
+    *,
+    drift: bool,
+) -> Array | None:
+    """Errors (10, 2) of the parameters by one standard deviation of gravity's direction about each axis across it.
+
+    Parameters
+    ----------
+    recording : as recorded.
+    source : where the motion comes from.
+    found : what conditioning found, with gravity (3,) and the standard deviation of its direction.
+    measured : the motion.
+    measurements : the samples of the unconstrained fit.
+    fit : their unconstrained least squares.
+    drift : whether the drift of the bias was removed.
+
+    None where the direction was given, or is undetermined.
+    """
+    if found.tilt_std is None or not np.isfinite(found.tilt_std):
+        return None
+    from scipy.spatial.transform import Rotation
+
+    free_bias = fit.bias is not None
+    errors = []
+    for axis in np.linalg.svd(found.gravity[None])[2][1:]:  # the two axes across gravity
+        turned = Rotation.from_rotvec(found.tilt_std * axis).apply(np.array(found.gravity))
+        if measured.motion is None:  # nothing was averaged, so the rows are the same
+            other = measure(found.corrected(recording, drift), turned, source, found.curves).measurements
+            tilted = replace(measurements, gravity=other.gravity, linear_acceleration=other.linear_acceleration)
+        else:
+            change = in_sensor_axes(measured.motion.orientation, turned - found.gravity)
+            tilted = replace(measurements, gravity=measurements.gravity + change)
+            if measured.source == "accelerometer":  # it measures a - g
+                acceleration = measurements.linear_acceleration + change
+                tilted = replace(tilted, linear_acceleration=acceleration)
+        errors.append(free_fit(SampleState.of(tilted), free_bias).vector - fit.vector)
+    return np.array(errors).T

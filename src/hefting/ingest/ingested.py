@@ -1,0 +1,113 @@
+"""Ingested: a recording with all that estimators need to know of it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.messages import Message
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array
+from hefting.estimators.base import BiasModel
+from hefting.estimators.sample_state import SampleState
+from hefting.ingest.averages import residual_size
+from hefting.ingest.conditioned import Conditioned, WrenchSign
+from hefting.ingest.free_fit import FreeFit
+from hefting.motion.measure import DESCRIPTIONS
+from hefting.motion.state import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Ingested:
+    """A recording as estimators take it, and what was found and assumed."""
+
+    log: str
+    """Path of the log, or a description of its source."""
+    static: bool
+    """Whether it consists of poses without time."""
+    measurements: Measurements
+    """With the sign convention of `hefting.core.spatial`, without a given bias and the tool, with weights. Of a fast
+    sensor they are averages over 10 ms, each with the weight of its number of samples."""
+    counts: Array
+    """(K,) number of samples of the log that are averaged in each of these."""
+    motion: Motion | None
+    """Smoothed motion at the same instants, with standard deviations; None where the log gave it, or there is none."""
+    source: str
+    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    sign: WrenchSign
+    """Sign convention of the recorded wrench, with the t value of the mass."""
+    sign_found: bool
+    """Whether the sign convention was found rather than given."""
+    bias: BiasModel
+    """Whether a constant bias is to be estimated with the object."""
+    bias_found: bool
+    """Whether the bias model was chosen rather than given."""
+    given_bias: Array | None
+    """(6,) bias that was subtracted, in the sign of the recorded wrench [N, N m]; None where none was given"""
+    conditioned: Conditioned
+    """Clock offset, drift, gravity and outliers."""
+    tool: Estimate | None
+    """Estimate of the tool whose wrench was subtracted."""
+    fit: FreeFit
+    """Unconstrained least squares of the object, with a bias according to `bias`."""
+    beside_bias: FreeFit
+    """Unconstrained least squares of object and tool together with a free bias, whatever `bias` says."""
+    alone: FreeFit
+    """Unconstrained least squares of object and tool together without bias."""
+    noise: Noise
+    """Root-mean-square residuals of the unconstrained fit, of one sample of the log and one axis."""
+    within: Array
+    """(6, 6) covariance of the wrench within the averages. Added to that of their residuals it gives that of a sample's
+    residuals"""
+    systematic: Array | None
+    """(10, 10) covariance of the parameters' error due to tool and gravity's direction, the same for all samples; None
+    where there is none."""
+    warnings: tuple[Message, ...]
+    read_notes: tuple[Message, ...]
+    """What reader and smoother chose and found, for the user."""
+
+    @property
+    def notes(self) -> tuple[Message, ...]:
+        """What reader, smoother and conditioning found and did."""
+        return (*self.read_notes, *self.conditioned.findings)
+
+    @property
+    def weighted_by_count(self) -> Measurements:
+        """The measurements with weights of one on average for each sample of the log, not for each row."""
+        z = self.measurements
+        return z if z.weights is None else replace(z, weights=z.weights * float(self.counts.mean()))
+
+    @cached_property
+    def state(self) -> SampleState:
+        """The full model's moments of the measurements."""
+        return SampleState.of(self.measurements)
+
+    def residual(self, vector: Array, bias: Array | None) -> Array:
+        """Root mean square (2,) of the force [N] and torque [N m] residuals, of one sample of the log and one axis.
+
+        `vector` (10,) are the parameters, `bias` (6,) the bias [N, N m].
+        """
+        z = self.measurements
+        r = z.wrench - predict_wrench(z, vector)
+        return residual_size(r if bias is None else r - bias, self.counts, self.within)
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What was read and assumed, as in an estimate."""
+        return {
+            "log": self.log,
+            "gravity": self.conditioned.gravity,
+            "gravity_found": self.conditioned.tilt_std is not None,
+            "wrench": self.sign.name,
+            "wrench_found": self.sign_found,
+            "bias": "given" if self.given_bias is not None else self.bias,
+            "bias_searched": self.bias_found,
+            "bias_subtracted": self.given_bias,
+            "noise": {"force": self.noise.force, "torque": self.noise.torque},
+            "motion": DESCRIPTIONS[self.source],
+            "clock_offset": self.conditioned.offset,
+            "outliers": self.conditioned.reasons,
+            "tool": None if self.tool is None else self.tool.parameters.vector.tolist(),
+            "notes": list(self.notes),
+        }
