@@ -1,1 +1,2 @@
-"""Speed and memory, each beside what one would use instead, in one run: `python -m benchmarks`."""
+"""Speed and memory, each beside what one would use instead, in one run: `python -m
+benchmarks`."""

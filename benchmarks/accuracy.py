@@ -1,8 +1,11 @@
-"""`python -m benchmarks.accuracy [--tools] [--objects] [--seeds N] [--quick]`: Bayes, PMD and the Cramér-Rao bound.
+"""`python -m benchmarks.accuracy [--tools] [--objects] [--seeds N] [--quick]`: Bayes,
+PMD and the Cramér-Rao bound.
 
-Twelve workshop tools with white noise (`benchmarks.accuracy_tools`), the recordings in the folder that the environment
-variable HEFTING_DATA names; the paper's eight objects with filtered and smoothed motion (`benchmarks.accuracy_objects`,
-needs MuJoCo). Both unless one is asked for. A quarter of a minute for the tools, a minute for each seed of the objects.
+Twelve workshop tools with white noise (`benchmarks.accuracy_tools`), the recordings in
+the folder that the environment variable HEFTING_DATA names; the paper's eight objects
+with filtered and smoothed motion (`benchmarks.accuracy_objects`, needs MuJoCo). Both
+unless one is asked for. A quarter of a minute for the tools, a minute for each seed of
+the objects.
 """
 
 import argparse
@@ -31,12 +34,26 @@ BOUND = (
 
 def main() -> None:
     """Compare Bayes with PMD and with the Cramér-Rao bound, and print tables."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.accuracy", description=main.__doc__)
-    parser.add_argument("--tools", action="store_true", help="twelve workshop tools (needs HEFTING_DATA)")
-    parser.add_argument("--objects", action="store_true", help="the paper's eight objects (needs MuJoCo)")
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.accuracy", description=main.__doc__
+    )
+    parser.add_argument(
+        "--tools",
+        action="store_true",
+        help="twelve workshop tools (needs HEFTING_DATA)",
+    )
+    parser.add_argument(
+        "--objects",
+        action="store_true",
+        help="the paper's eight objects (needs MuJoCo)",
+    )
     seeds = f"realisations of the noise: {TOOL_SEEDS} of the tools, {OBJECT_SEEDS} of the objects by default"
     parser.add_argument("--seeds", type=int, metavar="N", help=seeds)
-    parser.add_argument("--quick", action="store_true", help="fewer and shorter: a check that it all runs")
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="fewer and shorter: a check that it all runs",
+    )
     arguments = parser.parse_args()
     if arguments.seeds is not None and arguments.seeds < 1:
         parser.error("there must be one seed at least")
@@ -46,11 +63,15 @@ def main() -> None:
         if (data / "workshop-tools").is_dir():
             show_tools(data, arguments.seeds or (1 if arguments.quick else TOOL_SEEDS))
         else:
-            tell("the tools are left out: HEFTING_DATA must name the folder that holds workshop-tools")
+            tell(
+                "the tools are left out: HEFTING_DATA must name the folder that holds workshop-tools"
+            )
             if not (arguments.objects or both):
                 sys.exit(2)
     if arguments.objects or both:
-        show_objects(arguments.seeds or (1 if arguments.quick else OBJECT_SEEDS), arguments.quick)
+        show_objects(
+            arguments.seeds or (1 if arguments.quick else OBJECT_SEEDS), arguments.quick
+        )
 
 
 def show_tools(data: Path, seeds: int) -> None:
@@ -83,12 +104,23 @@ def _show_ratios(what: str, found: "Sequence[Cell]") -> None:
     rows, means = [], []
     for cell in found:
         each = {name: errors.reshape(-1, 3) for name, errors in cell.errors.items()}
-        median, mean = ({name: of(e, axis=0) for name, e in each.items()} for of in (np.median, np.mean))
+        median, mean = (
+            {name: of(e, axis=0) for name, e in each.items()}
+            for of in (np.median, np.mean)
+        )
         means.append(mean["Bayes"] / mean["PMD"])
         of_tools = cell.errors["Bayes"].mean(axis=1) / cell.errors["PMD"].mean(axis=1)
-        above = [f"{name} ({worst(r)})" for name, r in zip(cell.tools, of_tools, strict=True) if (r > 1.0).any()]
+        above = [
+            f"{name} ({worst(r)})"
+            for name, r in zip(cell.tools, of_tools, strict=True)
+            if (r > 1.0).any()
+        ]
         over_wls = median["Bayes"][0] / median["WLS"][0]
-        row = (three(median["Bayes"] / median["PMD"]), f"{over_wls:.2f}", three(means[-1]))
+        row = (
+            three(median["Bayes"] / median["PMD"]),
+            f"{over_wls:.2f}",
+            three(means[-1]),
+        )
         rows.append((cell.level, f"{cell.count:,}", *row, ", ".join(above) or "none"))
     columns = (
         "noise",
@@ -99,15 +131,23 @@ def _show_ratios(what: str, found: "Sequence[Cell]") -> None:
         "tools with a mean above PMD's",
     )
     table(
-        f"{what}: Bayes' errors ({THREE}) over PMD's, and its median error of the mass over that of WLS", columns, rows
+        f"{what}: Bayes' errors ({THREE}) over PMD's, and its median error of the mass over that of WLS",
+        columns,
+        rows,
     )
     high = int((np.array(means) > 1.0).sum())
-    print(f"Of these {3 * len(means)} ratios of means {high or 'none'} {'is' if high == 1 else 'are'} above 1.")
+    print(
+        f"Of these {3 * len(means)} ratios of means {high or 'none'} {'is' if high == 1 else 'are'} above 1."
+    )
 
 
 def worst(ratios: Iterable[float]) -> str:
     """Which of mass, COM and inertia are above 1, and how much."""
-    return ", ".join(f"{n} {r:.2f}" for n, r in zip(THREE.split(", "), ratios, strict=True) if r > 1.0)
+    return ", ".join(
+        f"{n} {r:.2f}"
+        for n, r in zip(THREE.split(", "), ratios, strict=True)
+        if r > 1.0
+    )
 
 
 def _show_errors(what: str, found: "Sequence[Cell]", methods: tuple[str, ...]) -> None:
@@ -118,11 +158,25 @@ def _show_errors(what: str, found: "Sequence[Cell]", methods: tuple[str, ...]) -
         for cell in found:
             errors = [three(of(cell.errors[method], axis=(0, 1))) for method in methods]
             for motion, drawn in cell.bounds.items():
-                bound = np.median(drawn, axis=(0, 1)) if name == "median" else cell.bound_means[motion].mean(axis=0)
+                bound = (
+                    np.median(drawn, axis=(0, 1))
+                    if name == "median"
+                    else cell.bound_means[motion].mean(axis=0)
+                )
                 errors.append(three(bound))
             rows.append((cell.level, f"{cell.count:,}", *errors))
-        columns = ("noise", "samples", *methods, "bound, motion known", "bound, motion noisy")
-        table(f"{what}: {name} errors [%] ({THREE}), and those at the bound", columns, rows)
+        columns = (
+            "noise",
+            "samples",
+            *methods,
+            "bound, motion known",
+            "bound, motion noisy",
+        )
+        table(
+            f"{what}: {name} errors [%] ({THREE}), and those at the bound",
+            columns,
+            rows,
+        )
 
 
 def show_objects(seeds: int, quick: bool) -> None:
@@ -131,7 +185,9 @@ def show_objects(seeds: int, quick: bool) -> None:
     from hefting.reproduction.setting import DURATION, OBJECTS
 
     speeds, duration = ((QUICK_SPEED,), QUICK_MOTION) if quick else (SPEEDS, DURATION)
-    found: dict[tuple[str, float], list[Run]] = {(name, speed): [] for name in SETTINGS for speed in speeds}
+    found: dict[tuple[str, float], list[Run]] = {
+        (name, speed): [] for name in SETTINGS for speed in speeds
+    }
     for seed in range(1, seeds + 1):
         for speed in speeds:
             tell(f"objects: seed {seed} of {seeds}, {speed} rad/s")
@@ -144,7 +200,9 @@ def show_objects(seeds: int, quick: bool) -> None:
     print("\n".join(f"- {name}: {meaning}" for name, meaning in SETTINGS.items()))
     _show_means(found)
     _show_coverage(found)
-    print(f"\n{BOUND}\nMotion noisy: with the filter's or smoother's errors as claimed, which a cold filter has wrong.")
+    print(
+        f"\n{BOUND}\nMotion noisy: with the filter's or smoother's errors as claimed, which a cold filter has wrong."
+    )
 
 
 def _show_means(found: "dict[tuple[str, float], list[Run]]") -> None:
@@ -152,11 +210,29 @@ def _show_means(found: "dict[tuple[str, float], list[Run]]") -> None:
 
     names = ("errors", "pmd", "known", "claimed")
     rows = [
-        (setting, str(speed), *(three(np.mean([getattr(run, name) for run in each], axis=0)) for name in names))
+        (
+            setting,
+            str(speed),
+            *(
+                three(np.mean([getattr(run, name) for run in each], axis=0))
+                for name in names
+            ),
+        )
         for (setting, speed), each in found.items()
     ]
-    columns = ("motion", "rad/s", "Bayes", "PMD", "bound, motion known", "bound, motion noisy")
-    table(f"Eight objects: mean errors [%] ({THREE}), and those at the bound", columns, rows)
+    columns = (
+        "motion",
+        "rad/s",
+        "Bayes",
+        "PMD",
+        "bound, motion known",
+        "bound, motion noisy",
+    )
+    table(
+        f"Eight objects: mean errors [%] ({THREE}), and those at the bound",
+        columns,
+        rows,
+    )
 
 
 def _show_coverage(found: "dict[tuple[str, float], list[Run]]") -> None:
@@ -166,13 +242,21 @@ def _show_coverage(found: "dict[tuple[str, float], list[Run]]") -> None:
 
     rows = []
     for (setting, speed), each in found.items():
-        ratio = np.mean([run.errors for run in each], axis=0) / np.mean([run.pmd for run in each], axis=0)
+        ratio = np.mean([run.errors for run in each], axis=0) / np.mean(
+            [run.pmd for run in each], axis=0
+        )
         held = 100.0 * np.array([run.held for run in each])
-        rows.append((setting, str(speed), three(ratio), f"{held.mean():.1f}", three(held[:, g].mean() for g in GROUPS)))
+        rows.append(
+            (
+                setting,
+                str(speed),
+                three(ratio),
+                f"{held.mean():.1f}",
+                three(held[:, g].mean() for g in GROUPS),
+            )
+        )
     columns = ("motion", "rad/s", "mean over PMD's", "95 % hold", THREE)
-    title = (
-        f"Eight objects: Bayes' mean errors over PMD's ({THREE}), and how many of its 95 % intervals hold the truth [%]"
-    )
+    title = f"Eight objects: Bayes' mean errors over PMD's ({THREE}), and how many of its 95 % intervals hold the truth [%]"
     table(title, columns, rows)
 
 
@@ -188,7 +272,11 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)]
     print(f"\n{title}")
     for row in (columns, *rows):
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+        print(
+            "  ".join(
+                cell.ljust(width) for cell, width in zip(row, widths, strict=True)
+            ).rstrip()
+        )
 
 
 def tell(line: str) -> None:

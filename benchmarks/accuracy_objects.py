@@ -1,4 +1,5 @@
-"""The paper's eight objects after 150 observations, their motion from noisy poses; see `benchmarks.accuracy`."""
+"""The paper's eight objects after 150 observations, their motion from noisy poses; see
+`benchmarks.accuracy`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,7 +16,15 @@ from hefting.motion import sample_weights
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
 from hefting.reproduction.filtered import Observed, causal_filter, windows
-from hefting.reproduction.setting import C1, DURATION, OBJECTS, RATE, Thing, thing, wielded
+from hefting.reproduction.setting import (
+    C1,
+    DURATION,
+    OBJECTS,
+    RATE,
+    Thing,
+    thing,
+    wielded,
+)
 from hefting.simulation import WRENCH_NOISE
 
 NOISE = "moderate"
@@ -48,16 +57,24 @@ class Run:
 
 
 def runs(speed: float, seed: int, duration: float = DURATION) -> dict[str, list[Run]]:
-    """Every window of every object at one speed with one realisation of the noise, by setting."""
+    """Every window of every object at one speed with one realisation of the noise, by
+    setting."""
     found: dict[str, list[Run]] = {name: [] for name in SETTINGS}
     for index, name in enumerate(OBJECTS):
         subject, exact = thing(name), wielded(name, speed, duration=duration)
-        observed = Observed.of(exact, WRENCH_NOISE[NOISE], (seed, index, round(10 * speed)))
+        observed = Observed.of(
+            exact, WRENCH_NOISE[NOISE], (seed, index, round(10 * speed))
+        )
         for setting, window, z, motion in seen(observed):
             z = informed(setting, z, motion)
             bayes = Bayes(subject.shape)
             found[setting].append(
-                compared(subject, bayes, z, least_errors(subject, exact.measurements[window], motion))
+                compared(
+                    subject,
+                    bayes,
+                    z,
+                    least_errors(subject, exact.measurements[window], motion),
+                )
             )
     return found
 
@@ -66,7 +83,9 @@ def seen(observed: Observed) -> Iterator[tuple[str, slice, Measurements, Motion]
     """Setting, window, and in it the measurements and where their motion is from."""
     live = causal_filter(observed)
     begun = replace(live, cold_start=True)
-    _, followed = live.update(live.start(), observed.time, observed.position, observed.orientation)
+    _, followed = live.update(
+        live.start(), observed.time, observed.position, observed.orientation
+    )
     settled = observed.with_motion(followed)
     missing = len(observed.time) - len(settled)  # before it had settled
     for window in windows(len(observed.time) / RATE):
@@ -77,7 +96,9 @@ def seen(observed: Observed) -> Iterator[tuple[str, slice, Measurements, Motion]
         z = part.with_motion(smooth)
         yield "smoothed", window, replace(z, weights=_weights(z, smooth)), smooth
         yield "smoothed, std", window, z, smooth
-        _, cold = begun.update(begun.start(), part.time, part.position, part.orientation)
+        _, cold = begun.update(
+            begun.start(), part.time, part.position, part.orientation
+        )
         yield "cold", window, part.with_motion(cold), cold
 
 
@@ -89,32 +110,44 @@ def _weights(z: Measurements, motion: Motion) -> Array:
 
 
 def informed(setting: str, z: Measurements, motion: Motion) -> Measurements:
-    """The samples with what is known of their motion; the wrench's noise and its colour a state finds."""
+    """The samples with what is known of their motion; the wrench's noise and its colour
+    a state finds."""
     return z if setting == "smoothed" else replace(z, motion_noise=motion.noise)
 
 
 def memory(motion: Motion) -> float:
-    """Samples over which errors of a filter's or smoother's accelerations last (docs/bayes.md)."""
+    """Samples over which errors of a filter's or smoother's accelerations last
+    (docs/bayes.md)."""
     return max(np.pi * RATE / motion.bandwidth, 1.0)
 
 
 def _squares(motion: Motion) -> tuple[Array, Array]:
     """Claimed variances (K,) of linear and angular acceleration."""
     assert motion.linear_acceleration_std is not None
-    return np.square(motion.linear_acceleration_std), np.square(motion.angular_acceleration_std)
+    return np.square(motion.linear_acceleration_std), np.square(
+        motion.angular_acceleration_std
+    )
 
 
-def least_errors(subject: Thing, exact: Measurements, motion: Motion) -> tuple[Array, Array]:
-    """Mean errors (3,) [%] at the bound, the motion known, and with its noise as claimed."""
+def least_errors(
+    subject: Thing, exact: Measurements, motion: Motion
+) -> tuple[Array, Array]:
+    """Mean errors (3,) [%] at the bound, the motion known, and with its noise as
+    claimed."""
     held, level = subject.held, NOISE_LEVELS[NOISE]
     scale = Scale(held.parameters, held.extents, held.pose[:3, :3])
     wrench = np.repeat(np.square((level.force, level.torque)), 3)
     claimed = memory(motion) * np.repeat(np.column_stack(_squares(motion)), 3, axis=1)
-    each = bound(exact, held.parameters, wrench), bound(exact, held.parameters, wrench, claimed)
+    each = (
+        bound(exact, held.parameters, wrench),
+        bound(exact, held.parameters, wrench, claimed),
+    )
     return scale.mean_errors(each[0]), scale.mean_errors(each[1])
 
 
-def compared(subject: Thing, bayes: Bayes, z: Measurements, bounds: tuple[Array, Array]) -> Run:
+def compared(
+    subject: Thing, bayes: Bayes, z: Measurements, bounds: tuple[Array, Array]
+) -> Run:
     """Bayes beside PMD, which sees no weights; `bounds` are those of `least_errors`."""
     estimate, truth = bayes.fit(z), subject.held.parameters
     pmd = PMD(subject.shape, c1=C1).fit(replace(z, weights=None))
@@ -124,7 +157,9 @@ def compared(subject: Thing, bayes: Bayes, z: Measurements, bounds: tuple[Array,
         (low, high), true = estimate.intervals[name], getattr(truth, name)
         inside = np.atleast_1d((low <= true) & (true <= high))
         held.append(tensor_to_vector(inside) > 0.0 if inside.ndim == 2 else inside)
-    return Run(_errors(subject, estimate), _errors(subject, pmd), np.concatenate(held), *bounds)
+    return Run(
+        _errors(subject, estimate), _errors(subject, pmd), np.concatenate(held), *bounds
+    )
 
 
 def _errors(subject: Thing, estimate: Estimate) -> Array:

@@ -1,4 +1,5 @@
-"""Twelve workshop tools with white noise in wrench and accelerations; see `benchmarks.accuracy`."""
+"""Twelve workshop tools with white noise in wrench and accelerations; see
+`benchmarks.accuracy`."""
 
 import json
 from collections.abc import Iterator
@@ -67,9 +68,13 @@ class Tool:
         """One folder of the data set."""
         truth = json.loads((folder / "truth.json").read_text())
         pose = np.array(truth["object_pose_in_sensor"])
-        shape = Shape.from_mesh(folder / "mesh.ply", unit="mm", pose=pose, points=POINTS)
+        shape = Shape.from_mesh(
+            folder / "mesh.ply", unit="mm", pose=pose, points=POINTS
+        )
         inertia = truth["inertia_at_sensor"]
-        body = InertialParameters.from_origin(truth["mass"], truth["center_of_mass_sensor"], inertia)
+        body = InertialParameters.from_origin(
+            truth["mass"], truth["center_of_mass_sensor"], inertia
+        )
         return cls(
             folder.name,
             measure(read_log(folder / "log.csv"), GRAVITY).measurements,
@@ -80,7 +85,9 @@ class Tool:
 
     def errors(self, estimate: Estimate) -> Array:
         """(3,) [%] of mass, COM and inertia about the sensor."""
-        e = errors_between(estimate.parameters, self.scale.body, self.scale.extents, self.scale.axes)
+        e = errors_between(
+            estimate.parameters, self.scale.body, self.scale.extents, self.scale.axes
+        )
         return np.array((e.mass, e.center_of_mass, e.inertia_at_origin))
 
 
@@ -92,17 +99,21 @@ class Cell:
     count: int
     tools: tuple[str, ...]
     errors: dict[str, Array]
-    """(tools, seeds, 3) [%] of mass, COM and inertia by Bayes, PMD, weighted least squares with the true motion (WLS),
-    and, of most samples, HPS"""
+    """(tools, seeds, 3) [%] of mass, COM and inertia by Bayes, PMD, weighted least
+    squares with the true motion (WLS), and, of most samples, HPS"""
     bounds: dict[str, Array]
-    """(tools, `DRAWS`, 3) [%] at the Cramér-Rao bound, the motion ``"known"`` and ``"noisy"``"""
+    """(tools, `DRAWS`, 3) [%] at the Cramér-Rao bound, the motion ``"known"`` and
+    ``"noisy"``"""
     bound_means: dict[str, Array]
     """(tools, 3) [%] their means, in closed form"""
 
     def of(self, names: tuple[str, ...]) -> "Cell":
         """Of some tools only."""
         rows = [self.tools.index(name) for name in names]
-        parts = ({k: v[rows] for k, v in each.items()} for each in (self.errors, self.bounds, self.bound_means))
+        parts = (
+            {k: v[rows] for k, v in each.items()}
+            for each in (self.errors, self.bounds, self.bound_means)
+        )
         return Cell(self.level, self.count, names, *parts)
 
 
@@ -115,19 +126,32 @@ def cells(subjects: tuple[Tool, ...], seeds: int) -> Iterator[Cell]:
     """By number of samples, then level of noise."""
     for count, level in product(SAMPLES, LEVELS):
         noise = NOISE_LEVELS[level]
-        runs = [[_run(tool, i, count, noise, seed) for seed in range(seeds)] for i, tool in enumerate(subjects)]
-        errors = {name: np.array([[run[name] for run in row] for row in runs]) for name in runs[0][0]}
+        runs = [
+            [_run(tool, i, count, noise, seed) for seed in range(seeds)]
+            for i, tool in enumerate(subjects)
+        ]
+        errors = {
+            name: np.array([[run[name] for run in row] for row in runs])
+            for name in runs[0][0]
+        }
         covariances = [_bounds(tool, count, noise) for tool in subjects]
         drawn, means = {}, {}
         for name in covariances[0]:
             each = list(zip(subjects, (c[name] for c in covariances), strict=True))
-            drawn[name] = np.array([t.scale.drawn_errors(c, DRAWS, i) for i, (t, c) in enumerate(each)])
+            drawn[name] = np.array(
+                [t.scale.drawn_errors(c, DRAWS, i) for i, (t, c) in enumerate(each)]
+            )
             means[name] = np.array([t.scale.mean_errors(c) for t, c in each])
-        yield Cell(level, count, tuple(tool.name for tool in subjects), errors, drawn, means)
+        yield Cell(
+            level, count, tuple(tool.name for tool in subjects), errors, drawn, means
+        )
 
 
-def _run(tool: Tool, index: int, count: int, noise: Noise, seed: int) -> dict[str, Array]:
-    """Errors (3,) [%] by method; Bayes, HPS and WLS are given the noise. In few samples HPS may find none at rest."""
+def _run(
+    tool: Tool, index: int, count: int, noise: Noise, seed: int
+) -> dict[str, Array]:
+    """Errors (3,) [%] by method; Bayes, HPS and WLS are given the noise. In few samples
+    HPS may find none at rest."""
     exact = tool.samples[:count]
     z = exact.with_noise(noise, (3, index, seed))
     wrench = Noise(noise.force, noise.torque)
@@ -145,5 +169,10 @@ def _bounds(tool: Tool, count: int, noise: Noise) -> dict[str, Array]:
     """Covariances (10, 10) at the bound, the motion known and noisy."""
     exact, body = tool.samples[:count], tool.scale.body
     wrench = np.repeat(np.square((noise.force, noise.torque)), 3)
-    motion = np.repeat(np.square((noise.linear_acceleration, noise.angular_acceleration)), 3)
-    return {"known": bound(exact, body, wrench), "noisy": bound(exact, body, wrench, motion)}
+    motion = np.repeat(
+        np.square((noise.linear_acceleration, noise.angular_acceleration)), 3
+    )
+    return {
+        "known": bound(exact, body, wrench),
+        "noisy": bound(exact, body, wrench, motion),
+    }

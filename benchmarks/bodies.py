@@ -1,4 +1,5 @@
-"""Random bodies whose truth is known: voxels inside random solids, filled in six ways by no estimator's prior."""
+"""Random bodies whose truth is known: voxels inside random solids, filled in six ways
+by no estimator's prior."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,9 +42,13 @@ class Body:
 
 
 def sixteen(body: InertialParameters) -> Array:
-    """(16,) mass, COM, inertia about the origin and about the COM: xx, xy, xz, yy, yz, zz."""
+    """(16,) mass, COM, inertia about the origin and about the COM: xx, xy, xz, yy, yz,
+    zz."""
     rows, columns = np.triu_indices(3)
-    tensors = (body.inertia_at_origin[rows, columns], body.inertia_at_com[rows, columns])
+    tensors = (
+        body.inertia_at_origin[rows, columns],
+        body.inertia_at_com[rows, columns],
+    )
     return np.concatenate(([body.mass], body.center_of_mass, *tensors))
 
 
@@ -57,7 +62,10 @@ def random_body(kind: str, seed: int) -> Body:
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
     reach = 0.5 * float(np.ptp(mesh.vertices, axis=0).max())
     aside = rng.normal(size=3)
-    pose[:3, 3] = rng.uniform(0.2, 1.0) * reach * aside / np.linalg.norm(aside) - pose[:3, :3] @ middle
+    pose[:3, 3] = (
+        rng.uniform(0.2, 1.0) * reach * aside / np.linalg.norm(aside)
+        - pose[:3, :3] @ middle
+    )
     fine = Shape.from_mesh(mesh, pose=pose, points=FINE)
     density = FILLINGS[kind](rng, (fine.positions - pose[:3, 3]) @ pose[:3, :3])
     assert fine.volumes is not None
@@ -66,39 +74,59 @@ def random_body(kind: str, seed: int) -> Body:
     truth = InertialParameters(fine.cell_matrix @ (mass * masses / masses.sum()))
     if kind == "homogeneous":
         truth = InertialParameters(mass * fine.homogeneous.vector)
-    return Body(kind, solid, Shape.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh)
+    return Body(
+        kind, solid, Shape.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh
+    )
 
 
 # solids [m], in the axes of their file
 
 
 def _box(rng: np.random.Generator):
-    return Assembly("box", (Part("box", tuple(rng.uniform(0.02, 0.25, 3)), 1.0, (0.0, 0.0, 0.0)),)).mesh()
+    return Assembly(
+        "box", (Part("box", tuple(rng.uniform(0.02, 0.25, 3)), 1.0, (0.0, 0.0, 0.0)),)
+    ).mesh()
 
 
 def _cylinder(rng: np.random.Generator):
     size = (float(rng.uniform(0.015, 0.06)), float(rng.uniform(0.03, 0.3)))
-    return Assembly("cylinder", (Part("cylinder", size, 1.0, (0.0, 0.0, 0.0)),)).mesh(32)
+    return Assembly("cylinder", (Part("cylinder", size, 1.0, (0.0, 0.0, 0.0)),)).mesh(
+        32
+    )
 
 
 def _polyhedron(rng: np.random.Generator):
     import trimesh
 
-    corners = rng.normal(size=(int(rng.integers(8, 30)), 3)) * rng.uniform(0.02, 0.08, 3)
+    corners = rng.normal(size=(int(rng.integers(8, 30)), 3)) * rng.uniform(
+        0.02, 0.08, 3
+    )
     return trimesh.convex.convex_hull(corners)
 
 
 def _tee(rng: np.random.Generator):
-    """A bar with a block across one end, which may be a cylinder: hammers, mallets, Ts and Ls."""
-    length, width, depth = rng.uniform(0.1, 0.25), rng.uniform(0.015, 0.04), rng.uniform(0.015, 0.04)
+    """A bar with a block across one end, which may be a cylinder: hammers, mallets, Ts
+    and Ls."""
+    length, width, depth = (
+        rng.uniform(0.1, 0.25),
+        rng.uniform(0.015, 0.04),
+        rng.uniform(0.015, 0.04),
+    )
     across, high = rng.uniform(0.05, 0.18), rng.uniform(0.02, 0.05)
     bar = Part("box", (width, depth, length), 1.0, (0.0, 0.0, 0.0))
     aside = rng.uniform(-0.5, 0.5) * across
     if rng.random() < 0.5:
-        head = Part("box", (across, depth * rng.uniform(1.0, 1.5), high), 1.0, (aside, 0.0, 0.5 * length))
+        head = Part(
+            "box",
+            (across, depth * rng.uniform(1.0, 1.5), high),
+            1.0,
+            (aside, 0.0, 0.5 * length),
+        )
     else:
         turned = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
-        head = Part("cylinder", (0.75 * high, across), 1.0, (aside, 0.0, 0.5 * length), turned)
+        head = Part(
+            "cylinder", (0.75 * high, across), 1.0, (aside, 0.0, 0.5 * length), turned
+        )
     return Assembly("tee", (bar, head)).mesh(32)
 
 
@@ -143,7 +171,10 @@ def _hollow(rng: np.random.Generator, x: Array) -> Array:
 def _concentrated(rng: np.random.Generator, x: Array) -> Array:
     """Something heavy somewhere inside: a battery, a motor."""
     size = float(np.linalg.norm(np.ptp(x, axis=0)))
-    near = np.linalg.norm(x - x[rng.integers(len(x))], axis=1) < rng.uniform(0.08, 0.18) * size
+    near = (
+        np.linalg.norm(x - x[rng.integers(len(x))], axis=1)
+        < rng.uniform(0.08, 0.18) * size
+    )
     return np.where(near, np.exp(rng.uniform(np.log(4.0), np.log(20.0))), 1.0)
 
 
@@ -157,7 +188,10 @@ def _graded(rng: np.random.Generator, x: Array) -> Array:
 def _cavity(rng: np.random.Generator, x: Array) -> Array:
     """A hole somewhere inside."""
     size = float(np.linalg.norm(np.ptp(x, axis=0)))
-    hole = np.linalg.norm(x - x[rng.integers(len(x))], axis=1) < rng.uniform(0.08, 0.2) * size
+    hole = (
+        np.linalg.norm(x - x[rng.integers(len(x))], axis=1)
+        < rng.uniform(0.08, 0.2) * size
+    )
     return np.where(hole & (np.count_nonzero(~hole) > 0.2 * len(x)), 0.0, 1.0)
 
 
@@ -177,7 +211,8 @@ def _along(rng: np.random.Generator, x: Array) -> Array:
 
 
 def _depth(x: Array) -> Array:
-    """(N,) [m] distance of voxels on a grid, which may be turned, to the nearest place without one."""
+    """(N,) [m] distance of voxels on a grid, which may be turned, to the nearest place
+    without one."""
     from scipy.spatial import KDTree
 
     step = float(np.median(KDTree(x).query(x[::50], k=2)[0][:, 1]))

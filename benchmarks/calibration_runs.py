@@ -38,14 +38,19 @@ class Run:
     pmd: Array
     """the same of PMD on the same samples"""
     widths: Array
-    """(3,) [%] width of the 95 % intervals of mass, COM (of the mean side) and trace of the inertia"""
+    """(3,) [%] width of the 95 % intervals of mass, COM (of the mean side) and trace of
+    the inertia"""
 
 
 @cache
 def motions() -> tuple[SensorMotion, ...]:
-    """Ten seconds each: the paper's sinusoids, smooth random motion and stop-and-go at several speeds."""
+    """Ten seconds each: the paper's sinusoids, smooth random motion and stop-and-go at
+    several speeds."""
     joints = [sinusoids(10.0, RATE, speed) for speed in (1.0, 2.0, 3.0)]
-    joints += [random_smooth(10.0, RATE, speed, seed=seed) for seed, speed in enumerate((0.7, 1.5, 2.5))]
+    joints += [
+        random_smooth(10.0, RATE, speed, seed=seed)
+        for seed, speed in enumerate((0.7, 1.5, 2.5))
+    ]
     joints += [stop_and_go(10.0, RATE, seed=seed) for seed in range(3)]
     return tuple(UR5.motion(j) for j in joints)
 
@@ -64,20 +69,36 @@ def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
         make, settings = WRONG[case]
         estimator = Bayes(make(body, rng), **settings)
     if case.startswith("AR"):
-        z = with_colour(exact.with_noise(replace(level, force=0.0, torque=0.0), seed), level, float(case[3:]), rng)
+        z = with_colour(
+            exact.with_noise(replace(level, force=0.0, torque=0.0), seed),
+            level,
+            float(case[3:]),
+            rng,
+        )
         found = white_noise(z)
-        z = replace(z, motion_noise=MotionNoise(found.linear_acceleration, found.angular_acceleration))
+        z = replace(
+            z,
+            motion_noise=MotionNoise(
+                found.linear_acceleration, found.angular_acceleration
+            ),
+        )
     else:
         z = exact.with_noise(level, seed)
-        estimator = replace(estimator, noise=white_noise(z) if case == "estimated" else level)
+        estimator = replace(
+            estimator, noise=white_noise(z) if case == "estimated" else level
+        )
     state = estimator.update(estimator.start(), z)
     return judged(body, estimator, state, z)
 
 
-def streamed(body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...] = LOOKS) -> dict[int, Run]:
-    """Samples in small pieces, and what an estimate says after so many: at all `looks` that are reached.
+def streamed(
+    body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...] = LOOKS
+) -> dict[int, Run]:
+    """Samples in small pieces, and what an estimate says after so many: at all `looks`
+    that are reached.
 
-    `case` is ``"white"`` or as ``"AR 0.9"``; the wrench's noise is found by the state, that of the motion is given.
+    `case` is ``"white"`` or as ``"AR 0.9"``; the wrench's noise is found by the state,
+    that of the motion is given.
     """
     rng = np.random.default_rng(seed)
     motion = motions()[rng.integers(len(motions()))]
@@ -85,7 +106,9 @@ def streamed(body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...
     count = int(rng.choice(SAMPLES))
     exact = wield(motion, body.parameters)
     first = int(rng.integers(len(exact) - count + 1))
-    noisy = exact[first : first + count].with_noise(replace(level, force=0.0, torque=0.0), seed)
+    noisy = exact[first : first + count].with_noise(
+        replace(level, force=0.0, torque=0.0), seed
+    )
     z = with_colour(noisy, level, 0.0 if case == "white" else float(case[3:]), rng)
     known = MotionNoise(level.linear_acceleration, level.angular_acceleration)
     z = replace(z, noise=None, motion_noise=known)
@@ -96,12 +119,15 @@ def streamed(body: Body, case: str, seed: tuple[int, ...], looks: tuple[int, ...
             piece = min(int(rng.integers(1, 20)), look - seen)
             state, seen = estimator.update(state, z[seen : seen + piece]), seen + piece
         estimate = estimator.estimate(state, start=estimate)
-        found[count if look == count else look] = judged(body, estimator, state, z[:look])
+        found[count if look == count else look] = judged(
+            body, estimator, state, z[:look]
+        )
     return found
 
 
 def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) -> Run:
-    """Whether the intervals from a state hold the body, and its errors beside PMD's on the samples z."""
+    """Whether the intervals from a state hold the body, and its errors beside PMD's on
+    the samples z."""
     mixture = estimator.posterior(state).mixture
     estimate = estimator.estimate(state)
     truth, sides = body.numbers[:10], body.shape.extents
@@ -113,11 +139,20 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
         return np.array((e.mass, e.center_of_mass, e.inertia_at_origin))
 
     width = high - low
-    widths = (width[0] / truth[0], width[1:4].mean() / sides.mean(), width[[4, 7, 9]].sum() / truth[[4, 7, 9]].sum())
+    widths = (
+        width[0] / truth[0],
+        width[1:4].mean() / sides.mean(),
+        width[[4, 7, 9]].sum() / truth[[4, 7, 9]].sum(),
+    )
     return Run(
         body,
         (low <= truth) & (truth <= high),
-        np.logical_and(*((s * (truth - e) >= 0.0) for s, e in zip((1, -1), ends(mixture, 0.5), strict=True))),
+        np.logical_and(
+            *(
+                (s * (truth - e) >= 0.0)
+                for s, e in zip((1, -1), ends(mixture, 0.5), strict=True)
+            )
+        ),
         errors(estimate.parameters),
         errors(PMD(estimator.shape).fit(z).parameters),
         100.0 * np.array(widths),
@@ -129,17 +164,30 @@ def ends(mixture: Mixture, level: float) -> tuple[Array, Array]:
     found = mixture.intervals(level)
     rows, columns = np.triu_indices(3)
     low, high = (
-        np.concatenate(([found["mass"][i]], found["center_of_mass"][i], found["inertia_at_origin"][i][rows, columns]))
+        np.concatenate(
+            (
+                [found["mass"][i]],
+                found["center_of_mass"][i],
+                found["inertia_at_origin"][i][rows, columns],
+            )
+        )
         for i in (0, 1)
     )
     return low, high
 
 
-def with_colour(exact: Measurements, level: Noise, rho: float, rng: np.random.Generator) -> Measurements:
-    """With wrench noise of the given levels, each sample's `rho` times the last one's, and the rest new."""
+def with_colour(
+    exact: Measurements, level: Noise, rho: float, rng: np.random.Generator
+) -> Measurements:
+    """With wrench noise of the given levels, each sample's `rho` times the last one's,
+    and the rest new."""
     from scipy.signal import lfilter
 
     new = rng.normal(size=(len(exact), 6)) * np.sqrt(1.0 - rho**2)
     new[0] /= np.sqrt(1.0 - rho**2)
-    noise = np.asarray(lfilter([1.0], [1.0, -rho], new, axis=0)) * np.repeat((level.force, level.torque), 3)
-    return replace(exact, force=exact.force + noise[:, :3], torque=exact.torque + noise[:, 3:])
+    noise = np.asarray(lfilter([1.0], [1.0, -rho], new, axis=0)) * np.repeat(
+        (level.force, level.torque), 3
+    )
+    return replace(
+        exact, force=exact.force + noise[:, :3], torque=exact.torque + noise[:, 3:]
+    )

@@ -1,4 +1,5 @@
-"""PMD against the paper's own formulation, uncompressed, through CVXPY and the conic solver Clarabel."""
+"""PMD against the paper's own formulation, uncompressed, through CVXPY and the conic
+solver Clarabel."""
 
 import cvxpy as cp
 import numpy as np
@@ -12,38 +13,57 @@ from hefting.core.regressor import full_model_weight, full_regressor, reduced_re
 from hefting.core.spatial import Array
 
 TARGETS = {150: (300.0, 150.0), 3500: (5000.0, 2000.0)}
-"""By the number of samples: how many times faster from the moments, and with the samples folded in."""
+"""By the number of samples: how many times faster from the moments, and with the
+samples folded in."""
 
 
-def paper_matrices(pmd: PMD, measurements: Measurements) -> tuple[Array, Array, Array, Array]:
-    """D(1-w) Ã M and D(w) A M (6 K, n), D(1-w) b and D(w) b (6 K,) (Nadeau et al. 2022, problem 1)."""
+def paper_matrices(
+    pmd: PMD, measurements: Measurements
+) -> tuple[Array, Array, Array, Array]:
+    """D(1-w) Ã M and D(w) A M (6 K, n), D(1-w) b and D(w) b (6 K,) (Nadeau et al. 2022,
+    problem 1)."""
     w = full_model_weight(measurements, pmd.c1)[:, None, None]
     b = measurements.wrench[:, :, None]
     M = pmd.shape.matrix
     A0 = (1.0 - w) * (reduced_regressor(measurements) @ M)
     A1 = w * (full_regressor(measurements) @ M)
-    return A0.reshape(-1, M.shape[1]), ((1.0 - w) * b).ravel(), A1.reshape(-1, M.shape[1]), (w * b).ravel()
+    return (
+        A0.reshape(-1, M.shape[1]),
+        ((1.0 - w) * b).ravel(),
+        A1.reshape(-1, M.shape[1]),
+        (w * b).ravel(),
+    )
 
 
-def paper_solution(matrices: tuple[Array, Array, Array, Array], regularization: float) -> tuple[float, float]:
-    """State the problem and solve it: the optimum, and the time [s] that Clarabel itself reports."""
+def paper_solution(
+    matrices: tuple[Array, Array, Array, Array], regularization: float
+) -> tuple[float, float]:
+    """State the problem and solve it: the optimum, and the time [s] that Clarabel
+    itself reports."""
     A0, b0, A1, b1 = matrices
     masses = cp.Variable(A0.shape[1], nonneg=True)
-    norms = cp.norm(A0 @ masses - b0) + cp.norm(A1 @ masses - b1) + regularization * cp.norm(masses)
+    norms = (
+        cp.norm(A0 @ masses - b0)
+        + cp.norm(A1 @ masses - b1)
+        + regularization * cp.norm(masses)
+    )
     problem = cp.Problem(cp.Minimize(norms))
     problem.solve(solver=cp.CLARABEL)
     return float(problem.value), float(problem.solver_stats.solve_time)
 
 
 def against_conic_solver(samples: int, rounds: int) -> Section:
-    """Both parties on the same samples; the paper's matrices are given to the conic solver ready-made."""
+    """Both parties on the same samples; the paper's matrices are given to the conic
+    solver ready-made."""
     measurements = wielded(3500)[:samples]
     pmd = PMD(shape(56))
     matrices = paper_matrices(pmd, measurements)
     times = compare(
         {
             "conic": Party(lambda _: paper_solution(matrices, pmd.regularization)),
-            "estimate": Party(pmd.estimate, lambda: pmd.update(pmd.start(), measurements), calls=20),
+            "estimate": Party(
+                pmd.estimate, lambda: pmd.update(pmd.start(), measurements), calls=20
+            ),
             "fit": Party(lambda _: pmd.fit(measurements), calls=20),
         },
         rounds,
@@ -64,6 +84,10 @@ def against_conic_solver(samples: int, rounds: int) -> Section:
             Row("  against Clarabel itself", figure=solver / fit.median, unit="x"),
             Row("objective: the paper's formulation", figure=optimum, unit="N"),
             Row("objective: Hefting", figure=certificate.objective, unit="N"),
-            Row("  relative difference", figure=certificate.objective / optimum - 1.0, at_most=1e-6),
+            Row(
+                "  relative difference",
+                figure=certificate.objective / optimum - 1.0,
+                at_most=1e-6,
+            ),
         ),
     )

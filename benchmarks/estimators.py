@@ -1,7 +1,9 @@
-"""The estimators beside PMD: GEO and LMI against their problems as stated to CVXPY and Clarabel, and all from moments.
+"""The estimators beside PMD: GEO and LMI against their problems as stated to CVXPY and
+Clarabel, and all from moments.
 
-The targets of 1 and 2 ms were set where Pinocchio's regressor with `lstsq` takes 2.4 ms over 1,000 samples: see
-`benchmarks.streaming`. The time of an estimate from the moments should not depend on the samples folded into them.
+The targets of 1 and 2 ms were set where Pinocchio's regressor with `lstsq` takes 2.4 ms
+over 1,000 samples: see `benchmarks.streaming`. The time of an estimate from the moments
+should not depend on the samples folded into them.
 """
 
 from collections.abc import Callable
@@ -39,7 +41,8 @@ class Conic:
 
 
 def rows(measurements: Measurements, whitened: bool) -> tuple[Array, Array]:
-    """A (6 K, 10) and b (6 K,) of all samples, each divided by its noise level if `whitened`."""
+    """A (6 K, 10) and b (6 K,) of all samples, each divided by its noise level if
+    `whitened`."""
     levels = np.repeat((NOISE.force, NOISE.torque), 3) if whitened else np.ones(6)
     A = full_regressor(measurements) / levels[:, None]
     return A.reshape(-1, 10), (measurements.wrench / levels).ravel()
@@ -49,13 +52,28 @@ def body() -> tuple[cp.Variable, cp.Expression]:
     """A symmetric pseudo-inertia P (4, 4) and its ten parameters."""
     P = cp.Variable((4, 4), symmetric=True)
     J = cp.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
-    return P, cp.hstack([P[3, 3], P[0, 3], P[1, 3], P[2, 3], J[0, 0], J[0, 1], J[0, 2], J[1, 1], J[1, 2], J[2, 2]])
+    return P, cp.hstack(
+        [
+            P[3, 3],
+            P[0, 3],
+            P[1, 3],
+            P[2, 3],
+            J[0, 0],
+            J[0, 1],
+            J[0, 2],
+            J[1, 1],
+            J[1, 2],
+            J[2, 2],
+        ]
+    )
 
 
 def solved(problem: cp.Problem) -> Conic:
     """By Clarabel, to its default tolerance."""
     problem.solve(solver=cp.CLARABEL)
-    optimum, seconds = np.asarray((problem.value, problem.solver_stats.solve_time), dtype=float)
+    optimum, seconds = np.asarray(
+        (problem.value, problem.solver_stats.solve_time), dtype=float
+    )
     return Conic(float(optimum), float(seconds))
 
 
@@ -66,50 +84,95 @@ def lmi_as_stated(A: Array, b: Array) -> Conic:
 
 
 def geo_as_stated(A: Array, b: Array, gamma: float | None) -> Conic:
-    """|A phi - b|² + gamma (tr(P0^-1 P) - log det(P0^-1 P) - 4); P0 is homogeneous, as heavy as least squares says.
+    """|A phi - b|² + gamma (tr(P0^-1 P) - log det(P0^-1 P) - 4); P0 is homogeneous, as
+    heavy as least squares says.
 
     gamma None: by `weight_by_rule`.
     """
     P, phi = body()
     gamma = weight_by_rule(A) if gamma is None else gamma
     P0 = np.linalg.lstsq(A, b, rcond=None)[0][0] * shape(56).homogeneous.pseudo_inertia
-    distance = cp.trace(np.linalg.inv(P0) @ P) - cp.log_det(P) + float(np.linalg.slogdet(P0)[1]) - 4.0
-    return solved(cp.Problem(cp.Minimize(cp.sum_squares(A @ phi - b) + gamma * distance)))
+    distance = (
+        cp.trace(np.linalg.inv(P0) @ P)
+        - cp.log_det(P)
+        + float(np.linalg.slogdet(P0)[1])
+        - 4.0
+    )
+    return solved(
+        cp.Problem(cp.Minimize(cp.sum_squares(A @ phi - b) + gamma * distance))
+    )
 
 
 def geo_against_conic_solver(samples: int, rounds: int) -> list[Section]:
-    """With the default weight of the prior beside known noise, and with the rule for unknown noise."""
+    """With the default weight of the prior beside known noise, and with the rule for
+    unknown noise."""
     z, points = wielded(3500)[:samples], shape(56)
     known = partial(geo_as_stated, *rows(z, whitened=True), GAMMA)
     unknown = partial(geo_as_stated, *rows(z, whitened=False), None)
     return [
-        against_conic_solver("GEO, known noise", GEO(points, noise=NOISE), z, known, rounds, at_least=100.0),
-        against_conic_solver("GEO, unknown noise", GEO(points), z, unknown, rounds, at_least=100.0),
+        against_conic_solver(
+            "GEO, known noise",
+            GEO(points, noise=NOISE),
+            z,
+            known,
+            rounds,
+            at_least=100.0,
+        ),
+        against_conic_solver(
+            "GEO, unknown noise", GEO(points), z, unknown, rounds, at_least=100.0
+        ),
     ]
 
 
 def lmi_against_conic_solver(samples: int, rounds: int) -> list[Section]:
-    """Where least squares finds no body, so that the constraint is active, and where it finds one."""
-    fast = wield(UR5.motion(sinusoids(samples / RATE, RATE, angular_speed=4.0)), hammer().parameters)
+    """Where least squares finds no body, so that the constraint is active, and where it
+    finds one."""
+    fast = wield(
+        UR5.motion(sinusoids(samples / RATE, RATE, angular_speed=4.0)),
+        hammer().parameters,
+    )
     sections = []
-    for active, z in ((True, wielded(3500)[:samples]), (False, fast.with_noise(NOISE, seed=1))):
-        title, statement = f"LMI, constraint {'' if active else 'in'}active", partial(lmi_as_stated, *rows(z, False))
-        section = against_conic_solver(title, LMI(), z, statement, rounds, at_least=25.0)
+    for active, z in (
+        (True, wielded(3500)[:samples]),
+        (False, fast.with_noise(NOISE, seed=1)),
+    ):
+        title, statement = (
+            f"LMI, constraint {'' if active else 'in'}active",
+            partial(lmi_as_stated, *rows(z, False)),
+        )
+        section = against_conic_solver(
+            title, LMI(), z, statement, rounds, at_least=25.0
+        )
         margin = OLS().fit(z).parameters.consistency().margins["pseudo_inertia"]
         low, high = (None, 0.0) if active else (0.0, None)
-        row = Row("margin by which least squares is a body", figure=margin, at_least=low, at_most=high)
+        row = Row(
+            "margin by which least squares is a body",
+            figure=margin,
+            at_least=low,
+            at_most=high,
+        )
         sections.append(replace(section, rows=(*section.rows, row)))
     return sections
 
 
 def against_conic_solver(
-    title: str, estimator: Estimator, z: Measurements, statement: Callable[[], Conic], rounds: int, at_least: float
+    title: str,
+    estimator: Estimator,
+    z: Measurements,
+    statement: Callable[[], Conic],
+    rounds: int,
+    at_least: float,
 ) -> Section:
-    """`estimator` and the conic solver on the same samples; its matrices of all samples are given to it ready-made."""
+    """`estimator` and the conic solver on the same samples; its matrices of all samples
+    are given to it ready-made."""
     times = compare(
         {
             "conic": Party(lambda _: statement()),
-            "estimate": Party(estimator.estimate, lambda: estimator.update(estimator.start(), z), calls=20),
+            "estimate": Party(
+                estimator.estimate,
+                lambda: estimator.update(estimator.start(), z),
+                calls=20,
+            ),
             "fit": Party(lambda _: estimator.fit(z), calls=20),
         },
         rounds,
@@ -126,7 +189,11 @@ def against_conic_solver(
             Row("  against Clarabel itself", figure=solver / estimate.median, unit="x"),
             faster("Hefting, folding the samples included", fit, conic),
             Row("linear systems solved", figure=float(certificate.iterations)),
-            Row("objective, relative difference", figure=abs(certificate.objective / optimum - 1.0), at_most=1e-6),
+            Row(
+                "objective, relative difference",
+                figure=abs(certificate.objective / optimum - 1.0),
+                at_most=1e-6,
+            ),
         ),
     )
 
@@ -139,7 +206,8 @@ def labelled_parts() -> Shape:
 
 
 def from_the_moments(samples: int, many: int, rounds: int) -> list[Section]:
-    """Every estimator from the moments of so many samples, and from those of ten and of `many`."""
+    """Every estimator from the moments of so many samples, and from those of ten and of
+    `many`."""
     long, z = wielded(many), wielded(3500)[:samples]
     estimators: dict[str, tuple[Estimator, float | None]] = {
         "OLS": (OLS(), None),
@@ -149,11 +217,19 @@ def from_the_moments(samples: int, many: int, rounds: int) -> list[Section]:
         "GEO, unknown noise": (GEO(shape(56)), 2e-3),
         "LMI, constraint active": (LMI(), 2e-3),
     }
-    return [one_from_the_moments(name, *chosen, z, long, rounds) for name, chosen in estimators.items()]
+    return [
+        one_from_the_moments(name, *chosen, z, long, rounds)
+        for name, chosen in estimators.items()
+    ]
 
 
 def one_from_the_moments(
-    name: str, estimator: Estimator, at_most: float | None, z: Measurements, long: Measurements, rounds: int
+    name: str,
+    estimator: Estimator,
+    at_most: float | None,
+    z: Measurements,
+    long: Measurements,
+    rounds: int,
 ) -> Section:
     """Ten samples are spread over the motion of `z`, the many are `long`."""
     parties = {}
@@ -161,17 +237,38 @@ def one_from_the_moments(
         state = estimator.update(estimator.start(), chosen)
         parties[key] = Party(estimator.estimate, lambda state=state: state, calls=5)
     yardstick = wielded(3500)[:1000]
-    arrays = tuple(getattr(yardstick, field) for field in DIMENSIONS if field != "weights")
-    times = compare({"pinocchio": Party(lambda _: with_pinocchio(arrays))} | parties, rounds)
-    few, ours, many, theirs = times["few"], times["z"], times["long"], times["pinocchio"]
+    arrays = tuple(
+        getattr(yardstick, field) for field in DIMENSIONS if field != "weights"
+    )
+    times = compare(
+        {"pinocchio": Party(lambda _: with_pinocchio(arrays))} | parties, rounds
+    )
+    few, ours, many, theirs = (
+        times["few"],
+        times["z"],
+        times["long"],
+        times["pinocchio"],
+    )
     in_yardsticks = None if at_most is None else REFERENCE / at_most
     return Section(
         f"{name}, from the moments",
         (
-            Row(f"estimate, {len(z):,} samples", ours, ours.median, "s", at_most=at_most),
+            Row(
+                f"estimate, {len(z):,} samples", ours, ours.median, "s", at_most=at_most
+            ),
             Row("Pinocchio and lstsq over 1,000 samples", theirs),
-            Row("  over the estimate", figure=theirs.median / ours.median, unit="x", at_least=in_yardsticks),
+            Row(
+                "  over the estimate",
+                figure=theirs.median / ours.median,
+                unit="x",
+                at_least=in_yardsticks,
+            ),
             Row("10 samples, over 1,000", few, few.median / ours.median, at_most=1.5),
-            Row(f"{len(long):,} samples, over 1,000", many, many.median / ours.median, at_most=1.5),
+            Row(
+                f"{len(long):,} samples, over 1,000",
+                many,
+                many.median / ours.median,
+                at_most=1.5,
+            ),
         ),
     )

@@ -1,4 +1,5 @@
-"""OLS from motion arrays, against Pinocchio's body regressor and NumPy's least squares."""
+"""OLS from motion arrays, against Pinocchio's body regressor and NumPy's least
+squares."""
 
 import numpy as np
 import pinocchio as pin
@@ -15,11 +16,14 @@ FROM_PINOCCHIO = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
 
 
 def with_pinocchio(arrays: tuple[Array, ...]) -> Array:
-    """Ten parameters (10,) as a user of Pinocchio finds them: a loop over the samples, then least squares."""
+    """Ten parameters (10,) as a user of Pinocchio finds them: a loop over the samples,
+    then least squares."""
     _, g, a, w, alpha, force, torque = arrays
     A, origin_at_rest = np.empty((len(a), 6, 10)), np.zeros(3)
     for k in range(len(a)):
-        A[k] = pin.bodyRegressor(pin.Motion(origin_at_rest, w[k]), pin.Motion(a[k] - g[k], alpha[k]))
+        A[k] = pin.bodyRegressor(
+            pin.Motion(origin_at_rest, w[k]), pin.Motion(a[k] - g[k], alpha[k])
+        )
     b = np.hstack((force, torque)).ravel()
     return np.linalg.lstsq(A.reshape(-1, 10), b, rcond=None)[0][FROM_PINOCCHIO]
 
@@ -27,7 +31,12 @@ def with_pinocchio(arrays: tuple[Array, ...]) -> Array:
 def against_pinocchio(samples: int, rounds: int) -> Section:
     """Both from the same arrays of motion and wrench."""
     z = wielded(3500)[:samples]
-    motion = (z.gravity, z.linear_acceleration, z.angular_velocity, z.angular_acceleration)
+    motion = (
+        z.gravity,
+        z.linear_acceleration,
+        z.angular_velocity,
+        z.angular_acceleration,
+    )
     arrays = (z.time, *motion, z.force, z.torque)
     times = compare(
         {
@@ -43,6 +52,10 @@ def against_pinocchio(samples: int, rounds: int) -> Section:
         (
             Row("Pinocchio's regressor, NumPy's lstsq", theirs),
             faster("Hefting: OLS().fit(Measurements(...))", ours, theirs, 1.0),
-            Row("largest difference of a parameter", figure=float(difference), at_most=1e-9),
+            Row(
+                "largest difference of a parameter",
+                figure=float(difference),
+                at_most=1e-9,
+            ),
         ),
     )

@@ -1,8 +1,11 @@
-"""`python -m benchmarks.live [FILE ...] [--until ...]`: a recording replayed as a robot would stream it.
+"""`python -m benchmarks.live [FILE ...] [--until ...]`: a recording replayed as a robot
+would stream it.
 
-Poses and wrenches go in as they were recorded, some milliseconds at a time: poses through a `PoseFilter`, tuned on the
-first second, its motion with the wrench of the same instants into `Bayes`. Nothing is known beforehand but gravity, the
-wrench's sign and a coarse box; the bias is found with the object. Prints how estimate and interval develop.
+Poses and wrenches go in as they were recorded, some milliseconds at a time: poses
+through a `PoseFilter`, tuned on the first second, its motion with the wrench of the
+same instants into `Bayes`. Nothing is known beforehand but gravity, the wrench's sign
+and a coarse box; the bias is found with the object. Prints how estimate and interval
+develop.
 """
 
 import argparse
@@ -15,7 +18,9 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 
 def main() -> None:
     """Print one history for each recording."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.live", description=main.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.live", description=main.__doc__
+    )
     folder = Path(os.environ.get("HEFTING_DATA", "."))
     default = [folder / "panda-optoforce" / f"{run}.csv" for run in ("run1", "run3")]
     parser.add_argument("files", nargs="*", type=Path, default=default)
@@ -31,7 +36,9 @@ def main() -> None:
     for file in arguments.files:
         stream = Stream.of(read_log(file))
         estimator = Bayes(Shape.from_box(*BOX), bias="estimate", until=arguments.until)
-        print(f"\n{file.name} until {arguments.until}\n   time    mass   95 % interval      sure to (95 %)")
+        print(
+            f"\n{file.name} until {arguments.until}\n   time    mass   95 % interval      sure to (95 %)"
+        )
         stopped = None
         for now, estimate in replayed(stream, estimator, arguments.every):
             assert estimate.intervals is not None
@@ -39,7 +46,11 @@ def main() -> None:
             stopped = now if estimate.sufficient and stopped is None else stopped
             print(f"{now:6.1f} s  {estimate.parameters.mass:6.3f}  {low:6.3f} to {high:6.3f}    {estimate.accuracy}"
                   f"{'   sufficient' if estimate.sufficient else ''}", flush=True)  # fmt: skip
-        print("never sufficient" if stopped is None else f"first sufficient after {stopped:.1f} s")
+        print(
+            "never sufficient"
+            if stopped is None
+            else f"first sufficient after {stopped:.1f} s"
+        )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""A long recording at 1 kHz, poses and wrench in a CSV file, read and identified in a process of its own.
+"""A long recording at 1 kHz, poses and wrench in a CSV file, read and identified in a
+process of its own.
 
 `python -m benchmarks.long_recording ROWS` prints a JSON object.
 """
@@ -40,7 +41,15 @@ def write(rows: int, path: Path) -> None:
 
     motion = UR5.motion(random_smooth(rows / RATE, RATE, 1.0, seed=1))
     noise = Noise(force=0.1, torque=0.005)
-    write_log(simulate(motion, hammer().parameters, noise=noise, bias=(5.0, -3.0, 8.0, 0.2, 0.1, -0.3)), path)
+    write_log(
+        simulate(
+            motion,
+            hammer().parameters,
+            noise=noise,
+            bias=(5.0, -3.0, 8.0, 0.2, 0.1, -0.3),
+        ),
+        path,
+    )
 
 
 def identify_file(path: Path) -> Identified:
@@ -55,7 +64,9 @@ def identify_file(path: Path) -> Identified:
     done = time.perf_counter()
     mass = hammer().parameters.mass
     error = 100.0 * abs(found.parameters.mass / mass - 1.0)
-    return Identified(len(recording["wrench"]), read - start, done - read, peak(), error)
+    return Identified(
+        len(recording["wrench"]), read - start, done - read, peak(), error
+    )
 
 
 def long_recording(rows: int) -> Section:
@@ -64,12 +75,19 @@ def long_recording(rows: int) -> Section:
         path = Path(folder) / "log.csv"
         command = [sys.executable, "-m", "benchmarks.long_recording"]
         subprocess.run([*command, str(rows), str(path)], check=True)
-        done = subprocess.run([*command, str(path)], check=True, capture_output=True, text=True)
+        done = subprocess.run(
+            [*command, str(path)], check=True, capture_output=True, text=True
+        )
     found = Identified(**json.loads(done.stdout))
     return Section(
         f"A recording of {found.rows:,} rows, poses and wrench as CSV",
         (
-            Row("read and identified", figure=found.reading + found.identifying, unit="s", at_most=15.0),
+            Row(
+                "read and identified",
+                figure=found.reading + found.identifying,
+                unit="s",
+                at_most=15.0,
+            ),
             Row("reading alone", figure=found.reading, unit="s"),
             Row("peak memory", figure=found.peak / 2**20, unit="MiB", at_most=1024.0),
             Row("error of the mass", figure=found.error, unit="%", at_most=0.1),

@@ -1,4 +1,5 @@
-"""Memory and throughput of folding, in a process of its own: its peak is not hidden by that of other work.
+"""Memory and throughput of folding, in a process of its own: its peak is not hidden by
+that of other work.
 
 `python -m benchmarks.memory SAMPLES` prints a JSON object.
 """
@@ -25,7 +26,8 @@ class Folding:
     samples: int
     seconds: float
     growth: int
-    """How much the peak of the resident memory rose after the first two blocks [bytes]."""
+    """How much the peak of the resident memory rose after the first two blocks
+    [bytes]."""
 
 
 def fold(samples: int) -> Folding:
@@ -42,7 +44,9 @@ def fold(samples: int) -> Folding:
         if block == 2:
             before = peak()
         start = time.perf_counter()
-        state = pmd.update(state, Measurements(time_in_block + block * BLOCK * 1e-3, *arrays))
+        state = pmd.update(
+            state, Measurements(time_in_block + block * BLOCK * 1e-3, *arrays)
+        )
         elapsed += time.perf_counter() - start
     return Folding(state.full.samples, elapsed, peak() - before)
 
@@ -61,8 +65,15 @@ def folding_memory(samples: int) -> Section:
     return Section(
         f"Folding {folding.samples:,} samples, {BLOCK:,} at a time",
         (
-            Row("rise of peak memory", figure=folding.growth / 2**20, unit="MiB", at_most=2.0),
-            Row("throughput", figure=folding.samples / folding.seconds, unit="samples/s"),
+            Row(
+                "rise of peak memory",
+                figure=folding.growth / 2**20,
+                unit="MiB",
+                at_most=2.0,
+            ),
+            Row(
+                "throughput", figure=folding.samples / folding.seconds, unit="samples/s"
+            ),
         ),
     )
 

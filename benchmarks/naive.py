@@ -1,7 +1,9 @@
-"""What a lab would write in an afternoon: pandas, SciPy's Savitzky-Golay, Pinocchio's regressor, least squares.
+"""What a lab would write in an afternoon: pandas, SciPy's Savitzky-Golay, Pinocchio's
+regressor, least squares.
 
-`python benchmarks/naive.py LOG.csv --gravity 0,0,-9.81`. It uses nothing of Hefting. It takes the wrench's sign, the
-clocks and every sample as they come, and says nothing of how sure it is.
+`python benchmarks/naive.py LOG.csv --gravity 0,0,-9.81`. It uses nothing of Hefting. It
+takes the wrench's sign, the clocks and every sample as they come, and says nothing of
+how sure it is.
 """
 
 import argparse
@@ -43,25 +45,39 @@ def identified(log: pd.DataFrame, gravity: np.ndarray) -> tuple[np.ndarray, np.n
 
     rows = []
     for k in range(len(log)):
-        # at rest in its own origin: what is differentiated is the classical acceleration, not the spatial one
-        regressor = pin.bodyRegressor(pin.Motion(np.zeros(3), w[k]), pin.Motion(force[k], alpha[k]))
+        # at rest in its own origin: what is differentiated is the classical
+        # acceleration, not the spatial one
+        regressor = pin.bodyRegressor(
+            pin.Motion(np.zeros(3), w[k]), pin.Motion(force[k], alpha[k])
+        )
         rows.append(np.hstack([regressor, np.eye(6)]))
     solution, *_ = np.linalg.lstsq(np.vstack(rows), wrench.ravel(), rcond=None)
     return solution[:10], solution[10:]
 
 
 def motion(log: pd.DataFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray, Rotation]:
-    """Linear acceleration, angular velocity and acceleration in world axes, and the turn from world to sensor axes."""
+    """Linear acceleration, angular velocity and acceleration in world axes, and the
+    turn from world to sensor axes."""
     step = np.median(np.diff(log["time"]))
     window = 2 * round(0.5 * WINDOW / step) + 1
 
     def smooth(values: np.ndarray, derivative: int) -> np.ndarray:
-        return savgol_filter(values, window, DEGREE, deriv=derivative, delta=step, axis=0)
+        return savgol_filter(
+            values, window, DEGREE, deriv=derivative, delta=step, axis=0
+        )
 
     position = log[["px", "py", "pz"]].to_numpy()
     q = log[["qx", "qy", "qz", "qw"]].to_numpy()
-    q = q * np.cumprod(np.append(1.0, np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0)))[:, None]
-    angular = [2.0 * times_conjugate(smooth(q, derivative), smooth(q, 0)) for derivative in (1, 2)]
+    q = (
+        q
+        * np.cumprod(
+            np.append(1.0, np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0))
+        )[:, None]
+    )
+    angular = [
+        2.0 * times_conjugate(smooth(q, derivative), smooth(q, 0))
+        for derivative in (1, 2)
+    ]
     to_sensor = Rotation.from_quat(smooth(q, 0)).inv()
     return smooth(position, 2), angular[0], angular[1], to_sensor
 

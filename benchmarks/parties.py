@@ -1,4 +1,5 @@
-"""Who is compared: this code, the code before it, and the naive script; each in processes of its own."""
+"""Who is compared: this code, the code before it, and the naive script; each in
+processes of its own."""
 
 import io
 import json
@@ -16,7 +17,9 @@ ROOT = Path(__file__).resolve().parents[1]
 HERE = ROOT / "benchmarks"
 COMMIT = "c8b1b2c20255b1b24b2557da561748419832eb72"
 """What came before."""
-ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "RAYON")}
+ONE_THREAD = {
+    f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "RAYON")
+}
 
 
 class MissingError(Exception):
@@ -46,13 +49,24 @@ class Party:
     """folder of the package; None for code that needs none"""
 
     def run(self, *arguments: str) -> Took:
-        """Run ``python ARGUMENTS`` in an empty folder, on one thread; `RuntimeError` with what it said if it fails."""
-        environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE")}
+        """Run ``python ARGUMENTS`` in an empty folder, on one thread; `RuntimeError`
+        with what it said if it fails."""
+        environment = {
+            k: v
+            for k, v in os.environ.items()
+            if k not in ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
+        }
         if self.source is not None:
             environment["PYTHONPATH"] = str(self.source)
         with TemporaryDirectory() as folder:
             output = Path(folder) / "output"
-            launcher = [sys.executable, "-I", "-S", str(HERE / "launched.py"), str(output)]
+            launcher = [
+                sys.executable,
+                "-I",
+                "-S",
+                str(HERE / "launched.py"),
+                str(output),
+            ]
             done = subprocess.run(
                 [*launcher, sys.executable, *arguments],
                 cwd=folder,
@@ -68,10 +82,13 @@ class Party:
         return Took(said=said, **took)
 
     def warm_up(self) -> None:
-        """Have its code compiled; `RuntimeError` unless it is that of `source` that runs."""
+        """Have its code compiled; `RuntimeError` unless it is that of `source` that
+        runs."""
         if self.source is None:
             return
-        subprocess.run([sys.executable, "-m", "compileall", "-q", str(self.source)], check=True)
+        subprocess.run(
+            [sys.executable, "-m", "compileall", "-q", str(self.source)], check=True
+        )
         found = self.run("-c", "import hefting; print(hefting.__file__)").said.strip()
         if not Path(found).resolve().is_relative_to(self.source.resolve()):
             raise RuntimeError(f"{self.name} is {found}, not {self.source}")
@@ -82,7 +99,8 @@ NAIVE = Party("naive")
 
 
 def before(folder: Path, given: Path | None = None) -> Party:
-    """The code before: that of `COMMIT` in the history, put in `folder`, or a checkout that is given.
+    """The code before: that of `COMMIT` in the history, put in `folder`, or a checkout
+    that is given.
 
     Raises `MissingError` where the history does not have it.
     """
@@ -106,5 +124,7 @@ def naive() -> Party:
     """The naive script; `MissingError` without what it needs."""
     for module in ("pandas", "pinocchio"):
         if find_spec(module) is None:
-            raise MissingError(f"{module} is not installed: nothing beside the naive script")
+            raise MissingError(
+                f"{module} is not installed: nothing beside the naive script"
+            )
     return NAIVE

@@ -15,7 +15,9 @@ def many_points(points: int, rounds: int) -> Section:
     used.estimate(state)  # the basis of its points is kept from here on
     times = compare(
         {
-            "first": Party(lambda fresh: fresh.estimate(state), lambda: PMD(Shape(positions))),
+            "first": Party(
+                lambda fresh: fresh.estimate(state), lambda: PMD(Shape(positions))
+            ),
             "estimate": Party(lambda _: used.estimate(state)),
         },
         rounds,
@@ -24,8 +26,18 @@ def many_points(points: int, rounds: int) -> Section:
     return Section(
         f"PMD, {len(positions):,} points, 150 samples",
         (
-            Row("estimate, from the moments", estimate, estimate.median, "s", at_most=1.0),
+            Row(
+                "estimate, from the moments",
+                estimate,
+                estimate.median,
+                "s",
+                at_most=1.0,
+            ),
             Row("first estimate, the one-off basis included", first),
-            Row("  the basis: difference of the two", figure=first.median - estimate.median, unit="s"),
+            Row(
+                "  the basis: difference of the two",
+                figure=first.median - estimate.median,
+                unit="s",
+            ),
         ),
     )

@@ -1,4 +1,5 @@
-"""Bayes: from the moments, cold and from an earlier estimate, with few points and many."""
+"""Bayes: from the moments, cold and from an earlier estimate, with few points and
+many."""
 
 from benchmarks.problem import shape, wielded
 from benchmarks.report import Row, Section
@@ -13,7 +14,10 @@ def posterior(points: int, rounds: int) -> Section:
     """150 samples of the hammer; 56 points, and so many."""
     z = wielded(3500)[:150]
     few, many = shape(56), shape(points)
-    used, sure = Bayes(few, noise=NOISE), Bayes(few, noise=NOISE, until="mass=1%,com=2mm,inertia=20%")
+    used, sure = (
+        Bayes(few, noise=NOISE),
+        Bayes(few, noise=NOISE, until="mass=1%,com=2mm,inertia=20%"),
+    )
     placed = Bayes(few, noise=NOISE, pose_std=(0.005, 0.087))
     state = used.update(used.start(), z)
     earlier = used.estimate(state)  # the prior of the shape is kept from here on
@@ -24,16 +28,31 @@ def posterior(points: int, rounds: int) -> Section:
             "cold": Party(lambda _: used.estimate(state), calls=5),
             "sure": Party(lambda _: sure.estimate(state, start=earlier), calls=5),
             "placed": Party(lambda _: placed.estimate(state), calls=5),
-            "first": Party(lambda fresh: fresh.estimate(state), lambda: Bayes(few, noise=NOISE)),
-            "many": Party(lambda fresh: fresh.estimate(state), lambda: Bayes(many, noise=NOISE)),
+            "first": Party(
+                lambda fresh: fresh.estimate(state), lambda: Bayes(few, noise=NOISE)
+            ),
+            "many": Party(
+                lambda fresh: fresh.estimate(state), lambda: Bayes(many, noise=NOISE)
+            ),
         },
         rounds,
     )
-    warm, cold, first, long = times["warm"], times["cold"], times["first"], times["many"]
+    warm, cold, first, long = (
+        times["warm"],
+        times["cold"],
+        times["first"],
+        times["many"],
+    )
     return Section(
         "Bayes, from the moments of 150 samples",
         (
-            Row(f"estimate from an earlier one, {few.n} points", warm, warm.median, "s", at_most=1e-3),
+            Row(
+                f"estimate from an earlier one, {few.n} points",
+                warm,
+                warm.median,
+                "s",
+                at_most=1e-3,
+            ),
             Row("  with the accuracy it reaches", times["sure"]),
             Row("estimate", cold, cold.median, "s", at_most=5e-3),
             Row("  with a pose known to 5 mm and 5°", times["placed"]),

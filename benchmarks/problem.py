@@ -1,4 +1,5 @@
-"""The problem of all benchmarks: a hammer moved by the paper's sinusoids, with moderate noise."""
+"""The problem of all benchmarks: a hammer moved by the paper's sinusoids, with moderate
+noise."""
 
 from functools import cache
 
@@ -18,7 +19,9 @@ RATE = 100.0
 def wielded(samples: int) -> Measurements:
     """So many samples of the motion."""
     motion = UR5.motion(sinusoids(samples / RATE, RATE, angular_speed=1.0))
-    return wield(motion, hammer().parameters).with_noise(NOISE_LEVELS["moderate"], seed=1)
+    return wield(motion, hammer().parameters).with_noise(
+        NOISE_LEVELS["moderate"], seed=1
+    )
 
 
 @cache

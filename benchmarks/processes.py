@@ -1,8 +1,10 @@
-"""`python -m benchmarks.processes [--before PATH] [--json FILE] [--quick]`: whole processes, start to end.
+"""`python -m benchmarks.processes [--before PATH] [--json FILE] [--quick]`: whole
+processes, start to end.
 
-Processor time of a process, user and system, on one thread: of the command, beside that of the code before
-(`benchmarks.parties.COMMIT`, from the history) and of the naive script. The parties take turns; a ratio is the
-median of those of the rounds. The Panda recordings are those in the folder that HEFTING_DATA names.
+Processor time of a process, user and system, on one thread: of the command, beside that
+of the code before (`benchmarks.parties.COMMIT`, from the history) and of the naive
+script. The parties take turns; a ratio is the median of those of the rounds. The Panda
+recordings are those in the folder that HEFTING_DATA names.
 """
 
 import argparse
@@ -35,17 +37,35 @@ MASSES = {LIGHT: 0.06, HEAVY: 1.0}
 
 
 def main() -> None:
-    """Time whole processes beside those of the code before and of the naive script, and print a table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.processes", description=main.__doc__)
-    parser.add_argument("--before", metavar="PATH", type=Path, help="checkout of the code before; default from git")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures to a file as well")
-    parser.add_argument("--quick", action="store_true", help="one round, and less of it: a check that it all runs")
-    parser.add_argument("--only", metavar="TEXT", default="", help="sections whose title has it")
+    """Time whole processes beside those of the code before and of the naive script, and
+    print a table."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.processes", description=main.__doc__
+    )
+    parser.add_argument(
+        "--before",
+        metavar="PATH",
+        type=Path,
+        help="checkout of the code before; default from git",
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write the figures to a file as well"
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="one round, and less of it: a check that it all runs",
+    )
+    parser.add_argument(
+        "--only", metavar="TEXT", default="", help="sections whose title has it"
+    )
     arguments = parser.parse_args()
 
     with TemporaryDirectory() as folder:
         every = Processes(Path(folder), arguments.before, arguments.quick).sections()
-        sections = [make() for title, make in every if arguments.only.lower() in title.lower()]
+        sections = [
+            make() for title, make in every if arguments.only.lower() in title.lower()
+        ]
     show(sections)
     if arguments.json is not None:
         saved(sections, arguments.quick, arguments.json)
@@ -86,9 +106,13 @@ class Processes:
 
     @cached_property
     def parties(self) -> dict[str, Party]:
-        """Those that are there, ready to run; who is missing is told on standard error."""
+        """Those that are there, ready to run; who is missing is told on standard
+        error."""
         found = {"now": NOW}
-        for name, find in (("before", lambda: before(self.folder / "before", self.given)), ("naive", naive)):
+        for name, find in (
+            ("before", lambda: before(self.folder / "before", self.given)),
+            ("naive", naive),
+        ):
             try:
                 found[name] = find()
             except MissingError as missing:
@@ -104,17 +128,24 @@ class Processes:
 
     def sections(self) -> Iterator[Measurement]:
         """Titles, and what measures each."""
-        data = Path(os.environ.get("HEFTING_DATA") or "no-recordings") / "panda-optoforce"
+        data = (
+            Path(os.environ.get("HEFTING_DATA") or "no-recordings") / "panda-optoforce"
+        )
         if data.is_dir():
             for run in ("run1",) if self.quick else ("run1", "run3"):
                 title = f"Panda {run}, no shape"
                 yield title, partial(self._panda, title, data / f"{run}.csv", run)
             if not self.quick:
                 title = "identify, Panda run1, box"
-                panda = _Shaped(str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY)
+                panda = _Shaped(
+                    str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY
+                )
                 yield title, partial(self._shaped, title, panda, 0.2, 0.06)
         else:
-            print("HEFTING_DATA names no folder that holds panda-optoforce: those are left out", file=sys.stderr)
+            print(
+                "HEFTING_DATA names no folder that holds panda-optoforce: those are left out",
+                file=sys.stderr,
+            )
         title = "identify, demo, its mesh"
         yield title, partial(self._demo, title)
         title = f"identify, {LIGHT} and {HEAVY} moved alike"
@@ -124,20 +155,40 @@ class Processes:
         title = f"identify, {QUICK_ROWS if self.quick else ROWS:,} rows of CSV"
         yield title, partial(self._long, title)
 
-    def _works(self, what: str, *arguments: str, prints: bool = False) -> dict[str, Work]:
-        """The same by this code and by that before; if it `prints`, its figure is what counts."""
+    def _works(
+        self, what: str, *arguments: str, prints: bool = False
+    ) -> dict[str, Work]:
+        """The same by this code and by that before; if it `prints`, its figure is what
+        counts."""
         run = _printed if prints else Party.run
         names = [name for name in ("now", "before") if name in self.parties]
-        return {f"{what}, {name}": partial(run, self.parties[name], *arguments) for name in names}
+        return {
+            f"{what}, {name}": partial(run, self.parties[name], *arguments)
+            for name in names
+        }
 
     def _panda(self, title: str, log: Path, run: str) -> Section:
         works: dict[str, Work] = {}
         ratios = []
         for command, at_most in (("identify", 0.2), ("inspect", 0.13)):
-            works |= self._works(command, "-m", "hefting", command, str(log), "--gravity", PANDA_GRAVITY)
+            works |= self._works(
+                command, "-m", "hefting", command, str(log), "--gravity", PANDA_GRAVITY
+            )
             ours, name = f"{command}, now", f"{command}, Panda {run}"
-            ratios.append(Ratio(f"{command} over before", f"{name}/before", ours, f"{command}, before", at_most))
-            ratios.append(Ratio(f"{command} over naive", f"{name}/naive", ours, "naive script", 1.0))
+            ratios.append(
+                Ratio(
+                    f"{command} over before",
+                    f"{name}/before",
+                    ours,
+                    f"{command}, before",
+                    at_most,
+                )
+            )
+            ratios.append(
+                Ratio(
+                    f"{command} over naive", f"{name}/naive", ours, "naive script", 1.0
+                )
+            )
         if "naive" in self.parties:
             arguments = (str(HERE / "naive.py"), str(log), "--gravity", PANDA_GRAVITY)
             works["naive script"] = partial(self.parties["naive"].run, *arguments)
@@ -147,16 +198,39 @@ class Processes:
         demo = self.folder / "demo"
         if not demo.exists():
             NOW.run("-m", "hefting", "demo", "--output", str(demo))
-        shaped = _Shaped(str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE)
+        shaped = _Shaped(
+            str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE
+        )
         return self._shaped(title, shaped, 0.35, 0.06)
 
-    def _shaped(self, title: str, shaped: "_Shaped", at_most: float, second_at_most: float) -> Section:
-        works = self._works("identify", *shaped.command) | self._works("a second", *shaped.twice, prints=True)
+    def _shaped(
+        self, title: str, shaped: "_Shaped", at_most: float, second_at_most: float
+    ) -> Section:
+        works = self._works("identify", *shaped.command) | self._works(
+            "a second", *shaped.twice, prints=True
+        )
         process, second, name = "identify, before", "a second, now", f"second {title}"
         ratios = [
-            Ratio("identify over before", f"{title}/before", "identify, now", process, at_most),
-            Ratio("a second over before's process", f"{name}/before", second, process, second_at_most),
-            Ratio("a second over before's second", f"{name}/before's second", second, "a second, before"),
+            Ratio(
+                "identify over before",
+                f"{title}/before",
+                "identify, now",
+                process,
+                at_most,
+            ),
+            Ratio(
+                "a second over before's process",
+                f"{name}/before",
+                second,
+                process,
+                second_at_most,
+            ),
+            Ratio(
+                "a second over before's second",
+                f"{name}/before's second",
+                second,
+                "a second, before",
+            ),
         ]
         return _measured(title, works, ratios, self.rounds)[0]
 
@@ -164,11 +238,32 @@ class Processes:
         works: dict[str, Work] = {}
         box = _box_recordings(self.folder)
         for mass in MASSES:
-            works |= self._works(mass, *_Shaped(str(self.folder / f"{mass}.csv"), box).command)
+            works |= self._works(
+                mass, *_Shaped(str(self.folder / f"{mass}.csv"), box).command
+            )
         ratios = [
-            Ratio(f"{LIGHT} over {HEAVY}, now", f"identify, {LIGHT}/{HEAVY}", f"{LIGHT}, now", f"{HEAVY}, now", 1.0),
-            Ratio(f"{LIGHT} over {HEAVY}, before", "", f"{LIGHT}, before", f"{HEAVY}, before"),
-            *(Ratio(f"{m} over before", f"identify, {m}/before", f"{m}, now", f"{m}, before") for m in MASSES),
+            Ratio(
+                f"{LIGHT} over {HEAVY}, now",
+                f"identify, {LIGHT}/{HEAVY}",
+                f"{LIGHT}, now",
+                f"{HEAVY}, now",
+                1.0,
+            ),
+            Ratio(
+                f"{LIGHT} over {HEAVY}, before",
+                "",
+                f"{LIGHT}, before",
+                f"{HEAVY}, before",
+            ),
+            *(
+                Ratio(
+                    f"{m} over before",
+                    f"identify, {m}/before",
+                    f"{m}, now",
+                    f"{m}, before",
+                )
+                for m in MASSES
+            ),
         ]
         return _measured(title, works, ratios, self.rounds)[0]
 
@@ -176,7 +271,15 @@ class Processes:
         samples = QUICK_SAMPLES if self.quick else SAMPLES
         what = "Measurements, update and estimate"
         works = self._works(what, str(HERE / "streamed.py"), str(samples), prints=True)
-        ratios = [Ratio("over before", "one streamed sample/before", f"{what}, now", f"{what}, before", 0.6)]
+        ratios = [
+            Ratio(
+                "over before",
+                "one streamed sample/before",
+                f"{what}, now",
+                f"{what}, before",
+                0.6,
+            )
+        ]
         return _measured(title, works, ratios, self.rounds)[0]
 
     def _long(self, title: str) -> Section:
@@ -187,14 +290,29 @@ class Processes:
         works = self._works("identify", "-m", "hefting", "identify", str(log))
         ratios = [Ratio("over before", f"{title}/before", ours, theirs, 0.3)]
         section, took = _measured(title, works, ratios, min(self.rounds, 2))
-        peaks = {name: max(one.peak for one in each if isinstance(one, Took)) / 2**20 for name, each in took.items()}
+        peaks = {
+            name: max(one.peak for one in each if isinstance(one, Took)) / 2**20
+            for name, each in took.items()
+        }
         more = [
-            Row(f"peak memory, {name}", figure=peak, unit="MiB", at_most=MOST_MEMORY if name == ours else None)
+            Row(
+                f"peak memory, {name}",
+                figure=peak,
+                unit="MiB",
+                at_most=MOST_MEMORY if name == ours else None,
+            )
             for name, peak in peaks.items()
         ]
         if theirs in peaks:
             over = peaks[ours] / peaks[theirs]
-            more.append(Row("  over before", figure=over, unit="of before", name=f"memory of {title}/before"))
+            more.append(
+                Row(
+                    "  over before",
+                    figure=over,
+                    unit="of before",
+                    name=f"memory of {title}/before",
+                )
+            )
         return Section(title, (*section.rows, *more))
 
 
@@ -210,13 +328,24 @@ class _Shaped:
 
     @property
     def command(self) -> tuple[str, ...]:
-        more = (("--unit", self.unit), ("--object-pose", self.pose), ("--gravity", self.gravity))
+        more = (
+            ("--unit", self.unit),
+            ("--object-pose", self.pose),
+            ("--gravity", self.gravity),
+        )
         given = (word for pair in more if pair[1] != "-" for word in pair)
         return ("-m", "hefting", "identify", self.log, "--shape", self.shape, *given)
 
     @property
     def twice(self) -> tuple[str, ...]:
-        return (str(HERE / "second.py"), self.log, self.shape, self.unit, self.pose, self.gravity)
+        return (
+            str(HERE / "second.py"),
+            self.log,
+            self.shape,
+            self.unit,
+            self.pose,
+            self.gravity,
+        )
 
 
 def _box_recordings(folder: Path) -> str:
@@ -231,7 +360,10 @@ def _box_recordings(folder: Path) -> str:
     for name, mass in MASSES.items():
         inertia = np.diag(mass / 12.0 * (square.sum() - square))
         body = InertialParameters.from_com(mass, (0.0, 0.01, 0.08), inertia)
-        write_log(simulate(motion, body, noise=NOISE_LEVELS["moderate"], seed=6), folder / f"{name}.csv")
+        write_log(
+            simulate(motion, body, noise=NOISE_LEVELS["moderate"], seed=6),
+            folder / f"{name}.csv",
+        )
     return "box:-0.05,0.05,-0.02,0.04,0.02,0.14"
 
 
@@ -256,9 +388,21 @@ def _measured(
         rows.append(Row(name, Timing(np.array(wall), np.array(cpu[name]), ())))
     for ratio in ratios:
         if ratio.ours in cpu and ratio.theirs in cpu:
-            each = [ours / theirs for ours, theirs in zip(cpu[ratio.ours], cpu[ratio.theirs], strict=True)]
+            each = [
+                ours / theirs
+                for ours, theirs in zip(cpu[ratio.ours], cpu[ratio.theirs], strict=True)
+            ]
             figure = statistics.median(each)
-            rows.append(Row(ratio.what, None, figure, ratio.unit, at_most=ratio.at_most, name=ratio.name))
+            rows.append(
+                Row(
+                    ratio.what,
+                    None,
+                    figure,
+                    ratio.unit,
+                    at_most=ratio.at_most,
+                    name=ratio.name,
+                )
+            )
     return Section(title, tuple(rows)), took
 
 

@@ -1,6 +1,8 @@
-"""Ratios that are kept from run to run in ratios.json, and those that have become worse.
+"""Ratios that are kept from run to run in ratios.json, and those that have become
+worse.
 
-Absolute times differ from machine to machine; ratios of parties that take turns hardly do.
+Absolute times differ from machine to machine; ratios of parties that take turns hardly
+do.
 """
 
 import json
@@ -50,7 +52,8 @@ class Change:
 
 
 def ratios_of(sections: Iterable[Section]) -> Ratios:
-    """Every ratio of a report, rounded to four digits; the number of points is no part of its name."""
+    """Every ratio of a report, rounded to four digits; the number of points is no part
+    of its name."""
     found: Ratios = {FASTER: {}, SHARE: {}}
     for section in sections:
         above, title = "", re.sub(r", [\d,]+ points\b", "", section.title)
@@ -71,7 +74,10 @@ def better(one: Ratios, other: Ratios) -> Ratios:
     """Of two measurements of the same ratios the better ones."""
     best = {FASTER: max, SHARE: min}
     return {
-        kind: {name: best[kind](ratio, other[kind].get(name, ratio)) for name, ratio in one[kind].items()}
+        kind: {
+            name: best[kind](ratio, other[kind].get(name, ratio))
+            for name, ratio in one[kind].items()
+        }
         for kind in one
     }
 
@@ -94,7 +100,9 @@ def read(path: Path, quick: bool) -> Ratios:
 def keep(path: Path, quick: bool, found: Ratios) -> None:
     """Write them in place of those kept for this setting."""
     kept = json.loads(path.read_text()) if path.exists() else {}
-    path.write_text(json.dumps(kept | {_setting(quick): found}, indent=1, ensure_ascii=False) + "\n")
+    path.write_text(
+        json.dumps(kept | {_setting(quick): found}, indent=1, ensure_ascii=False) + "\n"
+    )
 
 
 def _setting(quick: bool) -> str:
@@ -123,12 +131,19 @@ def show_changes(compared: list[Change]) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for kind in (SHARE, FASTER):
         table.add_section()
-        table.add_row(f"[bold]{kind}[/bold], {'more' if kind == FASTER else 'less'} is better")
+        table.add_row(
+            f"[bold]{kind}[/bold], {'more' if kind == FASTER else 'less'} is better"
+        )
         for change in compared:
             if change.kind == kind:
                 kept, found = (_shown(value) for value in (change.kept, change.found))
                 worse = _shown(change.worse)
-                table.add_row(f"  {change.name}", kept, found, f"[bold]{worse} ![/bold]" if change.failed else worse)
+                table.add_row(
+                    f"  {change.name}",
+                    kept,
+                    found,
+                    f"[bold]{worse} ![/bold]" if change.failed else worse,
+                )
     Console(width=118).print(table)
 
 

@@ -21,8 +21,8 @@ class Row:
     figure: float | None = None
     """What was found, apart from the times."""
     unit: str = ""
-    """Of the figure; ``x``: how many times faster than the party it is compared with, by the medians; ``of ...``: what
-    share of that party's time, or memory, it takes."""
+    """Of the figure; ``x``: how many times faster than the party it is compared with,
+    by the medians; ``of ...``: what share of that party's time, or memory, it takes."""
     at_least: float | None = None
     """Target of the figure, from below."""
     at_most: float | None = None
@@ -69,8 +69,11 @@ class Section:
     rows: tuple[Row, ...]
 
 
-def faster(what: str, ours: Timing, theirs: Timing, at_least: float | None = None) -> Row:
-    """Row of `ours`, with how many times faster than `theirs` it is: the ratio of the medians."""
+def faster(
+    what: str, ours: Timing, theirs: Timing, at_least: float | None = None
+) -> Row:
+    """Row of `ours`, with how many times faster than `theirs` it is: the ratio of the
+    medians."""
     return Row(what, ours, theirs.median / ours.median, "x", at_least=at_least)
 
 
@@ -78,7 +81,9 @@ def saved(sections: list[Section], quick: bool, path: Path) -> None:
     """Write the figures as JSON."""
     report = {
         "quick": quick,
-        "sections": [{"title": s.title, "rows": [r.to_dict() for r in s.rows]} for s in sections],
+        "sections": [
+            {"title": s.title, "rows": [r.to_dict() for r in s.rows]} for s in sections
+        ],
     }
     path.write_text(json.dumps(report, indent=1) + "\n")
 
@@ -97,7 +102,9 @@ def show(sections: list[Section]) -> None:
             if row.timing is not None:
                 t = row.timing
                 times = (seconds(t.median), seconds(t.best), seconds(t.median_cpu))
-            table.add_row(f"  {row.what}", *times, number(row.figure, row.unit), target(row))
+            table.add_row(
+                f"  {row.what}", *times, number(row.figure, row.unit), target(row)
+            )
     Console(width=118).print(table)
 
 
@@ -110,17 +117,26 @@ def seconds(value: float) -> str:
 
 
 def number(value: float | None, unit: str) -> str:
-    """A figure for reading; objectives [N] with the digits in which they could differ."""
+    """A figure for reading; objectives [N] with the digits in which they could
+    differ."""
     if value is None:
         return ""
     if unit == "s":
         return seconds(value)
-    digits = f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.{8 if unit == 'N' else 3}g}"
+    digits = (
+        f"{value:,.0f}"
+        if abs(value) >= 1000.0
+        else f"{value:.{8 if unit == 'N' else 3}g}"
+    )
     return f"{digits} {unit}".rstrip()
 
 
 def target(row: Row) -> str:
     """The target for reading, marked when it is missed."""
     bounds = [("≥", row.at_least), ("≤", row.at_most)]
-    text = " ".join(f"{sign} {number(value, row.unit)}" for sign, value in bounds if value is not None)
+    text = " ".join(
+        f"{sign} {number(value, row.unit)}"
+        for sign, value in bounds
+        if value is not None
+    )
     return f"{text} {'✓' if row.met else '[bold]missed[/bold]'}" if text else ""

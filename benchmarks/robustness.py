@@ -1,8 +1,10 @@
-"""`python -m benchmarks.robustness [--seeds N] [--masses M ...]`: what each disturbance of a recording costs.
+"""`python -m benchmarks.robustness [--seeds N] [--masses M ...]`: what each disturbance
+of a recording costs.
 
-RMS errors of mass, centre of mass and inertia, over those of the clean recordings by the same least squares; beside
-them an oracle's, who knows offset, sign, gravity, drift and bad samples; and how true the standard deviations are.
-A minute for eight seeds, five for forty.
+RMS errors of mass, centre of mass and inertia, over those of the clean recordings by
+the same least squares; beside them an oracle's, who knows offset, sign, gravity, drift
+and bad samples; and how true the standard deviations are. A minute for eight seeds,
+five for forty.
 """
 
 import argparse
@@ -18,14 +20,26 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.robustness", description=main.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.robustness", description=main.__doc__
+    )
     parser.add_argument("--seeds", type=int, default=40, help="recordings of each kind")
-    parser.add_argument("--masses", type=float, nargs="+", default=[0.3, 1.5], help="kg, of the objects")
+    parser.add_argument(
+        "--masses", type=float, nargs="+", default=[0.3, 1.5], help="kg, of the objects"
+    )
     arguments = parser.parse_args()
 
     import numpy as np
 
-    from disturbances import GRAVITY, KINDS, disturbed, errors, identified, identified_after, rms
+    from disturbances import (
+        GRAVITY,
+        KINDS,
+        disturbed,
+        errors,
+        identified,
+        identified_after,
+        rms,
+    )
     from hefting.ingest import condition
 
     for mass in arguments.masses:
@@ -37,7 +51,16 @@ def main() -> None:
         print(f"{'':10}{'mass COM inertia':20}{'oracle':18}{'z, conditioning':18}{'z, estimator':18}"
               f"{'offset error, median':22}{'mass error, median':20}{'left out (bad)':18}time")  # fmt: skip
         for kind in KINDS:
-            rows, oracle, z, z_after, offset, left_out, bad, seconds = [], [], [], [], [], [], [], []
+            rows, oracle, z, z_after, offset, left_out, bad, seconds = (
+                [],
+                [],
+                [],
+                [],
+                [],
+                [],
+                [],
+                [],
+            )
             for seed in seeds:
                 d = disturbed(kind, mass, seed)
                 began = time.perf_counter()
@@ -56,7 +79,10 @@ def main() -> None:
                 return "/".join(f"{v:.2f}" for v in values)
 
             def groups(values) -> str:
-                return three(rms(np.ravel(np.array(values)[:, part])) for part in (slice(1), slice(1, 4), slice(4, 10)))
+                return three(
+                    rms(np.ravel(np.array(values)[:, part]))
+                    for part in (slice(1), slice(1, 4), slice(4, 10))
+                )
 
             cost, least = three(rms(rows) / base), three(rms(oracle) / base)
             print(f"{kind:10}{cost:20}{least:18}{groups(z):18}{groups(z_after):18}"

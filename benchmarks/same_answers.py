@@ -1,8 +1,10 @@
-"""`python -m benchmarks.same_answers --write FILE | --compare A B`: whether two versions of the code say the same.
+"""`python -m benchmarks.same_answers --write FILE | --compare A B`: whether two
+versions of the code say the same.
 
-`--write` identifies a fixed list of recordings with the code on the path, others' recordings in HEFTING_DATA and
-simulated ones, and writes what was found, one JSON object a line. `--compare` puts two such files side by side.
-Differences are in standard deviations of A. Two processes, some minutes.
+`--write` identifies a fixed list of recordings with the code on the path, others'
+recordings in HEFTING_DATA and simulated ones, and writes what was found, one JSON
+object a line. `--compare` puts two such files side by side. Differences are in standard
+deviations of A. Two processes, some minutes.
 """
 
 import argparse
@@ -27,15 +29,29 @@ PROCESSES = 2
 
 
 def main() -> None:
-    """Write the answers of this code, or compare those of two; the latter ends with 1 where they differ."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.same_answers", description=main.__doc__)
+    """Write the answers of this code, or compare those of two; the latter ends with 1
+    where they differ."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.same_answers", description=main.__doc__
+    )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--write", metavar="FILE", type=Path, help="identify every recording")
-    what.add_argument("--compare", metavar=("A", "B"), nargs=2, type=Path, help="B beside A")
+    what.add_argument(
+        "--write", metavar="FILE", type=Path, help="identify every recording"
+    )
+    what.add_argument(
+        "--compare", metavar=("A", "B"), nargs=2, type=Path, help="B beside A"
+    )
     where = "simulated recordings; made where they are not there; default beside FILE"
     parser.add_argument("--recordings", metavar="FOLDER", type=Path, help=where)
-    parser.add_argument("--simulated", metavar="N", type=int, help="of the simulated ones the first N only")
-    parser.add_argument("--messages", action="store_true", help="list messages that differ as well")
+    parser.add_argument(
+        "--simulated",
+        metavar="N",
+        type=int,
+        help="of the simulated ones the first N only",
+    )
+    parser.add_argument(
+        "--messages", action="store_true", help="list messages that differ as well"
+    )
     arguments = parser.parse_args()
     if arguments.compare:
         from benchmarks.same_report import compared
@@ -61,13 +77,18 @@ class Job:
 
 
 def write(file: Path, folder: Path, simulated: int | None = None) -> None:
-    """Identify every recording with the code on the path, and write one JSON object a line."""
+    """Identify every recording with the code on the path, and write one JSON object a
+    line."""
     import hefting
     from benchmarks.same_recordings import RECORDINGS, made
 
     made(folder, simulated or RECORDINGS)  # before the processes part
     count = len(jobs(folder, simulated))
-    print(f"{count} identifications with {Path(hefting.__file__).parent}", file=sys.stderr, flush=True)
+    print(
+        f"{count} identifications with {Path(hefting.__file__).parent}",
+        file=sys.stderr,
+        flush=True,
+    )
     began = time.perf_counter()
     numbers = range(count)
     with get_context("fork").Pool(PROCESSES) as pool, file.open("w") as out:
@@ -90,21 +111,39 @@ def jobs(folder: Path, simulated: int | None = None) -> list[Job]:
 def _of_others(data: Path) -> Iterator[Job]:
     from hefting import read_log
 
-    found = [("panda-optoforce", name, (0.0, 0.0, -9.81), PANDA_BOX) for name in ("run1", "run3")]
+    found = [
+        ("panda-optoforce", name, (0.0, 0.0, -9.81), PANDA_BOX)
+        for name in ("run1", "run3")
+    ]
     kuka = (0.0, 0.0, -9.82085)
-    found += [("kuka-ati", name, kuka, GRIPPER_BOX) for name in ("static_poses", "baseline", "vibrations")]
-    found += [("axia80", name, (0.0, 0.0, -9.81), GRIPPER_BOX) for name in ("dwells", "poses7")]
+    found += [
+        ("kuka-ati", name, kuka, GRIPPER_BOX)
+        for name in ("static_poses", "baseline", "vibrations")
+    ]
+    found += [
+        ("axia80", name, (0.0, 0.0, -9.81), GRIPPER_BOX)
+        for name in ("dwells", "poses7")
+    ]
     for group, name, gravity, box in found:
         file = data / group / f"{name}.csv"
         if not file.exists():
             continue
         for method in ("Bayes box", "LMI", "OLS"):
             shape = {"spec": box} if method == "Bayes box" else None
-            yield Job(f"{group}/{name}", method, (f"{group}, {method}",), lambda f=file: read_log(f), gravity, shape)
+            yield Job(
+                f"{group}/{name}",
+                method,
+                (f"{group}, {method}",),
+                lambda f=file: read_log(f),
+                gravity,
+                shape,
+            )
 
 
 def _tools(data: Path) -> Iterator[Job]:
-    folders = sorted(file.parent for file in (data / "workshop-tools").glob("*/truth.json"))
+    folders = sorted(
+        file.parent for file in (data / "workshop-tools").glob("*/truth.json")
+    )
     for number, folder in enumerate(folders):
         pose = json.loads((folder / "truth.json").read_text())["object_pose_in_sensor"]
         shape = {"spec": str(folder / "mesh.ply"), "unit": "mm", "pose": pose}
@@ -128,8 +167,13 @@ def _noisy_tool(folder: Path, number: int) -> Any:
 
     recording = read_log(folder / "log.csv")
     wrench = recording["wrench"]
-    noise = np.repeat(MODERATE, 3) * np.random.default_rng([78, number]).normal(size=wrench.values.shape)
-    streams = {**recording.streams, "wrench": Stream(wrench.time, wrench.values + noise)}
+    noise = np.repeat(MODERATE, 3) * np.random.default_rng([78, number]).normal(
+        size=wrench.values.shape
+    )
+    streams = {
+        **recording.streams,
+        "wrench": Stream(wrench.time, wrench.values + noise),
+    }
     return replace(recording, streams=streams)
 
 
@@ -137,12 +181,31 @@ def _simulated(folder: Path, simulated: int | None) -> Iterator[Job]:
     from benchmarks.same_recordings import made, read
 
     for number, facts in enumerate(made(folder)[:simulated]):
-        mesh = {"spec": str(folder / f"{facts['name']}.ply"), "unit": "m", "pose": facts["pose"]}
-        known = ("Bayes mesh", mesh) if number % 3 else ("Bayes box", {"spec": facts["box"]})
+        mesh = {
+            "spec": str(folder / f"{facts['name']}.ply"),
+            "unit": "m",
+            "pose": facts["pose"],
+        }
+        known = (
+            ("Bayes mesh", mesh)
+            if number % 3
+            else ("Bayes box", {"spec": facts["box"]})
+        )
         for method, shape in (known, ("OLS", None)):
-            groups = (f"simulated, {method}", f"simulated, {facts['kind']}", f"simulated, {facts['rate']:.0f} Hz")
+            groups = (
+                f"simulated, {method}",
+                f"simulated, {facts['kind']}",
+                f"simulated, {facts['rate']:.0f} Hz",
+            )
             name = f"simulated/{facts['name']} ({facts['kind']}, {facts['motion']}, {facts['rate']:.0f} Hz)"
-            yield Job(name, method, groups, lambda f=facts: read(folder, f), facts["gravity"], shape)
+            yield Job(
+                name,
+                method,
+                groups,
+                lambda f=facts: read(folder, f),
+                facts["gravity"],
+                shape,
+            )
 
 
 _JOBS: dict[Path, list[Job]] = {}
@@ -164,20 +227,39 @@ def answer(job: Job) -> dict[str, Any]:
     recording = job.recording()
     began = time.process_time()
     try:
-        estimate = identify(recording, shape, method=job.method.split()[0], gravity=job.gravity).estimate
+        estimate = identify(
+            recording, shape, method=job.method.split()[0], gravity=job.gravity
+        ).estimate
     except HeftingError as error:
         return said | {"error": str(error), "seconds": time.process_time() - began}
-    except Exception as error:  # a defect of the code on the path, to be told beside what the other version says
-        return said | {"error": f"{type(error).__name__}: {error}", "seconds": time.process_time() - began}
+    # a defect of the code on the path, to be told beside what the other version says
+    except Exception as error:
+        return said | {
+            "error": f"{type(error).__name__}: {error}",
+            "seconds": time.process_time() - began,
+        }
     seconds = time.process_time() - began
     found = estimate.to_dict()
-    kept = ("vector", "center_of_mass", "inertia_at_com", "covariance", "std", "intervals", "bias", "residual")
+    kept = (
+        "vector",
+        "center_of_mass",
+        "inertia_at_com",
+        "covariance",
+        "std",
+        "intervals",
+        "bias",
+        "residual",
+    )
     told = ("clock_offset", "wrench", "bias", "outliers", "gravity", "notes")
     provenance = {name: found["provenance"].get(name) for name in told}
     return (
         said
         | {name: found[name] for name in (*kept, "samples")}
-        | {"provenance": provenance, "messages": [str(line) for line in estimate.warnings], "seconds": seconds}
+        | {
+            "provenance": provenance,
+            "messages": [str(line) for line in estimate.warnings],
+            "seconds": seconds,
+        }
     )
 
 

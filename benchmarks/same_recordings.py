@@ -1,7 +1,8 @@
-"""Simulated recordings for `benchmarks.same_answers`, made once and kept, so that every version reads the same bytes.
+"""Simulated recordings for `benchmarks.same_answers`, made once and kept, so that every
+version reads the same bytes.
 
-Random bodies of `benchmarks.bodies` from 60 g to 3 kg, three kinds of motion, 100, 250 and 1,000 Hz, poses with noise,
-and one thing wrong with each, or everything.
+Random bodies of `benchmarks.bodies` from 60 g to 3 kg, three kinds of motion, 100, 250
+and 1,000 Hz, poses with noise, and one thing wrong with each, or everything.
 """
 
 import json
@@ -36,7 +37,8 @@ SCALE = np.repeat((1.0, 0.05), 3)
 
 
 def made(folder: Path, recordings: int = RECORDINGS) -> list[dict[str, Any]]:
-    """What is said of every recording in `folder`; they are simulated first where the folder is not there yet."""
+    """What is said of every recording in `folder`; they are simulated first where the
+    folder is not there yet."""
     index = folder / INDEX
     if not index.exists():
         folder.mkdir(parents=True, exist_ok=True)
@@ -50,7 +52,13 @@ def simulated(folder: Path, number: int) -> dict[str, Any]:
     from benchmarks.bodies import FILLINGS, random_body
     from hefting.core.inertia import InertialParameters
     from hefting.core.spatial import STANDARD_GRAVITY
-    from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield_analytically
+    from hefting.simulation import (
+        UR5,
+        random_smooth,
+        sinusoids,
+        stop_and_go,
+        wield_analytically,
+    )
 
     rng = np.random.default_rng([77, number])
     kind, rate = KINDS[number % len(KINDS)], float(rng.choice(RATES))
@@ -66,7 +74,11 @@ def simulated(folder: Path, number: int) -> dict[str, Any]:
     }[motion]()
     gravity = tilted(rng) if kind == "tilted" else np.array(STANDARD_GRAVITY)
     wielding = wield_analytically(UR5, joints, thing, gravity)
-    streams = static_poses(wielding, rng) if kind == "static" else logged(wielding, kind, rate, rng, number)
+    streams = (
+        static_poses(wielding, rng)
+        if kind == "static"
+        else logged(wielding, kind, rate, rng, number)
+    )
     stem = f"{number:03d}"
     np.savez_compressed(folder / f"{stem}.npz", **streams)  # type: ignore[arg-type]
     body.mesh.export(folder / f"{stem}.ply")
@@ -85,7 +97,9 @@ def simulated(folder: Path, number: int) -> dict[str, Any]:
     }
 
 
-def logged(wielding: Any, kind: str, rate: float, rng: np.random.Generator, seed: int) -> dict[str, np.ndarray]:
+def logged(
+    wielding: Any, kind: str, rate: float, rng: np.random.Generator, seed: int
+) -> dict[str, np.ndarray]:
     """Time and values of each stream, with what is wrong with this kind."""
     from hefting.simulation import WRENCH_NOISE, Faults, Rates, record
 
@@ -119,14 +133,17 @@ def logged(wielding: Any, kind: str, rate: float, rng: np.random.Generator, seed
 
 
 def static_poses(wielding: Any, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Twenty poses at rest: turned any way, with the body's weight, noise and a bias."""
+    """Twenty poses at rest: turned any way, with the body's weight, noise and a
+    bias."""
     from scipy.spatial.transform import Rotation
 
     turned = Rotation.random(20, rng=rng)
     body, index = wielding.body, np.arange(20.0)
     force = turned.inv().apply(-body.mass * wielding.gravity)
     torque = np.cross(body.center_of_mass, force)
-    wrench = np.hstack((force, torque)) + SCALE * (rng.normal(size=6) * 5.0 + rng.normal(size=(20, 6)) * 0.05)
+    wrench = np.hstack((force, torque)) + SCALE * (
+        rng.normal(size=6) * 5.0 + rng.normal(size=(20, 6)) * 0.05
+    )
     return {
         "orientation.time": index,
         "orientation.values": turned.as_quat(),
@@ -139,14 +156,19 @@ def tilted(rng: np.random.Generator) -> np.ndarray:
     """Gravity (3,) [m/s²] in the axes of a base tilted by up to 15°."""
     from hefting.simulation import tilted_gravity
 
-    return tilted_gravity(float(np.radians(rng.uniform(3.0, 15.0))), float(rng.uniform(0.0, 2.0 * np.pi)))
+    return tilted_gravity(
+        float(np.radians(rng.uniform(3.0, 15.0))), float(rng.uniform(0.0, 2.0 * np.pi))
+    )
 
 
 def arrays(streams: Any) -> dict[str, np.ndarray]:
     """Streams as arrays by name."""
     found = {}
     for name, stream in streams.items():
-        found[f"{name}.time"], found[f"{name}.values"] = np.array(stream.time), np.array(stream.values)
+        found[f"{name}.time"], found[f"{name}.values"] = (
+            np.array(stream.time),
+            np.array(stream.values),
+        )
     return found
 
 
@@ -155,6 +177,10 @@ def read(folder: Path, facts: dict[str, Any]) -> Any:
     from hefting import Recording, Stream
 
     with np.load(folder / f"{facts['name']}.npz", allow_pickle=False) as kept:
-        names = [key.removesuffix(".time") for key in kept.files if key.endswith(".time")]
-        streams = {name: Stream(kept[f"{name}.time"], kept[f"{name}.values"]) for name in names}
+        names = [
+            key.removesuffix(".time") for key in kept.files if key.endswith(".time")
+        ]
+        streams = {
+            name: Stream(kept[f"{name}.time"], kept[f"{name}.values"]) for name in names
+        }
     return Recording(streams, static=facts["kind"] == "static", source=facts["name"])

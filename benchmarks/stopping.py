@@ -1,7 +1,9 @@
-"""`python -m benchmarks.stopping [--streams N] [--until ...]`: whether what the stop rule promises holds, and how soon.
+"""`python -m benchmarks.stopping [--streams N] [--until ...]`: whether what the stop
+rule promises holds, and how soon.
 
-Random bodies of six kinds (`benchmarks.bodies`) are wielded for ten seconds at 100 Hz, each in one of nine motions and
-at one of three noise levels. Every tenth of a second a new estimate; the first sufficient one is kept. Some minutes.
+Random bodies of six kinds (`benchmarks.bodies`) are wielded for ten seconds at 100 Hz,
+each in one of nine motions and at one of three noise levels. Every tenth of a second a
+new estimate; the first sufficient one is kept. Some minutes.
 """
 
 import argparse
@@ -13,7 +15,9 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 
 def main() -> None:
     """Print the shares of streams in which each promise held, and when they stopped."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.stopping", description=main.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.stopping", description=main.__doc__
+    )
     parser.add_argument("--streams", type=int, default=500)
     parser.add_argument("--until", default="mass=1%,com=2mm,inertia=20%")
     parser.add_argument("--seed", type=int, default=1)
@@ -33,11 +37,17 @@ def main() -> None:
     def line(name: str, chosen: list) -> None:
         ended = [stop for stop in chosen if stop.time is not None]
         times = np.array([10.0 if stop.time is None else stop.time for stop in chosen])
-        held = 100.0 * np.mean([stop.held for stop in ended], axis=0) if ended else np.full(3, np.nan)
+        held = (
+            100.0 * np.mean([stop.held for stop in ended], axis=0)
+            if ended
+            else np.full(3, np.nan)
+        )
         print(f"{name:14}{len(chosen):8}{len(ended):8}   {np.median(times):6.2f} s   "
               f"{'  '.join(f'{share:5.1f} %' for share in held)}")  # fmt: skip
 
-    print(f"until {arguments.until}\n{'':14}{'streams':>8}{'ended':>8}   median     mass     COM      inertia hold")
+    print(
+        f"until {arguments.until}\n{'':14}{'streams':>8}{'ended':>8}   median     mass     COM      inertia hold"
+    )
     line("all", stops)
     for kind in kinds:
         line(kind, [stop for stop in stops if stop.kind == kind])

@@ -48,9 +48,15 @@ def streamed(body: Body, until: str, seed: tuple[int, ...]) -> Stop:
             break
     assert estimate is not None
     truth = body.parameters
-    errors = Accuracy.of_draws(truth.vector[None], estimate.parameters, 0.5)  # one draw, the truth
+    # one draw, the truth
+    errors = Accuracy.of_draws(truth.vector[None], estimate.parameters, 0.5)
     limits = (asked.mass, asked.center_of_mass, asked.inertia)
     found = (errors.mass, errors.center_of_mass, errors.inertia)
-    held = np.array([limit is None or (error or 0.0) <= limit for limit, error in zip(limits, found, strict=True)])
+    held = np.array(
+        [
+            limit is None or (error or 0.0) <= limit
+            for limit, error in zip(limits, found, strict=True)
+        ]
+    )
     time = first / RATE + EVERY / RATE if estimate.sufficient else None
     return Stop(body.kind, level, MOTIONS[chosen // 3], time, held)

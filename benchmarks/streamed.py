@@ -1,6 +1,8 @@
-"""Fold single samples into PMD and estimate after each: `python streamed.py SAMPLES` prints the median [s].
+"""Fold single samples into PMD and estimate after each: `python streamed.py SAMPLES`
+prints the median [s].
 
-Processor time, as in `benchmarks.streaming`: `Measurements`, update, and an estimate from the one before.
+Processor time, as in `benchmarks.streaming`: `Measurements`, update, and an estimate
+from the one before.
 """
 
 import sys

@@ -1,4 +1,5 @@
-"""Timing: parties that are compared take turns, so that a busy machine hinders all of them alike."""
+"""Timing: parties that are compared take turns, so that a busy machine hinders all of
+them alike."""
 
 import time
 from collections.abc import Callable
@@ -17,7 +18,8 @@ class Timing:
     wall: Array
     """(repetitions,) elapsed time [s]"""
     cpu: Array
-    """(repetitions,) processor time of the whole process [s]: other programs hardly disturb it"""
+    """(repetitions,) processor time of the whole process [s]: other programs hardly
+    disturb it"""
     results: tuple[Any, ...]
     """(repetitions,) what the work returned"""
 
@@ -50,7 +52,8 @@ class Party:
 
 
 def compare(parties: dict[str, Party], rounds: int) -> dict[str, Timing]:
-    """Time every party in each of `rounds` rounds, after one round that is not counted."""
+    """Time every party in each of `rounds` rounds, after one round that is not
+    counted."""
     records: dict[str, list[tuple[float, float, Any]]] = {name: [] for name in parties}
     for turn in range(rounds + 1):
         for name, party in parties.items():

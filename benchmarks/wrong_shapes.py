@@ -1,4 +1,5 @@
-"""Shapes that are not the body's: what somebody might give in its place, and how well it would be said to be known."""
+"""Shapes that are not the body's: what somebody might give in its place, and how well
+it would be said to be known."""
 
 from collections.abc import Callable
 from typing import Any
@@ -33,10 +34,13 @@ def _scaled(factor: float) -> Callable[[Body, np.random.Generator], Shape]:
 
 
 def _misplaced(body: Body, rng: np.random.Generator) -> Shape:
-    """By 5 mm in a random direction and 5 degrees about a random axis, through the origin of the file or its middle."""
+    """By 5 mm in a random direction and 5 degrees about a random axis, through the
+    origin of the file or its middle."""
     aside, axis = rng.normal(size=(2, 3))
     pose, turn = np.array(body.shape.pose), np.eye(4)
-    turn[:3, :3] = Rotation.from_rotvec(np.radians(5.0) * axis / np.linalg.norm(axis)).as_matrix()
+    turn[:3, :3] = Rotation.from_rotvec(
+        np.radians(5.0) * axis / np.linalg.norm(axis)
+    ).as_matrix()
     middle = body.mesh.centroid if rng.random() < 0.5 else np.zeros(3)
     turn[:3, 3] = middle - turn[:3, :3] @ middle + 0.005 * aside / np.linalg.norm(aside)
     return Shape.from_mesh(body.mesh, pose=pose @ turn, points=POINTS)
@@ -51,17 +55,26 @@ def _one_sided(body: Body, rng: np.random.Generator) -> Shape:
     """A scan by a camera on one side: of the surface that faces it."""
     import trimesh
 
-    sampled = trimesh.sample.sample_surface(body.mesh, 4000, seed=int(rng.integers(1 << 31)))
+    sampled = trimesh.sample.sample_surface(
+        body.mesh, 4000, seed=int(rng.integers(1 << 31))
+    )
     points, faces = sampled[0], sampled[1]
     view = rng.normal(size=3)
     facing = body.mesh.face_normals[faces] @ view > 0.0
-    return _of_scan(body, np.asarray(points)[facing] + rng.normal(size=(int(facing.sum()), 3)) * 0.001)
+    return _of_scan(
+        body,
+        np.asarray(points)[facing] + rng.normal(size=(int(facing.sum()), 3)) * 0.001,
+    )
 
 
 def _scan(body: Body, rng: np.random.Generator) -> Array:
     import trimesh
 
-    return np.asarray(trimesh.sample.sample_surface(body.mesh, 2000, seed=int(rng.integers(1 << 31)))[0])
+    return np.asarray(
+        trimesh.sample.sample_surface(body.mesh, 2000, seed=int(rng.integers(1 << 31)))[
+            0
+        ]
+    )
 
 
 def _of_scan(body: Body, cloud: Array) -> Shape:
@@ -72,7 +85,9 @@ def _placed(body: Body, mesh: Any) -> Shape:
     return Shape.from_mesh(mesh, pose=body.shape.pose, points=POINTS)
 
 
-WRONG: dict[str, tuple[Callable[[Body, np.random.Generator], Shape], dict[str, Any]]] = {
+WRONG: dict[
+    str, tuple[Callable[[Body, np.random.Generator], Shape], dict[str, Any]]
+] = {
     "box": (_box, COARSE),
     "hull": (_hull, COARSE),
     "larger": (_scaled(1.2), COARSE),

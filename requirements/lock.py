@@ -5,18 +5,38 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-COMPILE = ["pip", "compile", "--universal", "--generate-hashes", "--python-version", "3.11", "--no-header", "--quiet"]
+COMPILE = [
+    "pip",
+    "compile",
+    "--universal",
+    "--generate-hashes",
+    "--python-version",
+    "3.11",
+    "--no-header",
+    "--quiet",
+]
 
 
 def lock(name: str, *arguments: str) -> None:
     """Write requirements/`name`."""
     uv = Path(sys.executable).with_name("uv")
-    command = [uv, *COMPILE, "--no-emit-index-url", "--no-annotate", "--upgrade", *arguments, "-o", HERE / name]
+    command = [
+        uv,
+        *COMPILE,
+        "--no-emit-index-url",
+        "--no-annotate",
+        "--upgrade",
+        *arguments,
+        "-o",
+        HERE / name,
+    ]
     subprocess.run(command, check=True, cwd=HERE.parent)
 
 
 if __name__ == "__main__":
     lock("run.txt", "pyproject.toml", "requirements/build.in", "--extra", "plot")
-    extras = [word for extra in ("plot", "ros", "sim", "batch") for word in ("--extra", extra)]
+    extras = [
+        word for extra in ("plot", "ros", "sim", "batch") for word in ("--extra", extra)
+    ]
     sources = ["pyproject.toml", "requirements/build.in", "--group", "dev"]
     lock("dev.txt", *sources, *extras, "-c", "requirements/run.txt")

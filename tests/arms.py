@@ -10,4 +10,7 @@ def mounted(arm: Arm, height: float) -> Arm:
     """The same arm with its sensor frame `height` [m] further along its own z axis."""
     robot = arm.robot
     up = rotation_matrices(robot.home_orientation)[:, 2]
-    return replace(arm, robot=replace(robot, home_position=frozen(robot.home_position + height * up)))
+    return replace(
+        arm,
+        robot=replace(robot, home_position=frozen(robot.home_position + height * up)),
+    )

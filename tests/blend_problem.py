@@ -1,4 +1,5 @@
-"""Samples, weights, noise and a shape for both models, and the dense matrices of every sample."""
+"""Samples, weights, noise and a shape for both models, and the dense matrices of every
+sample."""
 
 from dataclasses import replace
 
@@ -11,8 +12,8 @@ from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 ROUNDING = 1e-11
-"""Of sums over 60 samples and orthogonal transformations of them, 1e-14, times the conditioning of the regressor's
-scaled columns, about ten, and a margin."""
+"""Of sums over 60 samples and orthogonal transformations of them, 1e-14, times the
+conditioning of the regressor's scaled columns, about ten, and a margin."""
 BIAS = np.array((3.0, -7.0, 11.0, 0.5, -1.0, 2.0))
 K = 60
 
@@ -54,8 +55,11 @@ WEIGHTS = {
 weights = pytest.mark.parametrize("w", WEIGHTS.values(), ids=WEIGHTS)
 
 
-def dense(z: Measurements, w: np.ndarray | float, free_bias: bool, S: np.ndarray | None = None):
-    """Rows [D(1-w) Ã; D(w) A] (12 K, 10) and right-hand side (12 K,), whitened; bias columns first where it is free."""
+def dense(
+    z: Measurements, w: np.ndarray | float, free_bias: bool, S: np.ndarray | None = None
+):
+    """Rows [D(1-w) Ã; D(w) A] (12 K, 10) and right-hand side (12 K,), whitened; bias
+    columns first where it is free."""
     root = np.ones(K) if z.weights is None else np.sqrt(z.weights)
     W = np.eye(6) if S is None else np.linalg.inv(np.linalg.cholesky(S))
     plain = replace(z, weights=None)

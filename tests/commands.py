@@ -2,7 +2,8 @@
 
 
 def refused(result, *words) -> bool:
-    """Exit status 2, one line on standard error that holds `words`, nothing on standard output."""
+    """Exit status 2, one line on standard error that holds `words`, nothing on standard
+    output."""
     status, out, err = result
     assert (status, out, err.count("\n")) == (2, "", 1), err
     assert "Traceback" not in err

@@ -1,4 +1,5 @@
-"""Independent oracle for PMD: the paper's formulation, uncompressed, through a general conic solver."""
+"""Independent oracle for PMD: the paper's formulation, uncompressed, through a general
+conic solver."""
 
 from dataclasses import dataclass
 
@@ -9,7 +10,8 @@ from scipy import sparse
 
 @dataclass(frozen=True)
 class Problem:
-    """|D(1-w)(A0 M m + beta - b)| + |D(w)(A1 M m + beta - b)| + lambda |m| over m >= 0 and, if free, beta (6,)."""
+    """|D(1-w)(A0 M m + beta - b)| + |D(w)(A1 M m + beta - b)| + lambda |m| over m >= 0
+    and, if free, beta (6,)."""
 
     A0: np.ndarray
     """(K, 6, 10) reduced regressors"""
@@ -36,7 +38,9 @@ class Problem:
     @property
     def size(self) -> float:
         """|b| of both models together."""
-        return float(np.sqrt(np.sum(((1 - self.w) ** 2 + self.w**2)[:, None] * self.b**2)))
+        return float(
+            np.sqrt(np.sum(((1 - self.w) ** 2 + self.w**2)[:, None] * self.b**2))
+        )
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,8 @@ class Optimum:
     """What the conic solver found."""
 
     upper: float
-    """objective, computed anew at its masses (negative ones set to zero) and bias: no optimum is above it"""
+    """objective, computed anew at its masses (negative ones set to zero) and bias: no
+    optimum is above it"""
     dual: float
     """dual value as reported"""
     masses: np.ndarray
@@ -55,9 +60,10 @@ class Optimum:
 def solve(problem: Problem) -> Optimum:
     """Solve by Clarabel, which sees every sample.
 
-    Variables are the masses in units of one typical mass (equal masses of it make a wrench as large as the
-    measured one), the bias in units that give its columns length one, and one bound for each norm, the data being
-    divided by |b|: so all are of the order of one.
+    Variables are the masses in units of one typical mass (equal masses of it make a
+    wrench as large as the measured one), the bias in units that give its columns length
+    one, and one bound for each norm, the data being divided by |b|: so all are of the
+    order of one.
     """
     K, n = len(problem.b), problem.M.shape[1]
     weights = (1 - problem.w, problem.w)
@@ -67,10 +73,19 @@ def solve(problem: Problem) -> Optimum:
     ]
     right = [(u[:, None] * problem.b).ravel() for u in weights]
     size = problem.size or 1.0
-    mass = size / (np.hypot(*(np.linalg.norm(part.sum(axis=1)) for part in rows)) or 1.0)
-    columns = [np.kron(u[:, None], np.eye(6)) for u in weights] if problem.free_bias else [np.zeros((6 * K, 0))] * 2
+    mass = size / (
+        np.hypot(*(np.linalg.norm(part.sum(axis=1)) for part in rows)) or 1.0
+    )
+    columns = (
+        [np.kron(u[:, None], np.eye(6)) for u in weights]
+        if problem.free_bias
+        else [np.zeros((6 * K, 0))] * 2
+    )
     bias = size / np.sqrt(sum(u @ u for u in weights))
-    parts = [(np.hstack((R * mass, C * bias)) / size, b / size) for R, C, b in zip(rows, columns, right, strict=True)]
+    parts = [
+        (np.hstack((R * mass, C * bias)) / size, b / size)
+        for R, C, b in zip(rows, columns, right, strict=True)
+    ]
     if problem.regularization > 0.0:
         pull = np.zeros((n, n + columns[0].shape[1]))
         pull[:, :n] = np.eye(n) * (problem.regularization * mass / size)
@@ -94,11 +109,19 @@ def solve(problem: Problem) -> Optimum:
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-8
     solution = clarabel.DefaultSolver(
-        sparse.csc_matrix((N, N)), cost, sparse.csc_matrix(np.vstack(blocks)), np.concatenate(offsets), cones, settings
+        sparse.csc_matrix((N, N)),
+        cost,
+        sparse.csc_matrix(np.vstack(blocks)),
+        np.concatenate(offsets),
+        cones,
+        settings,
     ).solve()
     x = np.array(solution.x)
     masses = mass * np.maximum(x[:n], 0.0)
     beta = bias * x[n:free] if problem.free_bias else 0.0
     return Optimum(
-        problem.objective(masses, beta), size * solution.obj_val_dual, masses, str(solution.status) == "Solved"
+        problem.objective(masses, beta),
+        size * solution.obj_val_dual,
+        masses,
+        str(solution.status) == "Solved",
     )

@@ -1,7 +1,9 @@
-"""Simulated recordings with one thing wrong with them, or everything, and what an oracle would know of it.
+"""Simulated recordings with one thing wrong with them, or everything, and what an
+oracle would know of it.
 
-A UR5 follows random smooth motion at 1 rad/s, by default for 10 s at 100 Hz, and wields a box of 12 x 8 x 16 cm held
-askew; wrench noise is 0.1 N and 0.005 N m, pose noise 0.1 mm and 0.02°.
+A UR5 follows random smooth motion at 1 rad/s, by default for 10 s at 100 Hz, and wields
+a box of 12 x 8 x 16 cm held askew; wrench noise is 0.1 N and 0.005 N m, pose noise 0.1
+mm and 0.02°.
 """
 
 from dataclasses import dataclass, replace
@@ -25,9 +27,21 @@ GRAVITY = np.array((0.0, 0.0, -9.80665))
 NOISE = Noise(force=0.1, torque=0.005)
 SCALE = np.repeat((1.0, 0.05), 3)
 """N m for each N, of noise, bias, drift and spikes."""
-KINDS = ("clean", "drift", "offset", "flipped", "tilt", "spikes", "dropped", "contact", "all", "coloured")
+KINDS = (
+    "clean",
+    "drift",
+    "offset",
+    "flipped",
+    "tilt",
+    "spikes",
+    "dropped",
+    "contact",
+    "all",
+    "coloured",
+)
 BOUTS, PART, RISE = 10, 0.3, 0.05
-"""Contacts, spread evenly over the recording; their part of it; s in which each comes and goes."""
+"""Contacts, spread evenly over the recording; their part of it; s in which each comes
+and goes."""
 
 
 def body(mass: float) -> InertialParameters:
@@ -57,20 +71,26 @@ class Disturbed:
         """As an oracle would have it; a constant bias stays."""
         wrench, kept = self.recording["wrench"], ~self.bad
         values = self.sign * (wrench.values - self.drift)
-        return with_wrench(self.recording, (wrench.time - self.offset)[kept], values[kept])
+        return with_wrench(
+            self.recording, (wrench.time - self.offset)[kept], values[kept]
+        )
 
 
 def with_wrench(recording: Recording, time: Array, values: Array) -> Recording:
     """A recording with another wrench."""
-    return replace(recording, streams={**recording.streams, "wrench": Stream(time, values)})
+    return replace(
+        recording, streams={**recording.streams, "wrench": Stream(time, values)}
+    )
 
 
 def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Disturbed:
     """One of `KINDS`: the same motion and noise for the same seed, whatever the kind.
 
-    drift: bias of 20 N and 1 N m that drifts by 0.5 N and 0.025 N m; offset: wrench 30 ms late; tilt: base tilted by
-    15°; spikes: 5 % of the samples, of 20 N and 1 N m; dropped: 10 % of poses and of wrenches; contact: see `contact`;
-    all: all of these, and the other sign; coloured: wrench noise correlated by 0.9 from sample to sample.
+    drift: bias of 20 N and 1 N m that drifts by 0.5 N and 0.025 N m; offset: wrench 30
+        ms late; tilt: base tilted by 15°; spikes: 5 % of the samples, of 20 N and 1 N
+        m; dropped: 10 % of poses and of wrenches; contact: see `contact`;
+    all: all of these, and the other sign; coloured: wrench noise correlated by 0.9 from
+        sample to sample.
     """
     motion, thing, rng = (
         UR5.motion(random_smooth(duration, 100.0, 1.0, seed)),
@@ -83,9 +103,16 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     noise = clean["wrench"].values - exact
     offset, sign, gravity = 0.0, 1.0, GRAVITY
     bias, drift, extra = np.zeros(6), np.zeros((K, 6)), np.zeros((K, 6))
-    bad, kept, posed = np.zeros(K, dtype=bool), np.ones(K, dtype=bool), np.ones(K, dtype=bool)
+    bad, kept, posed = (
+        np.zeros(K, dtype=bool),
+        np.ones(K, dtype=bool),
+        np.ones(K, dtype=bool),
+    )
     if kind in ("drift", "all"):
-        bias, drift = 20.0 * SCALE * _direction(rng), 0.5 * SCALE * _direction(rng) * (time / time[-1])[:, None]
+        bias, drift = (
+            20.0 * SCALE * _direction(rng),
+            0.5 * SCALE * _direction(rng) * (time / time[-1])[:, None],
+        )
     if kind in ("offset", "all"):
         offset = 0.03
     if kind in ("flipped", "all"):
@@ -104,18 +131,27 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     if kind in ("dropped", "all"):
         kept, posed = rng.random(K) > 0.1, rng.random(K) > 0.1
     if kind == "coloured":
-        noise = 0.1 * SCALE * lfilter([np.sqrt(1.0 - 0.9**2)], [1.0, -0.9], rng.normal(size=(K, 6)), axis=0)
+        noise = (
+            0.1
+            * SCALE
+            * lfilter(
+                [np.sqrt(1.0 - 0.9**2)], [1.0, -0.9], rng.normal(size=(K, 6)), axis=0
+            )
+        )
     wrench = sign * (exact + extra) + bias + drift + noise
     streams = {name: clean[name][posed] for name in ("position", "orientation")}
     streams["wrench"] = Stream((time + offset)[kept], wrench[kept])
-    return Disturbed(Recording(streams), thing, offset, drift[kept], sign, gravity, bad[kept])
+    return Disturbed(
+        Recording(streams), thing, offset, drift[kept], sign, gravity, bad[kept]
+    )
 
 
 def contact(time: Array, rng: np.random.Generator) -> tuple[Array, Array]:
     """When (K,) something touches the object, and its wrench (K, 6).
 
-    Ten bouts of 0.03 of the recording each, evenly spread; 3 to 8 N in a random direction at a point up to 10 cm from
-    the object's centre along each axis; each comes and goes within 50 ms.
+    Ten bouts of 0.03 of the recording each, evenly spread; 3 to 8 N in a random
+    direction at a point up to 10 cm from the object's centre along each axis; each
+    comes and goes within 50 ms.
     """
     slot = time[-1] / BOUTS
     length = PART * slot
@@ -128,31 +164,49 @@ def contact(time: Array, rng: np.random.Generator) -> tuple[Array, Array]:
         force *= rng.uniform(3.0, 8.0) / np.linalg.norm(force)
         at = rng.uniform(-0.1, 0.1, 3) + np.array((0.02, -0.03, 0.08))
         wrench = np.concatenate((force, np.cross(at, force)))
-        push += np.where(inside, 0.5 - 0.5 * np.cos(np.pi * rise), 0.0)[:, None] * wrench
+        push += (
+            np.where(inside, 0.5 - 0.5 * np.cos(np.pi * rise), 0.0)[:, None] * wrench
+        )
         touched |= inside
     return touched, push
 
 
 def identified(
-    recording: Recording, gravity: Array, sign: float = 1.0, inflation: Array | None = None
+    recording: Recording,
+    gravity: Array,
+    sign: float = 1.0,
+    inflation: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Ten parameters and their deviations, by least squares beside a constant bias, as of any good recording."""
+    """Ten parameters and their deviations, by least squares beside a constant bias, as
+    of any good recording."""
     measured = measure(recording, gravity)
     z = measured.measurements
     z = replace(z, force=sign * z.force, torque=sign * z.torque)
     rough = fit_freely(z, True, inflation)
-    weights = sample_weights(rough.vector, measured.motion, rough.noise.force, rough.noise.torque)
-    fit = least_squares(SampleState.of(replace(z, weights=weights / weights.mean())), True, rough.noise)
-    return fit.solution[:10], np.sqrt(rough.inflation[:10] * fit.covariance.diagonal()[:10])
+    weights = sample_weights(
+        rough.vector, measured.motion, rough.noise.force, rough.noise.torque
+    )
+    fit = least_squares(
+        SampleState.of(replace(z, weights=weights / weights.mean())), True, rough.noise
+    )
+    return fit.solution[:10], np.sqrt(
+        rough.inflation[:10] * fit.covariance.diagonal()[:10]
+    )
 
 
 def identified_after(found: Conditioned, recording: Recording) -> tuple[Array, Array]:
     """The same of a recording as conditioned."""
-    return identified(found.corrected(recording), found.gravity, 1.0 if found.sign.on_object else -1.0, found.inflation)
+    return identified(
+        found.corrected(recording),
+        found.gravity,
+        1.0 if found.sign.on_object else -1.0,
+        found.inflation,
+    )
 
 
 def errors(vector: Array, thing: InertialParameters) -> Array:
-    """(3,) of mass [relative], centre of mass [m], and inertia about the sensor origin [kg m²]."""
+    """(3,) of mass [relative], centre of mass [m], and inertia about the sensor origin
+    [kg m²]."""
     truth = thing.vector
     return np.array(
         (

@@ -16,7 +16,9 @@ def shape() -> Shape:
 
 @cache
 def exact(samples: int = 1000, speed: float = 1.5) -> Measurements:
-    return wield(UR5.motion(sinusoids(samples / 100.0, 100.0, speed)), hammer().parameters)
+    return wield(
+        UR5.motion(sinusoids(samples / 100.0, 100.0, speed)), hammer().parameters
+    )
 
 
 def noisy(seed: int, samples: int = 1000, noise: Noise = NOISE) -> Measurements:

@@ -37,7 +37,8 @@ def mapped(path: Path, text: str) -> Recording:
 
 
 def mapping_fails(path: Path, text: str, *words: str) -> None:
-    """Reading through a map of this text gives one line that names either file and holds each of the words."""
+    """Reading through a map of this text gives one line that names either file and
+    holds each of the words."""
     with pytest.raises(InputError) as caught:
         mapped(path, text)
     check_line(str(caught.value), str(path.parent), *words)
@@ -52,16 +53,23 @@ def check_line(message: str, *words: str) -> None:
 
 
 def random_recording(seed: int, static: bool = False, joints: int = 6) -> Recording:
-    """All streams, each with its own irregular clock (static: all with the row's index)."""
+    """All streams, each with its own irregular clock (static: all with the row's
+    index)."""
     rng = np.random.default_rng(seed)
     streams = {}
     for name, columns in COLUMNS.items():
         count = 50 if static else int(rng.integers(1, 60))
         width = joints if name in JOINT_STREAMS else len(columns)
-        values = rng.normal(size=(count, width)) * 10.0 ** rng.integers(-12, 12, (count, width))
+        values = rng.normal(size=(count, width)) * 10.0 ** rng.integers(
+            -12, 12, (count, width)
+        )
         if name == "orientation":
             values /= np.linalg.norm(values, axis=1)[:, None]
-        clock = np.arange(float(count)) if static else np.cumsum(rng.uniform(1e-4, 0.1, count))
+        clock = (
+            np.arange(float(count))
+            if static
+            else np.cumsum(rng.uniform(1e-4, 0.1, count))
+        )
         streams[name] = Stream(clock, values)
     return Recording(streams, static)
 
@@ -72,7 +80,8 @@ def same(a: Recording, b: Recording) -> bool:
         a.static == b.static
         and list(a.streams) == list(b.streams)
         and all(
-            np.array_equal(a[name].time, b[name].time) and np.array_equal(a[name].values, b[name].values)
+            np.array_equal(a[name].time, b[name].time)
+            and np.array_equal(a[name].values, b[name].values)
             for name in a.streams
         )
     )
@@ -80,7 +89,13 @@ def same(a: Recording, b: Recording) -> bool:
 
 def parquet_log(folder: Path, **changes) -> Path:
     """A Parquet file of `ROWS`, some columns of it changed."""
-    table = dict(zip(HEADER.split(","), np.array([row.split(",") for row in ROWS], dtype=float).T, strict=True))
+    table = dict(
+        zip(
+            HEADER.split(","),
+            np.array([row.split(",") for row in ROWS], dtype=float).T,
+            strict=True,
+        )
+    )
     parquet.write_table(pa.table({**table, **changes}), folder / "log.parquet")
     return folder / "log.parquet"
 
@@ -92,6 +107,7 @@ def timed(folder: Path, times) -> Path:
 
 @pytest.fixture(autouse=True, params=["by NumPy", "by pyarrow"])
 def reader_of_text(request, monkeypatch):
-    """Each test reads text both ways: as a short file, where NumPy can, and as a long one."""
+    """Each test reads text both ways: as a short file, where NumPy can, and as a long
+    one."""
     if request.param == "by pyarrow":
         monkeypatch.setattr("hefting.logs.csv_file.SHORT", 0)

@@ -1,4 +1,5 @@
-"""Exact motions of a sensor, their noisy poses, and the wrench that a rigid body needs for them."""
+"""Exact motions of a sensor, their noisy poses, and the wrench that a rigid body needs
+for them."""
 
 from dataclasses import dataclass
 
@@ -21,20 +22,26 @@ class Truth:
     angular_velocity: np.ndarray
     angular_acceleration: np.ndarray
 
-    def poses(self, rng=None, position_noise=POSITION_NOISE, rotation_noise=ROTATION_NOISE):
-        """Positions (K, 3) and quaternions (K, 4), with white noise when a generator is given."""
+    def poses(
+        self, rng=None, position_noise=POSITION_NOISE, rotation_noise=ROTATION_NOISE
+    ):
+        """Positions (K, 3) and quaternions (K, 4), with white noise when a generator is
+        given."""
         if rng is None:
             return self.position, self.rotation.as_quat()
         K = len(self.time)
         turn = Rotation.from_rotvec(rotation_noise * rng.normal(size=(K, 3)))
-        return self.position + position_noise * rng.normal(size=(K, 3)), (self.rotation * turn).as_quat()
+        return self.position + position_noise * rng.normal(size=(K, 3)), (
+            self.rotation * turn
+        ).as_quat()
 
     def gravity(self):
         return self.rotation.inv().apply(GRAVITY)
 
 
 def random_smooth(time, rng, tones=(0.3, 1.2), angular=1.0, linear=0.2) -> Truth:
-    """Four sinusoids [Hz] of random phase and size a channel, scaled to rms speeds in rad/s and m/s."""
+    """Four sinusoids [Hz] of random phase and size a channel, scaled to rms speeds in
+    rad/s and m/s."""
 
     def channels(speed):
         omega = 2 * np.pi * rng.uniform(*tones, size=(4, 3))
@@ -42,30 +49,41 @@ def random_smooth(time, rng, tones=(0.3, 1.2), angular=1.0, linear=0.2) -> Truth
         size = rng.normal(size=(4, 3))
         rate = np.sum(size * omega * np.cos(angle), axis=1)
         size *= speed / np.sqrt(np.mean(np.sum(rate**2, axis=1)))
-        value, rate = np.sum(size * np.sin(angle), axis=1), np.sum(size * omega * np.cos(angle), axis=1)
+        value, rate = (
+            np.sum(size * np.sin(angle), axis=1),
+            np.sum(size * omega * np.cos(angle), axis=1),
+        )
         return value, rate, np.sum(-size * omega**2 * np.sin(angle), axis=1)
 
     p, _, ddp = channels(linear)
     e, de, dde = channels(angular)
     rotation = Rotation.random(rng=rng) * Rotation.from_euler("ZYX", e)
-    return Truth(time, p, rotation, rotation.inv().apply(ddp), *_euler_rates(e, de, dde))
+    return Truth(
+        time, p, rotation, rotation.inv().apply(ddp), *_euler_rates(e, de, dde)
+    )
 
 
 def _euler_rates(e, de, dde):
-    """Angular velocity and acceleration in body axes of R = Rz Ry Rx, from the angles' derivatives."""
+    """Angular velocity and acceleration in body axes of R = Rz Ry Rx, from the angles'
+    derivatives."""
     (_, y, x), (dz, dy, dx), (ddz, ddy, ddx) = e.T, de.T, dde.T
     sx, cx, sy, cy = np.sin(x), np.cos(x), np.sin(y), np.cos(y)
     w = (dx - dz * sy, dy * cx + dz * cy * sx, -dy * sx + dz * cy * cx)
     alpha = (
         ddx - ddz * sy - dz * dy * cy,
         ddy * cx - dy * dx * sx + ddz * cy * sx - dz * dy * sy * sx + dz * dx * cy * cx,
-        -ddy * sx - dy * dx * cx + ddz * cy * cx - dz * dy * sy * cx - dz * dx * cy * sx,
+        -ddy * sx
+        - dy * dx * cx
+        + ddz * cy * cx
+        - dz * dy * sy * cx
+        - dz * dx * cy * sx,
     )
     return np.transpose(w), np.transpose(alpha)
 
 
 def stop_and_go(time, rng, move=0.6, rest=0.4, turn=0.6, shift=0.12) -> Truth:
-    """Moves of least jerk, `turn` rad about and `shift` m along random directions, with rests between."""
+    """Moves of least jerk, `turn` rad about and `shift` m along random directions, with
+    rests between."""
     K = len(time)
     start = -rng.uniform(0, move + rest)
     rotation, here = Rotation.random(rng=rng), np.zeros(3)
@@ -75,27 +93,39 @@ def stop_and_go(time, rng, move=0.6, rest=0.4, turn=0.6, shift=0.12) -> Truth:
         now = (time >= start) & (time < start + move + rest)
         s = np.clip((time[now, None] - start) / move, 0, 1)
         axis, step = rng.normal(size=(2, 3))
-        axis, step = axis * turn / np.linalg.norm(axis), step * shift / np.linalg.norm(step)
+        axis, step = (
+            axis * turn / np.linalg.norm(axis),
+            step * shift / np.linalg.norm(step),
+        )
         path = 10 * s**3 - 15 * s**4 + 6 * s**5
         bend = (60 * s - 180 * s**2 + 120 * s**3) / move**2
         turned = rotation * Rotation.from_rotvec(path * axis)
         quaternion[now], p[now] = turned.as_quat(), here + path * step
-        w[now], alpha[now] = (30 * s**2 - 60 * s**3 + 30 * s**4) / move * axis, bend * axis
+        w[now], alpha[now] = (
+            (30 * s**2 - 60 * s**3 + 30 * s**4) / move * axis,
+            bend * axis,
+        )
         a[now] = turned.inv().apply(bend * step)
-        rotation, here, start = rotation * Rotation.from_rotvec(axis), here + step, start + move + rest
+        rotation, here, start = (
+            rotation * Rotation.from_rotvec(axis),
+            here + step,
+            start + move + rest,
+        )
     return Truth(time, p, Rotation.from_quat(quaternion), a, w, alpha)
 
 
 @dataclass
 class Body:
-    """A rigid body by its mass [kg], centre of mass [m] and inertia there [kg m²], in sensor axes."""
+    """A rigid body by its mass [kg], centre of mass [m] and inertia there [kg m²], in
+    sensor axes."""
 
     mass: float
     center: np.ndarray
     inertia: np.ndarray
 
     def wrench(self, truth: Truth):
-        """Force and torque (K, 3) at the sensor origin: f = m (a_c - g), tau = c x f + I alpha + w x I w."""
+        """Force and torque (K, 3) at the sensor origin: f = m (a_c - g), tau = c x f +
+        I alpha + w x I w."""
         w, alpha = truth.angular_velocity, truth.angular_acceleration
         a_center = truth.linear_acceleration + np.cross(alpha, self.center)
         a_center += np.cross(w, np.cross(w, self.center))
@@ -105,12 +135,17 @@ class Body:
 
     def vector(self):
         """[m, mc, J about the sensor origin]."""
-        J = self.inertia + self.mass * (self.center @ self.center * np.eye(3) - np.outer(self.center, self.center))
-        return np.concatenate(([self.mass], self.mass * self.center, J[np.triu_indices(3)]))
+        J = self.inertia + self.mass * (
+            self.center @ self.center * np.eye(3) - np.outer(self.center, self.center)
+        )
+        return np.concatenate(
+            ([self.mass], self.mass * self.center, J[np.triu_indices(3)])
+        )
 
 
 def box() -> Body:
-    """A homogeneous box of 0.7 kg and 12 x 15 x 8 cm, held askew 9 cm from its centre."""
+    """A homogeneous box of 0.7 kg and 12 x 15 x 8 cm, held askew 9 cm from its
+    centre."""
     x, y, z, mass = 0.12, 0.15, 0.08, 0.7
     R = Rotation.from_euler("xyz", [0.3, 0.5, 0.2]).as_matrix()
     inertia = mass / 12 * np.diag([y * y + z * z, x * x + z * z, x * x + y * y])
@@ -118,11 +153,14 @@ def box() -> Body:
 
 
 def normalised_errors(motion, truth: Truth):
-    """Mean squared error over claimed variance, of a, w and alpha, at the samples `motion` holds."""
+    """Mean squared error over claimed variance, of a, w and alpha, at the samples
+    `motion` holds."""
     at = np.searchsorted(truth.time, motion.time - 1e-9)
     means = []
     for name in ("linear_acceleration", "angular_velocity", "angular_acceleration"):
         value, std = getattr(motion, name), getattr(motion, f"{name}_std")
         if value is not None:
-            means.append(np.nanmean(((value - getattr(truth, name)[at]) / std[:, None]) ** 2))
+            means.append(
+                np.nanmean(((value - getattr(truth, name)[at]) / std[:, None]) ** 2)
+            )
     return means

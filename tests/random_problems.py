@@ -8,7 +8,12 @@ from scipy.spatial.transform import Rotation
 from conic import Problem
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
-from hefting.core.regressor import full_model_weight, full_regressor, predict_wrench, reduced_regressor
+from hefting.core.regressor import (
+    full_model_weight,
+    full_regressor,
+    predict_wrench,
+    reduced_regressor,
+)
 from hefting.estimators import PMD
 from hefting.shapes import Shape
 
@@ -24,14 +29,18 @@ def random_pose(rng: np.random.Generator, reach: float = 0.5) -> np.ndarray:
 def random_body(
     rng: np.random.Generator, mass: float = 1.0, size: float = 0.1, offset: float = 0.1
 ) -> InertialParameters:
-    """Ten random point masses: total `mass` [kg], spread over `size` [m], about `offset` [m] from the origin."""
+    """Ten random point masses: total `mass` [kg], spread over `size` [m], about
+    `offset` [m] from the origin."""
     masses = rng.exponential(size=10)
     points = size * rng.normal(size=(10, 3)) + offset * rng.normal(size=3)
     return InertialParameters.from_points(points, mass * masses / masses.sum())
 
 
-def random_motion(rng: np.random.Generator, K: int, speed: float = 1.0, gravity: float = 9.81) -> Measurements:
-    """K unrelated samples of motion in all directions, any orientation, and no wrench."""
+def random_motion(
+    rng: np.random.Generator, K: int, speed: float = 1.0, gravity: float = 9.81
+) -> Measurements:
+    """K unrelated samples of motion in all directions, any orientation, and no
+    wrench."""
     g = rng.normal(size=(K, 3))
     g *= gravity / np.linalg.norm(g, axis=1, keepdims=True)
     a, w, alpha = speed * rng.normal(size=(3, K, 3))
@@ -46,7 +55,8 @@ def with_wrench(
     force: float = 0.0,
     torque: float = 0.0,
 ) -> Measurements:
-    """`motion` with the wrench of `body`, a constant bias (6,), and noise of levels `force` [N], `torque` [N m]."""
+    """`motion` with the wrench of `body`, a constant bias (6,), and noise of levels
+    `force` [N], `torque` [N m]."""
     wrench = predict_wrench(motion, body.vector) + bias
     if rng is not None:
         wrench = wrench + np.repeat((force, torque), 3) * rng.normal(size=wrench.shape)
@@ -64,8 +74,9 @@ class PMDCase:
 
 
 def pmd_case(seed: int) -> PMDCase:
-    """Problem number `seed`: anything from noise-free to mostly noise, 1 to 40 samples, 4 to 120 points, coplanar
-    and collinear points, at rest, full model only, without regularisation, with and without bias."""
+    """Problem number `seed`: anything from noise-free to mostly noise, 1 to 40 samples,
+    4 to 120 points, coplanar and collinear points, at rest, full model only, without
+    regularisation, with and without bias."""
     rng = np.random.default_rng([20220, seed])
     n, K = int(rng.choice([4, 10, 56, 120])), int(rng.choice([1, 2, 10, 40]))
     noise = float(rng.choice([0.0, 1e-3, 0.1, 1.0]))
@@ -79,17 +90,29 @@ def pmd_case(seed: int) -> PMDCase:
         points[:, 2] = 0.0
     if layout == "collinear":
         points[:, 1] = 0.0
-    points = points @ Rotation.random(random_state=rng).as_matrix() + 0.1 * rng.normal(size=3)
+    points = points @ Rotation.random(random_state=rng).as_matrix() + 0.1 * rng.normal(
+        size=3
+    )
     masses = rng.exponential(size=n) ** 3
     masses *= 10 ** rng.uniform(-2.0, 1.0) / masses.sum()
-    body = InertialParameters.from_points(points * (1.0 if rng.random() < 0.7 else 0.9), masses)
+    body = InertialParameters.from_points(
+        points * (1.0 if rng.random() < 0.7 else 0.9), masses
+    )
     speed = 0.0 if mode == "at rest" else 10 ** rng.uniform(-1.5, 0.7)
     bias = rng.normal(size=6) * (5.0, 5.0, 5.0, 0.5, 0.5, 0.5) if free_bias else 0.0
     z = with_wrench(random_motion(rng, K, speed), body, bias, rng, noise, 0.05 * noise)
-    estimator = PMD(Shape(points), c1, regularization, "estimate" if free_bias else "none")
+    estimator = PMD(
+        Shape(points), c1, regularization, "estimate" if free_bias else "none"
+    )
     w = full_model_weight(z, c1)
     problem = Problem(
-        reduced_regressor(z), full_regressor(z), z.wrench, w, estimator.shape.matrix, regularization, free_bias
+        reduced_regressor(z),
+        full_regressor(z),
+        z.wrench,
+        w,
+        estimator.shape.matrix,
+        regularization,
+        free_bias,
     )
     label = (
         f"problem {seed}: {n} {layout} points, {K} samples {mode}, noise {noise:g} N, c1 {c1:g}, "

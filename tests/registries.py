@@ -1,4 +1,5 @@
-"""A copy of the package to which something is added as a contributor would: one file, and at most one line."""
+"""A copy of the package to which something is added as a contributor would: one file,
+and at most one line."""
 
 import os
 import shutil
@@ -21,7 +22,9 @@ class Copy:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        shutil.copytree(PACKAGE, folder / "hefting", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(
+            PACKAGE, folder / "hefting", ignore=shutil.ignore_patterns("__pycache__")
+        )
 
     def add(self, file: str, text: str) -> None:
         """A new file of the package."""
@@ -34,14 +37,21 @@ class Copy:
         path = self.folder / "hefting" / file
         lines = path.read_text().splitlines()
         (place,) = (k for k, found in enumerate(lines) if found == after)
-        path.write_text("\n".join([*lines[: place + 1], line, *lines[place + 1 :]]) + "\n")
+        path.write_text(
+            "\n".join([*lines[: place + 1], line, *lines[place + 1 :]]) + "\n"
+        )
 
     def python(self, *words: object) -> str:
         """What Python prints with the copy first on its path."""
         path = os.pathsep.join((str(self.folder), os.environ.get("PYTHONPATH", "")))
         command = [sys.executable, *map(str, words)]
         done = subprocess.run(
-            command, cwd=self.folder, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, check=False
+            command,
+            cwd=self.folder,
+            env=os.environ | {"PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr
         return done.stdout

@@ -1,4 +1,5 @@
-"""Solids for tests of shapes, and an inside test that shares no code with the library."""
+"""Solids for tests of shapes, and an inside test that shares no code with the
+library."""
 
 import numpy as np
 import trimesh
@@ -8,7 +9,8 @@ from hefting.core.spatial import pose_matrix
 
 
 def winding(triangles, points):
-    """Generalised winding numbers by solid angles (Van Oosterom & Strackee 1983): the oracle for "inside"."""
+    """Generalised winding numbers by solid angles (Van Oosterom & Strackee 1983): the
+    oracle for "inside"."""
     a, b, c = (triangles[None, :, i] - points[:, None] for i in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
     dot = np.einsum
@@ -20,7 +22,11 @@ def winding(triangles, points):
 
 def rotated(mesh, seed=3):
     turned = mesh.copy()
-    turned.apply_transform(np.block([[Rotation.random(rng=seed).as_matrix(), np.ones((3, 1))], [np.eye(4)[3:]]]))
+    turned.apply_transform(
+        np.block(
+            [[Rotation.random(rng=seed).as_matrix(), np.ones((3, 1))], [np.eye(4)[3:]]]
+        )
+    )
     return turned
 
 
@@ -33,7 +39,9 @@ def ell():
 
 def in_ell(p):
     in_long = (p > 0).all(axis=1) & (p < [0.04, 0.01, 0.02]).all(axis=1)
-    return in_long | ((p > [0, 0.009, 0]).all(axis=1) & (p < [0.01, 0.04, 0.02]).all(axis=1))
+    return in_long | (
+        (p > [0, 0.009, 0]).all(axis=1) & (p < [0.01, 0.04, 0.02]).all(axis=1)
+    )
 
 
 SOLIDS = {

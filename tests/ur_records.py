@@ -1,4 +1,5 @@
-"""Real-time records of Universal Robots, from known flange poses and wrenches by their definitions."""
+"""Real-time records of Universal Robots, from known flange poses and wrenches by their
+definitions."""
 
 from pathlib import Path
 
@@ -21,7 +22,16 @@ def rotation(vector: Array) -> Array:
 
 def rotation_vector(matrix: Array) -> Array:
     """The vector of a rotation by less than pi, from its skew part and trace."""
-    skew = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]) / 2
+    skew = (
+        np.array(
+            [
+                matrix[2, 1] - matrix[1, 2],
+                matrix[0, 2] - matrix[2, 0],
+                matrix[1, 0] - matrix[0, 1],
+            ]
+        )
+        / 2
+    )
     sine = np.linalg.norm(skew)
     return skew / sine * np.arctan2(sine, (np.trace(matrix) - 1) / 2)
 
@@ -36,16 +46,33 @@ OFFSET = np.array([0.01, -0.02, 0.15, 0.3, -0.2, 0.5])
 NO_OFFSET = np.zeros(6)
 
 
-def record(path: Path, *fields: str, offset: Array = NO_OFFSET, separator: str = " ", **changes: Array) -> Path:
-    """A record of these fields, for a TCP at `offset` in the flange; some fields changed."""
+def record(
+    path: Path,
+    *fields: str,
+    offset: Array = NO_OFFSET,
+    separator: str = " ",
+    **changes: Array,
+) -> Path:
+    """A record of these fields, for a TCP at `offset` in the flange; some fields
+    changed."""
     lever = FLANGE @ offset[:3]
     tcp = FLANGE @ rotation(offset[3:])
-    base = np.concatenate([np.einsum("nij,nj->ni", FLANGE, part) for part in (WRENCH[:, :3], WRENCH[:, 3:])], axis=1)
+    base = np.concatenate(
+        [
+            np.einsum("nij,nj->ni", FLANGE, part)
+            for part in (WRENCH[:, :3], WRENCH[:, 3:])
+        ],
+        axis=1,
+    )
     joints = RNG.uniform(-3, 3, (COUNT, 12))
     values = {
         "timestamp": TIME[:, None],
-        "actual_TCP_pose": np.concatenate([ORIGIN + lever, [rotation_vector(matrix) for matrix in tcp]], axis=1),
-        "actual_TCP_speed": np.concatenate([MOVING + np.cross(TURNING, lever), TURNING], axis=1),
+        "actual_TCP_pose": np.concatenate(
+            [ORIGIN + lever, [rotation_vector(matrix) for matrix in tcp]], axis=1
+        ),
+        "actual_TCP_speed": np.concatenate(
+            [MOVING + np.cross(TURNING, lever), TURNING], axis=1
+        ),
         "tcp_offset": np.tile(offset, (COUNT, 1)),
         "ft_raw_wrench": WRENCH,
         "actual_TCP_force": base,
@@ -57,7 +84,9 @@ def record(path: Path, *fields: str, offset: Array = NO_OFFSET, separator: str =
     }
     chosen = [name for name in ("timestamp", *fields) if name in values]
     names = [
-        f"{name}_{j}" if values[name].shape[1] > 1 else name for name in chosen for j in range(values[name].shape[1])
+        f"{name}_{j}" if values[name].shape[1] > 1 else name
+        for name in chosen
+        for j in range(values[name].shape[1])
     ]
     table = np.concatenate([values[name] for name in chosen], axis=1)
     lines = [separator.join(map(repr, row)) for row in table.tolist()]

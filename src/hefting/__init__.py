@@ -1,4 +1,5 @@
-"""Hefting tells what a robot is holding: mass, centre of mass and inertia tensor of a manipulated object."""
+"""Hefting tells what a robot is holding: mass, centre of mass and inertia tensor of a
+manipulated object."""
 
 from importlib import import_module
 
@@ -36,7 +37,8 @@ _HOME = {
     "HeftingError": "core.errors",
     "InputError": "core.errors",
 }
-"""Where each public name is; the estimators are those of `hefting.estimators.METHODS`."""
+"""Where each public name is; the estimators are those of
+`hefting.estimators.METHODS`."""
 
 _RENAMED = {"PointMasses": "Shape"}
 """Former public names, and what they are now."""
@@ -46,13 +48,18 @@ def __getattr__(name: str):
     if name in _RENAMED:
         import warnings
 
-        warnings.warn(f"hefting.{name} is hefting.{_RENAMED[name]} now", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            f"hefting.{name} is hefting.{_RENAMED[name]} now",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         name = _RENAMED[name]
     if name == "__all__":
         return [*_HOME, *_methods()]
     if name in _HOME:
         value = getattr(import_module(f"hefting.{_HOME[name]}"), name)
-    elif name[:1].isupper() and name in _methods():  # submodules and what Python looks for begin otherwise
+    # submodules and what Python looks for begin otherwise
+    elif name[:1].isupper() and name in _methods():
         value = _methods()[name]
     else:
         raise AttributeError(f"module 'hefting' has no attribute '{name}'")

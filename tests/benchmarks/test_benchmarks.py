@@ -1,4 +1,5 @@
-"""The benchmarks run, print their table, and find Hefting faster than what one would use instead."""
+"""The benchmarks run, print their table, and find Hefting faster than what one would
+use instead."""
 
 import json
 import os
@@ -22,7 +23,14 @@ def run(module, *arguments, **environment):
     """Run a benchmark without others' recordings, to be quick."""
     command = [sys.executable, "-m", module, *map(str, arguments)]
     environment = {"HEFTING_DATA": "", "PYTHONPATH": str(ROOT / "src")} | environment
-    return subprocess.run(command, cwd=ROOT, env=os.environ | environment, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command,
+        cwd=ROOT,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -36,13 +44,28 @@ def quick_run(folder):
     for module in ("cvxpy", "clarabel", "pinocchio"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     file, kept = folder / "report.json", folder / "ratios.json"
-    done = run("benchmarks", "--quick", "--json", file, "--ratios", kept, "--keep", "--before", ROOT)
+    done = run(
+        "benchmarks",
+        "--quick",
+        "--json",
+        file,
+        "--ratios",
+        kept,
+        "--keep",
+        "--before",
+        ROOT,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout, json.loads(file.read_text())
 
 
 def rows(report: dict, title: str) -> list[dict]:
-    found = [row for section in report["sections"] if title in section["title"] for row in section["rows"]]
+    found = [
+        row
+        for section in report["sections"]
+        if title in section["title"]
+        for row in section["rows"]
+    ]
     assert found, f"no section '{title}'"
     return found
 
@@ -57,7 +80,8 @@ def test_every_section_is_printed(quick_run):
 
 
 def test_ratios_are_above_one(quick_run):
-    """Hundreds against the conic solver, about ten against Pinocchio: 1 leaves room for a busy machine."""
+    """Hundreds against the conic solver, about ten against Pinocchio: 1 leaves room for
+    a busy machine."""
     _, report = quick_run
     every = [row for section in report["sections"] for row in section["rows"]]
     ratios = [row["figure"] for row in every if row["unit"] == "x"]
@@ -66,27 +90,42 @@ def test_ratios_are_above_one(quick_run):
 
 
 def test_both_parties_solve_the_same_problem(quick_run):
-    """Equal to Clarabel's default tolerance of 1e-8, with room; Hefting's own is 1e-7 at the worst."""
+    """Equal to Clarabel's default tolerance of 1e-8, with room; Hefting's own is 1e-7
+    at the worst."""
     _, report = quick_run
-    differences = [row["figure"] for row in rows(report, "150 samples") if "difference" in row["what"]]
+    differences = [
+        row["figure"]
+        for row in rows(report, "150 samples")
+        if "difference" in row["what"]
+    ]
     assert abs(differences[0]) < 1e-6
     parameters = next(row for row in rows(report, "OLS") if "difference" in row["what"])
     assert parameters["figure"] < 1e-9  # both are exact least squares: rounding alone
 
 
-@pytest.mark.parametrize("title", ["GEO, known noise, 1,000", "GEO, unknown noise, 1,000", "LMI, constraint"])
+@pytest.mark.parametrize(
+    "title", ["GEO, known noise, 1,000", "GEO, unknown noise, 1,000", "LMI, constraint"]
+)
 def test_geo_and_lmi_solve_the_problem_as_stated(quick_run, title):
-    """Clarabel's default tolerance is 1e-8, relative to the objective; both do better than 1e-8 here."""
+    """Clarabel's default tolerance is 1e-8, relative to the objective; both do better
+    than 1e-8 here."""
     _, report = quick_run
-    differences = [row["figure"] for row in rows(report, title) if "difference" in row["what"]]
+    differences = [
+        row["figure"] for row in rows(report, title) if "difference" in row["what"]
+    ]
     assert differences
     assert max(differences) < 1e-6
 
 
 def test_the_constraint_of_lmi_is_active_where_it_is_said_to_be(quick_run):
     _, report = quick_run
-    for title, sign in (("constraint active, 1,000", -1.0), ("constraint inactive", 1.0)):
-        margin = next(row["figure"] for row in rows(report, title) if "margin" in row["what"])
+    for title, sign in (
+        ("constraint active, 1,000", -1.0),
+        ("constraint inactive", 1.0),
+    ):
+        margin = next(
+            row["figure"] for row in rows(report, title) if "margin" in row["what"]
+        )
         assert sign * margin > 0.0
 
 
@@ -98,9 +137,12 @@ def test_memory_does_not_grow(quick_run):
 
 
 def test_a_long_recording_takes_bounded_memory(quick_run):
-    """50,000 rows take 490 MiB, a million 870: what is worked on does not grow beyond 50,000 samples."""
+    """50,000 rows take 490 MiB, a million 870: what is worked on does not grow beyond
+    50,000 samples."""
     _, report = quick_run
-    found = {row["what"]: row["figure"] for row in rows(report, "poses and wrench as CSV")}
+    found = {
+        row["what"]: row["figure"] for row in rows(report, "poses and wrench as CSV")
+    }
     assert found["peak memory"] < 650.0
     assert found["error of the mass"] < 0.1  # ten times its standard deviation
 
@@ -109,26 +151,57 @@ def test_whole_processes_are_compared(quick_run, folder):
     """With itself here, in place of the code before; without others' recordings."""
     kept = ratios.read(folder / "ratios.json", quick=True)
     shares = kept[ratios.SHARE]
-    assert {name.rpartition("/")[2] for name in shares} == {"before", "before's second", "1 kg"}
+    assert {name.rpartition("/")[2] for name in shares} == {
+        "before",
+        "before's second",
+        "1 kg",
+    }
     assert len(shares) == 9
     assert all(np.isfinite(share) and share > 0.0 for share in shares.values())
-    assert shares["second identify, demo, its mesh/before"] < shares["identify, demo, its mesh/before"]
+    assert (
+        shares["second identify, demo, its mesh/before"]
+        < shares["identify, demo, its mesh/before"]
+    )
 
 
 def test_ratios_are_kept_under_stable_names(quick_run, folder):
-    """Every "x" of the report; the number of points is not in the name, which the shapes decide."""
+    """Every "x" of the report; the number of points is not in the name, which the
+    shapes decide."""
     _, report = quick_run
     faster = ratios.read(folder / "ratios.json", quick=True)[ratios.FASTER]
-    assert len(faster) == sum(row["unit"] == "x" for section in report["sections"] for row in section["rows"])
-    assert "PMD, 150 samples, Hefting, from the moments, against Clarabel itself" in faster
-    assert not ratios.read(folder / "ratios.json", quick=False)[ratios.FASTER]  # of the full setting
+    assert len(faster) == sum(
+        row["unit"] == "x" for section in report["sections"] for row in section["rows"]
+    )
+    assert (
+        "PMD, 150 samples, Hefting, from the moments, against Clarabel itself" in faster
+    )
+    # of the full setting
+    assert not ratios.read(folder / "ratios.json", quick=False)[ratios.FASTER]
 
 
-@pytest.mark.parametrize(("factor", "names"), [(1.29, set()), (1.31, {"a/b", "S, ours"})])
+@pytest.mark.parametrize(
+    ("factor", "names"), [(1.29, set()), (1.31, {"a/b", "S, ours"})]
+)
 def test_a_ratio_that_is_worse_by_a_third_fails(factor, names):
-    kept = ratios.ratios_of([Section("S", (Row("share", figure=0.5, unit="of b", name="a/b"), speedup(8.0)))])
-    worse = [Section("S", (Row("share", figure=0.5 * factor, unit="of b", name="a/b"), speedup(8.0 / factor)))]
-    assert {change.name for change in ratios.failures(kept, ratios.ratios_of(worse))} == names
+    kept = ratios.ratios_of(
+        [
+            Section(
+                "S", (Row("share", figure=0.5, unit="of b", name="a/b"), speedup(8.0))
+            )
+        ]
+    )
+    worse = [
+        Section(
+            "S",
+            (
+                Row("share", figure=0.5 * factor, unit="of b", name="a/b"),
+                speedup(8.0 / factor),
+            ),
+        )
+    ]
+    assert {
+        change.name for change in ratios.failures(kept, ratios.ratios_of(worse))
+    } == names
     assert not ratios.failures(ratios.ratios_of(worse), kept)  # better is no failure
     best = ratios.better(ratios.ratios_of(worse), kept)
     assert not ratios.failures(kept, best)  # it was worse once only
@@ -160,7 +233,9 @@ def test_the_command_ends_with_an_error_that_names_what_is_worse(tmp_path):
     assert name in done.stderr
     assert "OLS, once more" in done.stderr
     ratios.keep(file, True, {ratios.FASTER: {name: 1e-3}, ratios.SHARE: {}})
-    assert run("benchmarks", "--quick", "--only", "OLS", "--ratios", file).returncode == 0
+    assert (
+        run("benchmarks", "--quick", "--only", "OLS", "--ratios", file).returncode == 0
+    )
 
 
 def test_the_code_before_is_taken_from_the_history(tmp_path):
@@ -178,7 +253,8 @@ def test_a_checkout_without_the_package_is_refused(tmp_path):
 
 
 def test_what_a_process_takes():
-    """A tenth of a second of work, and 80 MiB; the memory of this process does not count."""
+    """A tenth of a second of work, and 80 MiB; the memory of this process does not
+    count."""
     held = np.ones(30_000_000)  # 240 MB here
     work = "x = b'1' * (80 << 20)\nimport time\nwhile time.process_time() < 0.1: pass\nprint('done')"
     took = NOW.run("-S", "-c", work)
@@ -191,23 +267,36 @@ def test_what_a_process_takes():
 
 
 def test_the_naive_script_finds_a_mass(tmp_path):
-    """An honest rival: exact motion and wrench, so it must be right but for what smoothing takes."""
+    """An honest rival: exact motion and wrench, so it must be right but for what
+    smoothing takes."""
     for module in ("pandas", "pinocchio"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     from hefting import write_log
     from hefting.simulation import UR5, hammer, random_smooth, simulate
 
     body = hammer().parameters
-    recording = simulate(UR5.motion(random_smooth(6.0, 200.0, 1.0, seed=3)), body, pose_noise=(0.0, 0.0))
+    recording = simulate(
+        UR5.motion(random_smooth(6.0, 200.0, 1.0, seed=3)), body, pose_noise=(0.0, 0.0)
+    )
     write_log(recording, tmp_path / "log.csv")
-    command = [sys.executable, str(ROOT / "benchmarks" / "naive.py"), str(tmp_path / "log.csv")]
-    done = subprocess.run([*command, "--gravity", "0,0,-9.80665"], capture_output=True, text=True, check=True)
+    command = [
+        sys.executable,
+        str(ROOT / "benchmarks" / "naive.py"),
+        str(tmp_path / "log.csv"),
+    ]
+    done = subprocess.run(
+        [*command, "--gravity", "0,0,-9.80665"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     mass = float(done.stdout.split()[1])
     assert mass == pytest.approx(body.mass, rel=2e-3)
 
 
 def test_two_versions_are_put_side_by_side(tmp_path):
-    """Of the same code nothing differs; a COM moved by a standard deviation, a sign and an error are told."""
+    """Of the same code nothing differs; a COM moved by a standard deviation, a sign and
+    an error are told."""
     a, b = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
     done = run("benchmarks.same_answers", "--write", a, "--simulated", 3)
     assert done.returncode == 0, done.stderr
@@ -217,7 +306,9 @@ def test_two_versions_are_put_side_by_side(tmp_path):
     answers = [json.loads(line) for line in a.read_text().splitlines()]
     answers[0]["center_of_mass"][1] += answers[0]["std"]["center_of_mass"][1]
     answers[1]["provenance"]["wrench"] = "on-sensor"
-    answers[2] = {key: answers[2][key] for key in ("name", "method", "groups", "seconds")} | {"error": "it fell"}
+    answers[2] = {
+        key: answers[2][key] for key in ("name", "method", "groups", "seconds")
+    } | {"error": "it fell"}
     b.write_text("\n".join(map(json.dumps, answers)))
     done = run("benchmarks.same_answers", "--compare", a, b)
     assert done.returncode == 1

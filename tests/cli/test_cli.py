@@ -1,4 +1,5 @@
-"""The command line: what a person types, sees, and gets back when something is wrong."""
+"""The command line: what a person types, sees, and gets back when something is
+wrong."""
 
 import json
 import os
@@ -31,7 +32,12 @@ def folder(tmp_path_factory):
     held = hammer()
     body = held.parameters.moved(POSE)
     motion = UR5.motion(sinusoids(5.0, 100.0, 1.5))
-    write_log(simulate(motion, body, noise=Noise(0.1, 0.005), pose_noise=(1e-4, 3.5e-4), seed=3), folder / "log.csv")
+    write_log(
+        simulate(
+            motion, body, noise=Noise(0.1, 0.005), pose_noise=(1e-4, 3.5e-4), seed=3
+        ),
+        folder / "log.csv",
+    )
     surface = held.mesh()
     surface.copy().apply_scale(1e3).export(folder / "mesh.stl")
     facts = truth(body, surface.extents, POSE, mesh_unit="mm", name=held.name)
@@ -44,20 +50,44 @@ def shape_options(folder):
 
 
 def test_identify_prints_a_table_with_units_and_truth(run, folder):
-    status, out, err = run("identify", folder / "log.csv", *shape_options(folder), "--truth", folder / "truth.json")
+    status, out, err = run(
+        "identify",
+        folder / "log.csv",
+        *shape_options(folder),
+        "--truth",
+        folder / "truth.json",
+    )
     assert (status, err) == (0, "")
-    for text in ("kg m²", "mm", "truth", "errors: mass", "on-object (found from gravity)", "physically consistent"):
+    for text in (
+        "kg m²",
+        "mm",
+        "truth",
+        "errors: mass",
+        "on-object (found from gravity)",
+        "physically consistent",
+    ):
         assert text in out
 
 
 def test_json_is_one_object_with_the_documented_keys(run, folder):
     status, out, _ = run(
-        "identify", folder / "log.csv", *shape_options(folder), "--json", "--truth", folder / "truth.json"
+        "identify",
+        folder / "log.csv",
+        *shape_options(folder),
+        "--json",
+        "--truth",
+        folder / "truth.json",
     )
     assert status == 0
     result = json.loads(out)
     assert set(result) >= JSON_KEYS | {"errors"}
-    assert set(result["errors"]) == {"mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "riemannian"}
+    assert set(result["errors"]) == {
+        "mass",
+        "center_of_mass",
+        "inertia_at_origin",
+        "inertia_at_com",
+        "riemannian",
+    }
     assert set(result["std"]) == {"mass", "center_of_mass", "inertia_at_com"}
     assert result["frame"] == "sensor"
     assert result["physically_consistent"] is True
@@ -80,11 +110,19 @@ def test_ols_comes_with_its_uncertainty(run, folder):
 
 
 def test_output_by_suffix_and_export_read_each_other(run, folder, tmp_path):
-    files = [tmp_path / f"a{suffix}" for suffix in (".json", ".urdf", ".xml", ".sdf", ".usda", ".csv")]
+    files = [
+        tmp_path / f"a{suffix}"
+        for suffix in (".json", ".urdf", ".xml", ".sdf", ".usda", ".csv")
+    ]
     outputs = [word for path in files for word in ("--output", path)]
-    status, out, _ = run("identify", folder / "log.csv", *shape_options(folder), *outputs)
+    status, out, _ = run(
+        "identify", folder / "log.csv", *shape_options(folder), *outputs
+    )
     assert status == 0
-    assert all(path.stat().st_size > 100 and str(path) in out.replace("\n", "") for path in files)
+    assert all(
+        path.stat().st_size > 100 and str(path) in out.replace("\n", "")
+        for path in files
+    )
     estimate = Estimate.load(files[0])
     status, out, err = run("export", files[0], "--to", "urdf")
     assert status == 0
@@ -93,14 +131,29 @@ def test_output_by_suffix_and_export_read_each_other(run, folder, tmp_path):
     assert status == 0
     assert f"{estimate.parameters.mass:.4g}"[:4] in out
     assert "sensor axes" in err + out
-    status, out, err = run("export", files[0], "--to", "ur", "--sensor-pose-in-flange", "0,0,0.03,0,0,0,1")
+    status, out, err = run(
+        "export", files[0], "--to", "ur", "--sensor-pose-in-flange", "0,0,0.03,0,0,0,1"
+    )
     assert status == 0
     assert "warning" not in err
 
 
 def test_truth_may_be_another_estimate(run, folder, tmp_path):
-    run("identify", folder / "log.csv", *shape_options(folder), "--output", tmp_path / "a.json")
-    _, out, _ = run("identify", folder / "log.csv", *shape_options(folder), "--truth", tmp_path / "a.json", "--json")
+    run(
+        "identify",
+        folder / "log.csv",
+        *shape_options(folder),
+        "--output",
+        tmp_path / "a.json",
+    )
+    _, out, _ = run(
+        "identify",
+        folder / "log.csv",
+        *shape_options(folder),
+        "--truth",
+        tmp_path / "a.json",
+        "--json",
+    )
     # the same data and method: equal but for the digits JSON keeps, which are all
     assert json.loads(out)["errors"]["mass"] < 1e-9
 
@@ -109,19 +162,38 @@ def test_bias_from_a_tare_window_or_a_file(run, folder, tmp_path):
     bias = [1.0, -2.0, 3.0, 0.1, 0.0, -0.1]
     log = read_log(folder / "log.csv")
     wrench = log["wrench"]
-    shifted = {**log.streams, "wrench": Stream(wrench.time, wrench.values + bias, wrench.rows)}
+    shifted = {
+        **log.streams,
+        "wrench": Stream(wrench.time, wrench.values + bias, wrench.rows),
+    }
     write_log(Recording(shifted), tmp_path / "biased.csv")
     (tmp_path / "bias.json").write_text(json.dumps({"bias": bias}))
-    _, plain, _ = run("identify", folder / "log.csv", *shape_options(folder), "--bias", "none", "--json")
-    _, given, _ = run(
-        "identify", tmp_path / "biased.csv", *shape_options(folder), "--bias", tmp_path / "bias.json", "--json"
+    _, plain, _ = run(
+        "identify",
+        folder / "log.csv",
+        *shape_options(folder),
+        "--bias",
+        "none",
+        "--json",
     )
-    # bias added and taken away again: equal up to rounding of the wrench, 1e-15 relative
-    np.testing.assert_allclose(json.loads(given)["vector"], json.loads(plain)["vector"], rtol=1e-6, atol=1e-9)
+    _, given, _ = run(
+        "identify",
+        tmp_path / "biased.csv",
+        *shape_options(folder),
+        "--bias",
+        tmp_path / "bias.json",
+        "--json",
+    )
+    # bias added and taken away again: equal up to rounding of the wrench, 1e-15
+    # relative
+    np.testing.assert_allclose(
+        json.loads(given)["vector"], json.loads(plain)["vector"], rtol=1e-6, atol=1e-9
+    )
     _, found, _ = run("identify", tmp_path / "biased.csv", "--method", "OLS", "--json")
     result = json.loads(found)
     assert result["provenance"]["bias"] == "estimate"
-    # 0.1 N over 500 samples is 0.005 N; five seconds leave it correlated with the weight, so ten times that
+    # 0.1 N over 500 samples is 0.005 N; five seconds leave it correlated with the
+    # weight, so ten times that
     np.testing.assert_allclose(result["bias"][:3], bias[:3], atol=0.05)
 
 
@@ -132,19 +204,33 @@ def test_tare_window(run, folder, tmp_path):
     empty = wrench.time < 1.0
     bias = np.array([1.0, -2.0, 3.0, 0.1, 0.0, -0.1])
     values = np.where(empty[:, None], 0.0, wrench.values) + bias
-    write_log(Recording({**log.streams, "wrench": Stream(wrench.time, values, wrench.rows)}), tmp_path / "t.csv")
+    write_log(
+        Recording({**log.streams, "wrench": Stream(wrench.time, values, wrench.rows)}),
+        tmp_path / "t.csv",
+    )
     words = [*shape_options(folder), "--start", "1", "--json"]
     _, plain, _ = run("identify", folder / "log.csv", *words, "--bias", "none")
     _, tared, _ = run("identify", tmp_path / "t.csv", *words, "--bias", "tare:0,0.985")
-    # the window's mean is the bias, so the rest of the recording is the same up to rounding
-    np.testing.assert_allclose(json.loads(tared)["vector"], json.loads(plain)["vector"], rtol=1e-6, atol=1e-9)
-    assert refused(run("identify", tmp_path / "t.csv", "--bias", "tare:50,60"), "t.csv", "tare")
+    # the window's mean is the bias, so the rest of the recording is the same up to
+    # rounding
+    np.testing.assert_allclose(
+        json.loads(tared)["vector"], json.loads(plain)["vector"], rtol=1e-6, atol=1e-9
+    )
+    assert refused(
+        run("identify", tmp_path / "t.csv", "--bias", "tare:50,60"), "t.csv", "tare"
+    )
 
 
 def test_inspect(run, folder):
     status, out, _ = run("inspect", folder / "log.csv")
     assert status == 0
-    for text in ("wrench", "100 Hz", "on-object (certain", "kg by least squares", "next:"):
+    for text in (
+        "wrench",
+        "100 Hz",
+        "on-object (certain",
+        "kg by least squares",
+        "next:",
+    ):
         assert text in out
     _, out, _ = run("inspect", folder / "log.csv", "--json")
     result = json.loads(out)
@@ -157,14 +243,31 @@ def test_flipped_wrench_is_found_and_said(run, folder, tmp_path):
     log = read_log(folder / "log.csv")
     wrench = log["wrench"]
     write_log(
-        Recording({**log.streams, "wrench": Stream(wrench.time, -wrench.values, wrench.rows)}), tmp_path / "f.csv"
+        Recording(
+            {**log.streams, "wrench": Stream(wrench.time, -wrench.values, wrench.rows)}
+        ),
+        tmp_path / "f.csv",
     )
     _, plain, _ = run("identify", folder / "log.csv", *shape_options(folder), "--json")
-    _, flipped, _ = run("identify", tmp_path / "f.csv", *shape_options(folder), "--json")
+    _, flipped, _ = run(
+        "identify", tmp_path / "f.csv", *shape_options(folder), "--json"
+    )
     plain, flipped = json.loads(plain), json.loads(flipped)
     assert flipped["provenance"]["wrench"] == "on-sensor"
-    np.testing.assert_allclose(flipped["vector"], plain["vector"], rtol=1e-9, atol=1e-12)  # one sign apart
-    assert refused(run("identify", tmp_path / "f.csv", *shape_options(folder), "--wrench", "on-object"), "--wrench")
+    # one sign apart
+    np.testing.assert_allclose(
+        flipped["vector"], plain["vector"], rtol=1e-9, atol=1e-12
+    )
+    assert refused(
+        run(
+            "identify",
+            tmp_path / "f.csv",
+            *shape_options(folder),
+            "--wrench",
+            "on-object",
+        ),
+        "--wrench",
+    )
 
 
 # bad input: one line, exit status 2, no file left behind
@@ -183,9 +286,15 @@ def test_usage_errors(run, folder):
     assert refused(run("identify", folder / "log.csv", "--wrench", "up"), "on-sensor")
     assert refused(run("identify", folder / "log.csv", "--motion", "up"), "smooth")
     assert refused(run("identify", folder / "log.csv", "--shape", ""), "shape")
-    assert refused(run("identify", folder / "log.csv", "--shape", "box:0,1e9,0,1,0,1"), "box")
-    assert refused(run("identify", folder / "log.csv", "--method", "OLS", "--c1", "3"), "c1")
-    assert refused(run("export", folder / "truth.json", "--to", "urdf"), "truth.json", "estimate")
+    assert refused(
+        run("identify", folder / "log.csv", "--shape", "box:0,1e9,0,1,0,1"), "box"
+    )
+    assert refused(
+        run("identify", folder / "log.csv", "--method", "OLS", "--c1", "3"), "c1"
+    )
+    assert refused(
+        run("export", folder / "truth.json", "--to", "urdf"), "truth.json", "estimate"
+    )
 
 
 def edited(folder, tmp_path, change):
@@ -217,12 +326,26 @@ def cell(lines, row, column, text):
         (lambda n: n[:4], ["poses are too few"]),
         (lambda n: cell(n, 4, "px", "abc"), ["row 4", "px"]),
     ],
-    ids=["misspelt", "nan", "infinity", "unsorted", "repeated", "quaternion", "empty", "three samples", "text"],
+    ids=[
+        "misspelt",
+        "nan",
+        "infinity",
+        "unsorted",
+        "repeated",
+        "quaternion",
+        "empty",
+        "three samples",
+        "text",
+    ],
 )
 def test_bad_logs(run, folder, tmp_path, change, words):
     path = edited(folder, tmp_path, change)
     out = tmp_path / "out.json"
-    assert refused(run("identify", path, *shape_options(folder), "--output", out), "bad.csv", *words)
+    assert refused(
+        run("identify", path, *shape_options(folder), "--output", out),
+        "bad.csv",
+        *words,
+    )
     assert not out.exists()
 
 
@@ -231,24 +354,41 @@ def scaled_wrench(folder, tmp_path, force, torque):
     wrench = log["wrench"]
     values = wrench.values * np.repeat((force, torque), 3)
     path = tmp_path / "scaled.csv"
-    write_log(Recording({**log.streams, "wrench": Stream(wrench.time, values, wrench.rows)}), path)
+    write_log(
+        Recording({**log.streams, "wrench": Stream(wrench.time, values, wrench.rows)}),
+        path,
+    )
     return path
 
 
 def test_wrench_in_the_wrong_unit(run, folder, tmp_path):
     path = scaled_wrench(folder, tmp_path, 1e4, 1e4)
-    assert refused(run("identify", path, *shape_options(folder)), "scaled.csv", "kg", "newtons")
+    assert refused(
+        run("identify", path, *shape_options(folder)), "scaled.csv", "kg", "newtons"
+    )
     path = scaled_wrench(folder, tmp_path, 1.0, 1e3)
-    assert refused(run("identify", path, *shape_options(folder)), "scaled.csv", "torque", "newton-metres")
+    assert refused(
+        run("identify", path, *shape_options(folder)),
+        "scaled.csv",
+        "torque",
+        "newton-metres",
+    )
 
 
 def test_everything_a_thousand_times_too_large(run, folder, tmp_path):
     path = scaled_wrench(folder, tmp_path, 1e3, 1e3)
-    assert refused(run("identify", path, *shape_options(folder)), "scaled.csv", "kg", "cm³", "newtons")
+    assert refused(
+        run("identify", path, *shape_options(folder)),
+        "scaled.csv",
+        "kg",
+        "cm³",
+        "newtons",
+    )
 
 
 def test_a_held_pose_says_what_it_lacks(run, folder, tmp_path):
-    """Three seconds in one pose, with noise on poses and wrench: mass without a bias, nothing beside one."""
+    """Three seconds in one pose, with noise on poses and wrench: mass without a bias,
+    nothing beside one."""
     for seed in range(3):
         rng = np.random.default_rng(seed)
         log = read_log(folder / "log.csv")
@@ -256,23 +396,36 @@ def test_a_held_pose_says_what_it_lacks(run, folder, tmp_path):
         for name, std in (("position", 1e-4), ("orientation", 1e-4), ("wrench", 0.0)):
             values = np.repeat(log[name].values[:1], 300, axis=0)
             noise = np.repeat((0.1, 0.005), 3) if name == "wrench" else std
-            streams[name] = Stream(log[name].time[:300], values + noise * rng.normal(size=values.shape))
+            streams[name] = Stream(
+                log[name].time[:300], values + noise * rng.normal(size=values.shape)
+            )
         path = tmp_path / f"held{seed}.csv"
         write_log(Recording(streams), path)
         status, out, _ = run("identify", path, *shape_options(folder), "--json")
         assert status == 0
         result = json.loads(out)
-        # the first row's wrench, repeated: taken in motion, so about 0.7 N from the weight of 6.6 N
+        # the first row's wrench, repeated: taken in motion, so about 0.7 N from the
+        # weight of 6.6 N
         assert abs(result["mass"] - 0.67) < 0.1
         assert any("cannot tell a bias" in line for line in result["warnings"])
         assert any("open" in line for line in result["warnings"])
-        assert refused(run("identify", path, *shape_options(folder), "--bias", "estimate"), "too poor")
+        assert refused(
+            run("identify", path, *shape_options(folder), "--bias", "estimate"),
+            "too poor",
+        )
         _, out, _ = run("inspect", path, "--json")
         assert "Jxx" in json.loads(out)["undetermined"]
 
 
 def test_gravity_the_wrong_way_round_is_noticed(run, folder):
-    words = [*shape_options(folder), "--gravity", "0,0,9.80665", "--wrench", "on-sensor", "--json"]
+    words = [
+        *shape_options(folder),
+        "--gravity",
+        "0,0,9.80665",
+        "--wrench",
+        "on-sensor",
+        "--json",
+    ]
     _, out, _ = run("identify", folder / "log.csv", *words)
     assert any("check --gravity" in line for line in json.loads(out)["warnings"])
 
@@ -280,12 +433,25 @@ def test_gravity_the_wrong_way_round_is_noticed(run, folder):
 def test_an_input_is_never_overwritten(run, folder, tmp_path):
     log = tmp_path / "log.csv"
     log.write_bytes((folder / "log.csv").read_bytes())
-    assert refused(run("identify", log, *shape_options(folder), "--output", log), "log.csv", "input")
+    assert refused(
+        run("identify", log, *shape_options(folder), "--output", log),
+        "log.csv",
+        "input",
+    )
     assert log.read_bytes() == (folder / "log.csv").read_bytes()
 
 
 def test_hostile_json(run, folder, tmp_path):
-    for number, content in enumerate(("[" * 100_000, '{"bias": [1' + "0" * 5000 + "]}", '{"mass": 0}', "[1]", "3", "")):
+    for number, content in enumerate(
+        (
+            "[" * 100_000,
+            '{"bias": [1' + "0" * 5000 + "]}",
+            '{"mass": 0}',
+            "[1]",
+            "3",
+            "",
+        )
+    ):
         path = tmp_path / f"{number}.json"
         path.write_text(content)
         for option in ("--bias", "--truth", "--object-pose"):
@@ -295,7 +461,9 @@ def test_hostile_json(run, folder, tmp_path):
 
 def test_shapes_that_cannot_be(run, folder, tmp_path):
     log = folder / "log.csv"
-    assert refused(run("identify", log, "--shape", folder / "mesh.stl"), "m long", "--unit mm")
+    assert refused(
+        run("identify", log, "--shape", folder / "mesh.stl"), "m long", "--unit mm"
+    )
     (tmp_path / "empty.stl").write_bytes(b"")
     assert refused(run("identify", log, "--shape", tmp_path / "empty.stl"), "empty.stl")
     (tmp_path / "page.stl").write_text("<html>not here</html>")
@@ -309,7 +477,15 @@ def test_shapes_that_cannot_be(run, folder, tmp_path):
         assert "away from the sensor" in warnings
         assert "check the shape's pose" in warnings
     assert refused(
-        run("identify", log, *shape_options(folder)[:4], "--object-pose", "0,0,0,1,1,0,0"), "norm", "quaternion"
+        run(
+            "identify",
+            log,
+            *shape_options(folder)[:4],
+            "--object-pose",
+            "0,0,0,1,1,0,0",
+        ),
+        "norm",
+        "quaternion",
     )
 
 
@@ -318,10 +494,15 @@ def test_one_sample_gives_the_mass_and_warns(run, folder, tmp_path):
     status, out, _ = run("identify", path, *shape_options(folder), "--json")
     assert status == 0
     result = json.loads(out)
-    # the hammer's 0.670 kg: one reading of 6.6 N, off by what the arm's unmodelled motion takes, some 0.7 N here
+    # the hammer's 0.670 kg: one reading of 6.6 N, off by what the arm's unmodelled
+    # motion takes, some 0.7 N here
     assert abs(result["mass"] - 0.67) < 0.1
     warnings = " ".join(result["warnings"])
-    for words in ("sign is uncertain", "cannot tell a bias", "leaves the COM and the inertia open"):
+    for words in (
+        "sign is uncertain",
+        "cannot tell a bias",
+        "leaves the COM and the inertia open",
+    ):
         assert words in warnings, warnings
 
 
@@ -337,8 +518,14 @@ def still(folder, tmp_path, rows):
 def test_motion_too_poor(run, folder, tmp_path):
     for rows in (1, 20):
         path = still(folder, tmp_path, rows)
-        assert refused(run("identify", path, *shape_options(folder), "--bias", "estimate"), "still.csv", "too poor")
-        status, out, _ = run("identify", path, *shape_options(folder), "--bias", "none", "--json")
+        assert refused(
+            run("identify", path, *shape_options(folder), "--bias", "estimate"),
+            "still.csv",
+            "too poor",
+        )
+        status, out, _ = run(
+            "identify", path, *shape_options(folder), "--bias", "none", "--json"
+        )
         assert status == 0  # the mass at least is known
         assert any("inertia" in line for line in json.loads(out)["warnings"])
 
@@ -348,8 +535,13 @@ def test_nothing_is_left_half_written(run, folder, tmp_path):
     out.write_text("old")
     run("identify", folder / "log.csv", "--shape", folder / "none.stl", "--output", out)
     assert out.read_text() == "old"
-    assert refused(run("identify", folder / "log.csv", "--output", tmp_path / "no" / "a.json"), "folder")
-    assert refused(run("identify", folder / "log.csv", "--output", tmp_path / "a.xyz"), ".xyz")
+    assert refused(
+        run("identify", folder / "log.csv", "--output", tmp_path / "no" / "a.json"),
+        "folder",
+    )
+    assert refused(
+        run("identify", folder / "log.csv", "--output", tmp_path / "a.xyz"), ".xyz"
+    )
     assert os.listdir(tmp_path) == ["there.json"]
 
 
@@ -360,7 +552,9 @@ def test_help_is_quick_and_imports_nothing_heavy():
         "heavy = {'numpy', 'scipy', 'trimesh', 'pyarrow', 'matplotlib', 'rich.table'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    result = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
     assert result.returncode == 0, result.stderr
     for name in ("identify", "export", "demo", "inspect"):
         assert name in result.stdout
@@ -369,7 +563,9 @@ def test_help_is_quick_and_imports_nothing_heavy():
         times = []
         for _ in range(5):
             begin = time.perf_counter()
-            subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+            subprocess.run(
+                [sys.executable, *arguments], capture_output=True, check=True
+            )
             times.append(time.perf_counter() - begin)
         return min(times)
 

@@ -1,4 +1,5 @@
-"""hefting predict: what it prints, writes and draws, which motions it takes, and what it refuses."""
+"""hefting predict: what it prints, writes and draws, which motions it takes, and what
+it refuses."""
 
 import csv
 import json
@@ -20,7 +21,9 @@ from hefting.prediction import predict
 from hefting.robots import Robot
 from hefting.simulation import UR5, random_smooth, simulate
 
-BODY = InertialParameters.from_com(1.7, (0.05, -0.11, 0.08), np.diag((0.020, 0.030, 0.015)))
+BODY = InertialParameters.from_com(
+    1.7, (0.05, -0.11, 0.08), np.diag((0.020, 0.030, 0.015))
+)
 ENDS = tuple(f"{name}_{end}" for name in WRENCH for end in ("low", "high"))
 MOTION = UR5.motion(random_smooth(3.0, 100.0, 1.0, seed=3))
 
@@ -31,12 +34,16 @@ def streams(**values) -> dict[str, Stream]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """An estimate with a covariance and one without, and a planned motion: poses alone."""
+    """An estimate with a covariance and one without, and a planned motion: poses
+    alone."""
     folder = tmp_path_factory.mktemp("predict")
     spread = np.diag(np.repeat((1e-2, 1e-3, 1e-4), (1, 3, 6)) ** 2)
     Estimate("OLS", BODY, 100, covariance=spread).save(folder / "estimate.json")
     Estimate("PMD", BODY, 100).save(folder / "bare.json")
-    write_log(Recording(streams(position=MOTION.position, orientation=MOTION.orientation)), folder / "plan.csv")
+    write_log(
+        Recording(streams(position=MOTION.position, orientation=MOTION.orientation)),
+        folder / "plan.csv",
+    )
     return folder
 
 
@@ -51,23 +58,54 @@ def test_the_table_says_what_was_predicted_and_assumed(run, folder):
     assert (status, err) == (0, "")
     found = predict(folder / "estimate.json", folder / "plan.csv")
     force = found.peaks["force"]
-    for text in (f"{force.value:.2f}", f"{force.reach:.2g}", f"{force.time:.3f}", "± 95 %", "300 instants"):
+    for text in (
+        f"{force.value:.2f}",
+        f"{force.reach:.2g}",
+        f"{force.time:.3f}",
+        "± 95 %",
+        "300 instants",
+    ):
         assert text in out
-    for text in ("gravity (0, 0, -9.80665) m/s²", "poses, smoothed", "in sensor axes", "not a sensor's noise and bias"):
+    for text in (
+        "gravity (0, 0, -9.80665) m/s²",
+        "poses, smoothed",
+        "in sensor axes",
+        "not a sensor's noise and bias",
+    ):
         assert text in out
     lowest = found.extremes["tz"][0]
-    row = next(line.split() for line in out.splitlines() if line.strip().startswith("tz"))
-    assert row[1:4] == [f"{lowest.value:.4f}", f"{lowest.reach:.2g}", f"{lowest.time:.3f}"]
+    row = next(
+        line.split() for line in out.splitlines() if line.strip().startswith("tz")
+    )
+    assert row[1:4] == [
+        f"{lowest.value:.4f}",
+        f"{lowest.reach:.2g}",
+        f"{lowest.time:.3f}",
+    ]
     assert "measured" not in out
 
 
 def test_json_table_and_library_agree(run, folder, tmp_path):
-    words = ("predict", folder / "estimate.json", folder / "plan.csv", "--start", "0.5", "--duration", "1")
+    words = (
+        "predict",
+        folder / "estimate.json",
+        folder / "plan.csv",
+        "--start",
+        "0.5",
+        "--duration",
+        "1",
+    )
     status, out, _ = run(*words, "--json", "--output", tmp_path / "loads.csv")
     assert status == 0
     said = json.loads(out)
-    found = predict(folder / "estimate.json", folder / "plan.csv", start=0.5, duration=1.0)
-    assert (said["schema"], said["samples"], said["frame"]) == ("hefting.prediction/1", 100, "sensor")
+    found = predict(
+        folder / "estimate.json", folder / "plan.csv", start=0.5, duration=1.0
+    )
+    assert (said["schema"], said["samples"], said["frame"]) == (
+        "hefting.prediction/1",
+        100,
+        "sensor",
+    )
     with open(tmp_path / "loads.csv", newline="") as stream:
         header, *rows = csv.reader(stream)
     assert header == ["time", *WRENCH, *ENDS]
@@ -89,37 +127,69 @@ def test_json_table_and_library_agree(run, folder, tmp_path):
 
 
 def test_without_a_covariance(run, folder, tmp_path):
-    status, out, _ = run("predict", folder / "bare.json", folder / "plan.csv", "--output", tmp_path / "loads.csv")
+    status, out, _ = run(
+        "predict",
+        folder / "bare.json",
+        folder / "plan.csv",
+        "--output",
+        tmp_path / "loads.csv",
+    )
     assert status == 0
     assert "warning: the estimate (PMD) has no covariance" in out
     assert "95 %" not in out
     assert (tmp_path / "loads.csv").read_text().startswith("time,fx,fy,fz,tx,ty,tz\n")
     _, out, _ = run("predict", folder / "bare.json", folder / "plan.csv", "--json")
     said = json.loads(out)
-    assert (said["low"], said["high"], said["peaks"]["force"]["high"]) == (None, None, None)
+    assert (said["low"], said["high"], said["peaks"]["force"]["high"]) == (
+        None,
+        None,
+        None,
+    )
 
 
 def test_a_measured_wrench_is_compared(run, folder, tmp_path):
     log = simulate(MOTION, BODY, noise=Noise(0.1, 0.005), on_sensor=True, seed=1)
     write_log(log, tmp_path / "log.csv")
     _, out, _ = run("predict", folder / "estimate.json", tmp_path / "log.csv")
-    for text in ("measured (on-sensor) minus predicted: 0.", "less its mean", "itself leaves", "95 % are expected"):
+    for text in (
+        "measured (on-sensor) minus predicted: 0.",
+        "less its mean",
+        "itself leaves",
+        "95 % are expected",
+    ):
         assert text in out
     _, out, _ = run("predict", folder / "estimate.json", tmp_path / "log.csv", "--json")
     said = json.loads(out)["agreement"]
     assert said["wrench"] == "on-sensor"
-    np.testing.assert_allclose(said["rms"], (0.1, 0.005), rtol=0.15)  # 900 numbers, and the poses' noise
+    # 900 numbers, and the poses' noise
+    np.testing.assert_allclose(said["rms"], (0.1, 0.005), rtol=0.15)
 
 
 def test_gravity_and_static_poses(run, folder, tmp_path):
     still = streams(orientation=MOTION.orientation)
-    write_log(Recording({name: stream[:4] for name, stream in still.items()}, static=True), tmp_path / "still.csv")
-    assert peak_of(run, folder / "bare.json", tmp_path / "still.csv", "--gravity", "0,0,-2") == pytest.approx(3.4)
-    _, out, _ = run("predict", folder / "estimate.json", tmp_path / "still.csv", "--output", tmp_path / "out.csv")
+    write_log(
+        Recording({name: stream[:4] for name, stream in still.items()}, static=True),
+        tmp_path / "still.csv",
+    )
+    assert peak_of(
+        run, folder / "bare.json", tmp_path / "still.csv", "--gravity", "0,0,-2"
+    ) == pytest.approx(3.4)
+    _, out, _ = run(
+        "predict",
+        folder / "estimate.json",
+        tmp_path / "still.csv",
+        "--output",
+        tmp_path / "out.csv",
+    )
     assert "4 static poses" in out
     assert "in row" in out
-    first = predict(folder / "estimate.json", tmp_path / "still.csv").extremes["fx"][0].time
-    assert next(line.split()[3] for line in out.splitlines() if line.startswith(" fx")) == f"{first + 1:.0f}"
+    first = (
+        predict(folder / "estimate.json", tmp_path / "still.csv").extremes["fx"][0].time
+    )
+    assert (
+        next(line.split()[3] for line in out.splitlines() if line.startswith(" fx"))
+        == f"{first + 1:.0f}"
+    )
     header, *rows = (tmp_path / "out.csv").read_text().splitlines()
     assert header.startswith("fx,fy")
     assert len(rows) == 4
@@ -136,10 +206,17 @@ def planned(folder):
 @pytest.mark.parametrize("name", ["plan.parquet", "plan.bag", "plan.mcap", "plan"])
 def test_formats(run, folder, tmp_path, planned, name):
     if name != "plan.parquet":
-        pytest.importorskip("rosbags", reason="rosbags is not installed (pip install 'hefting[ros]')")
-    write_log(Recording(streams(position=MOTION.position, orientation=MOTION.orientation)), tmp_path / name)
+        pytest.importorskip(
+            "rosbags", reason="rosbags is not installed (pip install 'hefting[ros]')"
+        )
+    write_log(
+        Recording(streams(position=MOTION.position, orientation=MOTION.orientation)),
+        tmp_path / name,
+    )
     # a bag's nanoseconds differ from the CSV's time by rounding
-    assert peak_of(run, folder / "estimate.json", tmp_path / name) == pytest.approx(planned, rel=1e-6)
+    assert peak_of(run, folder / "estimate.json", tmp_path / name) == pytest.approx(
+        planned, rel=1e-6
+    )
 
 
 ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/><link name="sensor"/>
@@ -155,47 +232,78 @@ ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lo
 def test_joint_angles_and_a_urdf(run, folder, tmp_path, name):
     """The same as from the poses that the joints make."""
     if name.endswith("mcap"):
-        pytest.importorskip("rosbags", reason="rosbags is not installed (pip install 'hefting[ros]')")
+        pytest.importorskip(
+            "rosbags", reason="rosbags is not installed (pip install 'hefting[ros]')"
+        )
     (tmp_path / "arm.urdf").write_text(ARM)
     robot = Robot.from_urdf(tmp_path / "arm.urdf", "sensor")
     joints = np.column_stack((np.sin(MOTION.time), np.cos(2.0 * MOTION.time)))
     position, orientation = robot.poses(joints)
-    write_log(Recording(streams(position=position, orientation=orientation)), tmp_path / "poses.csv")
-    write_log(Recording(streams(joint_positions=joints), joint_names=robot.joints), tmp_path / name)
+    write_log(
+        Recording(streams(position=position, orientation=orientation)),
+        tmp_path / "poses.csv",
+    )
+    write_log(
+        Recording(streams(joint_positions=joints), joint_names=robot.joints),
+        tmp_path / name,
+    )
     words = (folder / "estimate.json", tmp_path / name)
-    found = peak_of(run, *words, "--urdf", tmp_path / "arm.urdf", "--sensor-frame", "sensor")
+    found = peak_of(
+        run, *words, "--urdf", tmp_path / "arm.urdf", "--sensor-frame", "sensor"
+    )
     # the same poses; a bag's times are in whole nanoseconds
-    assert found == pytest.approx(peak_of(run, folder / "estimate.json", tmp_path / "poses.csv"), rel=1e-7)
+    assert found == pytest.approx(
+        peak_of(run, folder / "estimate.json", tmp_path / "poses.csv"), rel=1e-7
+    )
     assert refused(run("predict", *words), "orientation")
 
 
 def test_column_map_and_ur_record_without_a_wrench(run, folder, tmp_path, planned):
     lines = (folder / "plan.csv").read_text().splitlines()
-    (tmp_path / "other.csv").write_text("\n".join(["t,x,y,z,a,b,c,d", *lines[1:]]) + "\n")
+    (tmp_path / "other.csv").write_text(
+        "\n".join(["t,x,y,z,a,b,c,d", *lines[1:]]) + "\n"
+    )
     (tmp_path / "map.toml").write_text(
         'time = "t"\nposition = ["x", "y", "z"]\norientation = { columns = ["a", "b", "c", "d"], form = "xyzw" }\n'
     )
-    words = (folder / "estimate.json", tmp_path / "other.csv", "--map", tmp_path / "map.toml")
+    words = (
+        folder / "estimate.json",
+        tmp_path / "other.csv",
+        "--map",
+        tmp_path / "map.toml",
+    )
     assert peak_of(run, *words) == planned
     assert refused(run("identify", *words[1:]), "map.toml", "gives no wrench")
     names = ["timestamp", *(f"actual_TCP_pose_{i}" for i in range(6))]
     turns = Rotation.from_quat(MOTION.orientation).as_rotvec()
     table = np.column_stack((MOTION.time, MOTION.position, turns)).tolist()
     record = tmp_path / "record.csv"
-    record.write_text("\n".join([" ".join(names), *(" ".join(map(repr, row)) for row in table)]) + "\n")
+    record.write_text(
+        "\n".join([" ".join(names), *(" ".join(map(repr, row)) for row in table)])
+        + "\n"
+    )
     # rotation vectors of the same turns, by rounding
-    assert peak_of(run, folder / "estimate.json", record) == pytest.approx(planned, rel=1e-6)
+    assert peak_of(run, folder / "estimate.json", record) == pytest.approx(
+        planned, rel=1e-6
+    )
     _, out, _ = run("predict", folder / "estimate.json", record)
     assert "payload" not in out, "that would be about the wrench"
     assert refused(run("identify", record), "there is no wrench")
 
 
 def test_identify_still_needs_a_wrench(run, folder, tmp_path):
-    assert refused(run("identify", folder / "plan.csv"), "plan.csv", "there is no wrench")
-    blank = [line + ",,,,,," for line in (folder / "plan.csv").read_text().splitlines()[1:]]
+    assert refused(
+        run("identify", folder / "plan.csv"), "plan.csv", "there is no wrench"
+    )
+    blank = [
+        line + ",,,,,," for line in (folder / "plan.csv").read_text().splitlines()[1:]
+    ]
     header = "time,px,py,pz,qx,qy,qz,qw,fx,fy,fz,tx,ty,tz"
     (tmp_path / "blank.csv").write_text("\n".join([header, *blank]) + "\n")
-    assert refused(run("identify", tmp_path / "blank.csv"), "there is no wrench: all its cells are blank")
+    assert refused(
+        run("identify", tmp_path / "blank.csv"),
+        "there is no wrench: all its cells are blank",
+    )
     status, out, _ = run("predict", folder / "estimate.json", tmp_path / "blank.csv")
     assert status == 0
     assert "columns fx..tz are all blank" in out
@@ -205,7 +313,9 @@ def test_identify_still_needs_a_wrench(run, folder, tmp_path):
 
 
 def test_pictures_of_every_format(run, folder, tmp_path):
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')")
+    pytest.importorskip(
+        "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+    )
     paths = [tmp_path / f"loads.{suffix}" for suffix in ("png", "svg", "pdf")]
     outputs = [word for path in paths for word in ("--output", path)]
     first = run("predict", folder / "estimate.json", folder / "plan.csv", *outputs)
@@ -221,10 +331,14 @@ def test_pictures_of_every_format(run, folder, tmp_path):
 
 @pytest.mark.parametrize("kind", ["band", "measured", "bare", "static", "open"])
 def test_what_is_drawn(folder, kind):
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')")
+    pytest.importorskip(
+        "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+    )
     from hefting.plots.prediction import plot_prediction
 
-    estimate = Estimate.load(folder / ("bare.json" if kind in ("bare", "measured") else "estimate.json"))
+    estimate = Estimate.load(
+        folder / ("bare.json" if kind in ("bare", "measured") else "estimate.json")
+    )
     plan = Recording(streams(position=MOTION.position, orientation=MOTION.orientation))
     if kind == "measured":
         plan = simulate(MOTION, BODY, noise=Noise(0.1, 0.005), seed=1)
@@ -236,18 +350,29 @@ def test_what_is_drawn(folder, kind):
         estimate = replace(estimate, covariance=covariance)
     found = predict(estimate, plan)
     rows = plot_prediction(found).axes
-    names = {"bare": ["Force [N]", "Torque [N m]"], "measured": ["Force [N]", "[N]", "Torque [N m]", "[N m]"]}
-    assert [axes.get_ylabel() for axes in rows] == names.get(kind, ["Force [N]", "± [N]", "Torque [N m]", "± [N m]"])
+    names = {
+        "bare": ["Force [N]", "Torque [N m]"],
+        "measured": ["Force [N]", "[N]", "Torque [N m]", "[N m]"],
+    }
+    assert [axes.get_ylabel() for axes in rows] == names.get(
+        kind, ["Force [N]", "± [N]", "Torque [N m]", "± [N m]"]
+    )
     assert rows[-1].get_xlabel() == ("Pose" if kind == "static" else "Time [s]")
     for first, whole in ((0, rows[0]), (3, rows[len(rows) // 2])):
         lines = whole.lines[1::2] if kind == "measured" else whole.lines
         for i in range(3):
-            np.testing.assert_array_equal(lines[i].get_ydata(), found.wrench[:, first + i])
+            np.testing.assert_array_equal(
+                lines[i].get_ydata(), found.wrench[:, first + i]
+            )
     if kind == "measured":
-        np.testing.assert_array_equal(rows[3].lines[2].get_ydata(), found.agreement.difference[:, 5])
+        np.testing.assert_array_equal(
+            rows[3].lines[2].get_ydata(), found.agreement.difference[:, 5]
+        )
     if kind == "band":
         half = [line.get_ydata() for line in rows[3].lines]
-        np.testing.assert_allclose(np.array(half).T, (found.high - found.low)[:, 3:] / 2.0, rtol=1e-12)
+        np.testing.assert_allclose(
+            np.array(half).T, (found.high - found.low)[:, 3:] / 2.0, rtol=1e-12
+        )
         edges = rows[2].collections[1].get_paths()[0].vertices
         assert edges[:, 1].max() == pytest.approx(found.high[:, 4].max())
     if kind == "open":
@@ -298,7 +423,9 @@ def test_hostile_estimates(run, folder, tmp_path):
         path = tmp_path / f"{number}.json"
         path.write_text(json.dumps(whole | change))
         assert refused(run("predict", path, folder / "plan.csv"), word)
-    (tmp_path / "huge.json").write_text(json.dumps(whole | {"covariance": (1e300 * np.eye(10)).tolist()}))
+    (tmp_path / "huge.json").write_text(
+        json.dumps(whole | {"covariance": (1e300 * np.eye(10)).tolist()})
+    )
     status, out, _ = run("predict", tmp_path / "huge.json", folder / "plan.csv")
     assert status == 0
     assert "e+150" in out

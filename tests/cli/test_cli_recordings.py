@@ -1,4 +1,5 @@
-"""The command line on recordings as people have them: tools, tilted bases, bags, joints, foreign columns."""
+"""The command line on recordings as people have them: tools, tilted bases, bags,
+joints, foreign columns."""
 
 import json
 import re
@@ -18,8 +19,12 @@ from hefting.simulation import UR5, random_smooth, simulate, wield
 
 pytest.importorskip("rosbags", reason="bags need rosbags")
 
-TOOL = InertialParameters.from_com(0.8, (0.0, 0.01, 0.05), 1e-3 * np.diag((1.2, 1.5, 1.0)))
-OBJECT = InertialParameters.from_com(0.5, (0.02, 0.0, 0.12), 1e-3 * np.diag((0.9, 1.1, 0.7)))
+TOOL = InertialParameters.from_com(
+    0.8, (0.0, 0.01, 0.05), 1e-3 * np.diag((1.2, 1.5, 1.0))
+)
+OBJECT = InertialParameters.from_com(
+    0.5, (0.02, 0.0, 0.12), 1e-3 * np.diag((0.9, 1.1, 0.7))
+)
 BOTH = InertialParameters(TOOL.vector + OBJECT.vector)
 BIAS = np.array((3.0, -2.0, 5.0, 0.1, -0.2, 0.05))
 NOISE = Noise(force=0.1, torque=0.005)
@@ -27,7 +32,8 @@ JOINTS = random_smooth(6.0, 100.0, 1.0, seed=4)
 MOTION = UR5.motion(JOINTS)
 TILTED = np.array((2.0, 1.5, -9.4832))  # by 15°
 NEAR = {"rel": 0.01}
-"""Of masses: by 600 samples of 0.1 N one is known to 0.1 %, by a tool and an object apart to 0.3 %."""
+"""Of masses: by 600 samples of 0.1 N one is known to 0.1 %, by a tool and an object
+apart to 0.3 %."""
 
 
 def log(body, seed=1, **others):
@@ -42,7 +48,8 @@ def saved(recording, path):
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """What a command prints; its one line on standard error where it fails, with the status it must have."""
+    """What a command prints; its one line on standard error where it fails, with the
+    status it must have."""
 
     def run(*words, status=0):
         monkeypatch.setattr(sys, "argv", ["hefting", *map(str, words)])
@@ -69,12 +76,19 @@ def identified(run, *words):
 
 def test_calibrate_then_subtract(run, tmp_path):
     tool = tmp_path / "tool.json"
-    told = run("calibrate", saved(log(TOOL, on_sensor=True), tmp_path / "bare.csv"), "--output", tool)
+    told = run(
+        "calibrate",
+        saved(log(TOOL, on_sensor=True), tmp_path / "bare.csv"),
+        "--output",
+        tool,
+    )
     assert f"--tool {tool}" in told
     held = saved(log(BOTH, 2, on_sensor=True), tmp_path / "held.csv")
     found = identified(run, held, "--tool", tool)
     assert found["mass"] == pytest.approx(OBJECT.mass, **NEAR)
-    np.testing.assert_allclose(found["center_of_mass"], OBJECT.center_of_mass, atol=2e-3)
+    np.testing.assert_allclose(
+        found["center_of_mass"], OBJECT.center_of_mass, atol=2e-3
+    )
     assert found["provenance"]["wrench"] == "on-sensor"
     np.testing.assert_allclose(found["provenance"]["tool"], TOOL.vector, atol=2e-3)
     assert "kg was subtracted" in run("identify", held, "--tool", tool)
@@ -93,14 +107,23 @@ def test_calibrate_never_overwrites_and_refuses_what_is_open(run, tmp_path):
     before = bare.read_bytes()
     assert "ends in .json" in run("calibrate", bare, "--output", bare, status=2)
     named = bare.rename(tmp_path / "bare.json")
-    assert "would be overwritten" in run("calibrate", named, "--output", named, status=2)
+    assert "would be overwritten" in run(
+        "calibrate", named, "--output", named, status=2
+    )
     assert named.read_bytes() == before
     named.rename(bare)
-    assert "does not exist" in run("calibrate", bare, "--output", tmp_path / "no" / "tool.json", status=2)
+    assert "does not exist" in run(
+        "calibrate", bare, "--output", tmp_path / "no" / "tool.json", status=2
+    )
     rows = np.arange(2.0)
-    poses = {name: Stream(rows, log(TOOL)[name].values[[0, 300]]) for name in ("orientation", "wrench")}
+    poses = {
+        name: Stream(rows, log(TOOL)[name].values[[0, 300]])
+        for name in ("orientation", "wrench")
+    }
     two = saved(Recording(poses, static=True), tmp_path / "two.csv")
-    assert "centre of mass open" in run("calibrate", two, "--output", tmp_path / "tool.json", status=2)
+    assert "centre of mass open" in run(
+        "calibrate", two, "--output", tmp_path / "tool.json", status=2
+    )
     assert not (tmp_path / "tool.json").exists()
 
 
@@ -111,7 +134,11 @@ def test_gravity_of_a_tilted_base(run, tmp_path):
     tilted = saved(log(BOTH, gravity=TILTED), tmp_path / "tilted.csv")
     found = identified(run, tilted, "--gravity", "estimate")
     assert found["mass"] == pytest.approx(BOTH.mass, **NEAR)
-    np.testing.assert_allclose(found["provenance"]["gravity"], TILTED / np.linalg.norm(TILTED) * 9.80665, atol=0.02)
+    np.testing.assert_allclose(
+        found["provenance"]["gravity"],
+        TILTED / np.linalg.norm(TILTED) * 9.80665,
+        atol=0.02,
+    )
     assert found["provenance"]["gravity_found"]
     told = " ".join(run("inspect", tilted).split())
     assert re.search(r"have it 14\.[789]° ± 0\.\d° off", told)
@@ -119,13 +146,19 @@ def test_gravity_of_a_tilted_base(run, tmp_path):
 
 
 def test_an_accelerometer_is_used_with_the_gravity_found(run, tmp_path):
-    """Read with gravity straight down it would seem to be off by 2 m/s², and have another place and clock."""
+    """Read with gravity straight down it would seem to be off by 2 m/s², and have
+    another place and clock."""
     recording = log(BOTH, gravity=TILTED)
     felt = wield(MOTION, BOTH, TILTED)
     noise = 0.02 * np.random.default_rng(0).normal(size=felt.gravity.shape)
     imu = Stream(MOTION.time, felt.linear_acceleration - felt.gravity + noise)
-    path = saved(replace(recording, streams={**recording.streams, "accelerometer": imu}), tmp_path / "imu.csv")
-    notes = " ".join(identified(run, path, "--gravity", "estimate")["provenance"]["notes"])
+    path = saved(
+        replace(recording, streams={**recording.streams, "accelerometer": imu}),
+        tmp_path / "imu.csv",
+    )
+    notes = " ".join(
+        identified(run, path, "--gravity", "estimate")["provenance"]["notes"]
+    )
     assert re.search(r"accelerometer used: noise 0\.0(1[5-9]|2\d?) m", notes)
     warnings = " ".join(identified(run, path)["warnings"])
     assert "the accelerometer contradicts the poses: not used" in warnings
@@ -137,13 +170,17 @@ def test_gravity_that_the_motion_does_not_tell_is_refused(run, tmp_path, case):
     static = case == "few poses"
     time = np.arange(8.0) if static else np.arange(300) * 0.01
     angle = {"one turn": 0.02, "one pose": 0.0, "few poses": 1.0}[case] * time
-    q = np.column_stack((np.sin(angle / 2.0), 0.0 * angle, 0.0 * angle, np.cos(angle / 2.0)))
+    q = np.column_stack(
+        (np.sin(angle / 2.0), 0.0 * angle, 0.0 * angle, np.cos(angle / 2.0))
+    )
     g = in_sensor_axes(q, np.array(STANDARD_GRAVITY))
     force = -BOTH.mass * g
     rng = np.random.default_rng(0)
     wrench = np.column_stack((force, np.cross(BOTH.center_of_mass, force)))
     wrench = wrench + np.repeat((0.1, 0.005), 3) * rng.normal(size=wrench.shape)
-    poses = Recording({"orientation": Stream(time, q), "wrench": Stream(time, wrench)}, static=static)
+    poses = Recording(
+        {"orientation": Stream(time, q), "wrench": Stream(time, wrench)}, static=static
+    )
     path = saved(poses, tmp_path / "log.csv")
     told = run("identify", path, "--gravity", "estimate", "--bias", "none", status=2)
     assert "does not tell the direction of gravity" in told
@@ -165,7 +202,10 @@ def test_an_odd_pose_is_left_out(run, tmp_path):
     rows = np.arange(20.0)
     found = []
     for values in (clean, wrench):
-        poses = Recording({"orientation": Stream(rows, q), "wrench": Stream(rows, values)}, static=True)
+        poses = Recording(
+            {"orientation": Stream(rows, q), "wrench": Stream(rows, values)},
+            static=True,
+        )
         found.append(identified(run, saved(poses, tmp_path / "poses.csv")))
     assert [f["samples"] for f in found] == [20, 19]
     assert "1 odd pose (5 %) left out" in found[1]["provenance"]["notes"]
@@ -173,14 +213,25 @@ def test_an_odd_pose_is_left_out(run, tmp_path):
 
 
 def test_a_drift_that_a_given_bias_leaves_in_is_said(run, tmp_path):
-    recording = simulate(UR5.motion(random_smooth(12.0, 100.0, 1.0, 4)), BOTH, noise=NOISE, seed=1)
+    recording = simulate(
+        UR5.motion(random_smooth(12.0, 100.0, 1.0, 4)), BOTH, noise=NOISE, seed=1
+    )
     wrench = recording["wrench"]
-    values = wrench.values + np.array((2.0, 0, 0, 0, 0, 0)) * (wrench.time / 12.0)[:, None]
-    drifting = replace(recording, streams={**recording.streams, "wrench": replace(wrench, values=values)})
+    values = (
+        wrench.values + np.array((2.0, 0, 0, 0, 0, 0)) * (wrench.time / 12.0)[:, None]
+    )
+    drifting = replace(
+        recording,
+        streams={**recording.streams, "wrench": replace(wrench, values=values)},
+    )
     path = saved(drifting, tmp_path / "log.csv")
-    assert "leaves its drift in" in " ".join(identified(run, path, "--bias", "none")["warnings"])
+    assert "leaves its drift in" in " ".join(
+        identified(run, path, "--bias", "none")["warnings"]
+    )
     free = identified(run, path)
-    assert any(line.startswith("the bias drifts by") for line in free["provenance"]["notes"])
+    assert any(
+        line.startswith("the bias drifts by") for line in free["provenance"]["notes"]
+    )
     assert not any("drift" in line for line in free["warnings"])
     assert free["mass"] == pytest.approx(BOTH.mass, **NEAR)
 
@@ -205,9 +256,15 @@ def test_two_topics_that_may_be_meant(run, tmp_path):
     from bag_messages import basic, pose, wrench
     from bags import write
 
-    path = write(tmp_path, "bare.mcap", basic(wrench, lambda k: wrench(k, topic="/ft/filtered"), pose))
+    path = write(
+        tmp_path,
+        "bare.mcap",
+        basic(wrench, lambda k: wrench(k, topic="/ft/filtered"), pose),
+    )
     said = run("identify", path, status=2)
-    assert all(word in said for word in ("/ft/wrench", "/ft/filtered", "--wrench-topic"))
+    assert all(
+        word in said for word in ("/ft/wrench", "/ft/filtered", "--wrench-topic")
+    )
 
 
 def test_joints_and_a_robot(run, tmp_path):
@@ -217,7 +274,10 @@ def test_joints_and_a_robot(run, tmp_path):
     robot = tmp_path / "robot.urdf"
     robot.write_text(UR5_URDF)
     recording = log(BOTH)
-    streams = {"joint_positions": Stream(MOTION.time, JOINTS.position), "wrench": recording["wrench"]}
+    streams = {
+        "joint_positions": Stream(MOTION.time, JOINTS.position),
+        "wrench": recording["wrench"],
+    }
     path = saved(Recording(streams), tmp_path / "joints.csv")
     found = identified(run, path, "--urdf", robot, "--sensor-frame", "tool0")
     np.testing.assert_allclose(found["center_of_mass"], BOTH.center_of_mass, atol=1e-3)
@@ -230,7 +290,9 @@ def test_joints_and_a_robot(run, tmp_path):
 def test_a_column_map(run, tmp_path):
     recording = log(BOTH)
     p, q, w = (recording[name].values for name in ("position", "orientation", "wrench"))
-    table = np.column_stack((1e3 * MOTION.time, 1e3 * p, q[:, [3, 0, 1, 2]], w[:, :3], 1e3 * w[:, 3:]))
+    table = np.column_stack(
+        (1e3 * MOTION.time, 1e3 * p, q[:, [3, 0, 1, 2]], w[:, :3], 1e3 * w[:, 3:])
+    )
     names = "ms,x,y,z,q0,q1,q2,q3," + ",".join(f"ft_{i}" for i in range(6))
     np.savetxt(tmp_path / "theirs.csv", table, delimiter=",", header=names, comments="")
     (tmp_path / "map.toml").write_text(

@@ -13,13 +13,24 @@ from hefting.cli import COMMANDS, OPTIONS, build_parser, render
 
 def options_of(command: str) -> set[str]:
     parser = build_parser([command])
-    (commands,) = (action for action in parser._actions if action.dest == "==SUPPRESS==" or action.choices)
-    return {option for action in commands.choices[command]._actions for option in action.option_strings}
+    (commands,) = (
+        action
+        for action in parser._actions
+        if action.dest == "==SUPPRESS==" or action.choices
+    )
+    return {
+        option
+        for action in commands.choices[command]._actions
+        for option in action.option_strings
+    }
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_help_of_each_command_is_in_its_file_too(name):
-    assert import_module(f"hefting.cli.{name}").__doc__.splitlines()[0] == f"hefting {name}: {COMMANDS[name]}"
+    assert (
+        import_module(f"hefting.cli.{name}").__doc__.splitlines()[0]
+        == f"hefting {name}: {COMMANDS[name]}"
+    )
 
 
 def test_help_names_all_commands_and_one_has_its_options(run):
@@ -33,7 +44,9 @@ def test_help_names_all_commands_and_one_has_its_options(run):
 
 
 def test_bad_usage(run):
-    assert refused(run("identfy", "log.csv"), "identfy", "identify", "see hefting --help")
+    assert refused(
+        run("identfy", "log.csv"), "identfy", "identify", "see hefting --help"
+    )
     assert refused(run(), "COMMAND")
     assert refused(run("--log", "a.csv"), "see hefting --help")
     assert refused(run("identify"), "LOG", "see hefting identify --help")
@@ -45,8 +58,13 @@ def test_only_the_chosen_command_is_imported():
         "try:\n    from hefting.cli import main; main()\nexcept SystemExit:\n    pass\n"
         "print('modules:', *(m for m in sys.modules if m.startswith('hefting.cli.')))"
     )
-    out = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
-    assert set(out.splitlines()[-1].split()[1:]) == {"hefting.cli.export", "hefting.cli.options"}
+    out = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
+    assert set(out.splitlines()[-1].split()[1:]) == {
+        "hefting.cli.export",
+        "hefting.cli.options",
+    }
 
 
 @pytest.mark.parametrize(
@@ -60,8 +78,14 @@ def test_only_the_chosen_command_is_imported():
             "check the shape's --object-pose; or --start, --duration.",
         ),
         ("`start`=2.5.", "--start 2.5."),
-        ("(`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)", "(--sensor-pose-in-flange x,y,z,qx,qy,qz,qw)"),
-        ("`wrench`='on-object' or `wrench`='on-sensor'", "--wrench on-object or --wrench on-sensor"),
+        (
+            "(`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)",
+            "(--sensor-pose-in-flange x,y,z,qx,qy,qz,qw)",
+        ),
+        (
+            "`wrench`='on-object' or `wrench`='on-sensor'",
+            "--wrench on-object or --wrench on-sensor",
+        ),
         ("column `qx` by `from_hull`", "column `qx` by `from_hull`"),
         ("nothing to say", "nothing to say"),
         ("an odd ` stays, `unit", "an odd ` stays, `unit"),
@@ -81,5 +105,6 @@ def test_nothing_printed_names_an_argument(run, tmp_path):
     (tmp_path / "log.csv").write_text("time,qx,qy,qz,qw\n0,0,0,0,1\n")
     assert refused(run("identify", tmp_path / "log.csv"), "column map (--map FILE)")
     assert refused(
-        run("convert", tmp_path / "log.csv", tmp_path / "a.csv", "--imu-topic", "/i"), "--imu-topic is for bags"
+        run("convert", tmp_path / "log.csv", tmp_path / "a.csv", "--imu-topic", "/i"),
+        "--imu-topic is for bags",
     )

@@ -1,4 +1,5 @@
-"""A command is one file and one line: what is said of the commands elsewhere agrees with that list."""
+"""A command is one file and one line: what is said of the commands elsewhere agrees
+with that list."""
 
 from pathlib import Path
 
@@ -29,7 +30,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def test_each_file_is_listed():
-    assert set(COMMANDS) == {path.stem for path in (PACKAGE / "cli").glob("*.py")} - NOT_COMMANDS
+    assert (
+        set(COMMANDS)
+        == {path.stem for path in (PACKAGE / "cli").glob("*.py")} - NOT_COMMANDS
+    )
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -17,7 +17,14 @@ from random_problems import random_body
 @pytest.fixture
 def estimate() -> Estimate:
     doubt = warning("much-said", "check `gravity` " + 30 * "and so on ", "gravity")
-    return Estimate("LMI", random_body(np.random.default_rng(1)), 7, 1.0, np.eye(10), warnings=(doubt,))
+    return Estimate(
+        "LMI",
+        random_body(np.random.default_rng(1)),
+        7,
+        1.0,
+        np.eye(10),
+        warnings=(doubt,),
+    )
 
 
 class Terminal(io.StringIO):
@@ -30,7 +37,13 @@ def test_columns_stand_under_each_other(estimate, capsys):
     lines = capsys.readouterr().out.splitlines()
     table = [line for line in lines if line[0] in "┏┃┡│├└"]
     assert len({len(line) for line in table}) == 1
-    assert [cell.strip() for cell in table[1].split("┃")[1:-1]] == ["quantity", "estimate", "± std", "truth", "unit"]
+    assert [cell.strip() for cell in table[1].split("┃")[1:-1]] == [
+        "quantity",
+        "estimate",
+        "± std",
+        "truth",
+        "unit",
+    ]
     for line in table:
         assert [k for k, mark in enumerate(line) if mark in "┏┃┡│├└┳╇┼┴┓┩┤┘"] == [
             k for k, mark in enumerate(table[0]) if mark in "┏┳┓"

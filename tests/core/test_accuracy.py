@@ -1,4 +1,5 @@
-"""Accuracy: numbers with units; what is asked for and claimed, in texts and files; what draws of a posterior say."""
+"""Accuracy: numbers with units; what is asked for and claimed, in texts and files; what
+draws of a posterior say."""
 
 import itertools
 import json
@@ -34,7 +35,10 @@ def one_line(error: InputError) -> bool:
 def limits_of(accuracy: Accuracy | None) -> list[float]:
     """Of mass, COM and inertia."""
     assert accuracy is not None
-    return [float(getattr(accuracy, name) or np.nan) for name in ("mass", "center_of_mass", "inertia")]
+    return [
+        float(getattr(accuracy, name) or np.nan)
+        for name in ("mass", "center_of_mass", "inertia")
+    ]
 
 
 # quantity
@@ -58,25 +62,73 @@ def test_every_unit(kind, unit, text, value):
     assert quantity(text, kind) == pytest.approx(value, rel=1e-15)
     for number in ("0", "7", "7.", "0.125", ".125", "1e3", "2.5e-3", "1e+2", "007"):
         scale = value / quantity(text.replace(unit, "") if unit else text, "share")
-        assert quantity(number + unit, kind) == pytest.approx(float(number) * scale, rel=1e-15), number
+        assert quantity(number + unit, kind) == pytest.approx(
+            float(number) * scale, rel=1e-15
+        ), number
 
 
 def test_no_unit_is_left_out_above():
-    assert {(kind, unit) for kind, units in UNITS.items() for unit in units} == {row[:2] for row in WRITTEN}
+    assert {(kind, unit) for kind, units in UNITS.items() for unit in units} == {
+        row[:2] for row in WRITTEN
+    }
 
 
 HOSTILE = (
-    *("", " ", "-1mm", "+1mm", "--1mm", "nan", "nanmm", "inf", "infmm", "1e999mm", "1e-999mm", "1_0mm", "0x1mm"),
-    *("1,5mm", "1.2.3mm", ".mm", "e3mm", "1e mm", "1/2mm", "mm1", "1mm1", "1mm;rm", "1m m", "1MM", "1mmm", "²mm"),
-    *("1\0mm", "1mm\0", "%", "1%%", "1kg", "1 in", "5mm,5deg", "(1)", "1" * 61 + "mm", "1" * 200_000, "m" * 200_000),
+    *(
+        "",
+        " ",
+        "-1mm",
+        "+1mm",
+        "--1mm",
+        "nan",
+        "nanmm",
+        "inf",
+        "infmm",
+        "1e999mm",
+        "1e-999mm",
+        "1_0mm",
+        "0x1mm",
+    ),
+    *(
+        "1,5mm",
+        "1.2.3mm",
+        ".mm",
+        "e3mm",
+        "1e mm",
+        "1/2mm",
+        "mm1",
+        "1mm1",
+        "1mm;rm",
+        "1m m",
+        "1MM",
+        "1mmm",
+        "²mm",
+    ),
+    *(
+        "1\0mm",
+        "1mm\0",
+        "%",
+        "1%%",
+        "1kg",
+        "1 in",
+        "5mm,5deg",
+        "(1)",
+        "1" * 61 + "mm",
+        "1" * 200_000,
+        "m" * 200_000,
+    ),
 )
 
 
 @pytest.mark.parametrize("kind", UNITS)
 def test_nothing_else_is_a_quantity(kind):
-    foreign = sorted({unit for units in UNITS.values() for unit in units} - set(UNITS[kind]))
+    foreign = sorted(
+        {unit for units in UNITS.values() for unit in units} - set(UNITS[kind])
+    )
     for text in (*HOSTILE, *(f"1{unit}" for unit in foreign)):
-        with pytest.raises(InputError, match=f"is not a {kind}; a number and a unit: ") as caught:
+        with pytest.raises(
+            InputError, match=f"is not a {kind}; a number and a unit: "
+        ) as caught:
             quantity(text, kind)
         assert one_line(caught.value)
 
@@ -91,8 +143,12 @@ def test_random_texts_are_numbers_or_refused():
         except InputError:
             continue
         taken += 1
-        unit = next(unit for unit in ("cm", "mm", "um", "m") if text.strip().endswith(unit))
-        assert value == pytest.approx(float(text.strip().removesuffix(unit)) * UNITS["length"][unit], rel=1e-15), text
+        unit = next(
+            unit for unit in ("cm", "mm", "um", "m") if text.strip().endswith(unit)
+        )
+        assert value == pytest.approx(
+            float(text.strip().removesuffix(unit)) * UNITS["length"][unit], rel=1e-15
+        ), text
         assert 0.0 <= value < np.inf
     assert taken > 20
 
@@ -110,19 +166,24 @@ def test_random_texts_are_numbers_or_refused():
 )
 def test_an_accuracy_in_words(text, limits):
     found = Accuracy.parse(text)
-    for value, limit in zip((found.mass, found.center_of_mass, found.inertia), limits, strict=True):
+    for value, limit in zip(
+        (found.mass, found.center_of_mass, found.inertia), limits, strict=True
+    ):
         assert value == (None if limit is None else pytest.approx(limit, rel=1e-15))
 
 
 def test_what_is_written_is_read():
-    """Three digits are shown: the same to half of the last, and to the letter the second time."""
+    """Three digits are shown: the same to half of the last, and to the letter the
+    second time."""
     rng = np.random.default_rng(2)
     for given in itertools.product((False, True), repeat=3):
         for _ in range(40 * any(given)):
             limits = [10.0 ** rng.uniform(-9, 4) if each else None for each in given]
             asked = Accuracy(*limits)
             again = Accuracy.parse(str(asked))
-            for one, two in zip(limits, (again.mass, again.center_of_mass, again.inertia), strict=True):
+            for one, two in zip(
+                limits, (again.mass, again.center_of_mass, again.inertia), strict=True
+            ):
                 assert two == (None if one is None else pytest.approx(one, rel=5.1e-3))
             assert str(again) == str(asked)
     assert str(Accuracy(0.01, 0.002, 0.2)) == "mass=1%,com=2mm,inertia=20%"
@@ -156,7 +217,9 @@ def test_what_is_no_accuracy_is_told_in_one_line(text, said):
     assert one_line(caught.value)
 
 
-@pytest.mark.parametrize("limits", [(), (0.0,), (0.01, -1.0), (np.nan, 0.01, 0.01), (None, None, 0.0)])
+@pytest.mark.parametrize(
+    "limits", [(), (0.0,), (0.01, -1.0), (np.nan, 0.01, 0.01), (None, None, 0.0)]
+)
 def test_limits_are_positive(limits):
     with pytest.raises(InputError, match="one or more positive limits"):
         Accuracy(*limits)
@@ -169,7 +232,11 @@ def test_what_suffices_and_what_is_missing():
         (0.001, 0.001, None): "",
         (0.02, 0.001, 0.1): "the mass is known to 2%, not 1%",
         (0.001, 0.0031, 0.1): "the COM is known to 3.1mm, not 2mm",
-        (0.02, 0.003, 0.1): "the mass is known to 2%, not 1% and the COM is known to 3mm, not 2mm",
+        (
+            0.02,
+            0.003,
+            0.1,
+        ): "the mass is known to 2%, not 1% and the COM is known to 3mm, not 2mm",
         (np.inf, 0.001, 0.1): "the mass is open, not known to 1%",
         (0.001, None, 0.1): "the COM is open, not known to 2mm",
     }
@@ -178,7 +245,10 @@ def test_what_suffices_and_what_is_missing():
         assert asked.shortfall(claimed) == missing
         assert asked.met_by(claimed) is (missing == "")
     assert Accuracy(mass=np.inf, inertia=0.1).met_by(Accuracy(np.inf, 0.1, 0.1))
-    assert Accuracy(inertia=0.2).shortfall(Accuracy(inertia=0.3)) == "the inertia is known to 30%, not 20%"
+    assert (
+        Accuracy(inertia=0.2).shortfall(Accuracy(inertia=0.3))
+        == "the inertia is known to 30%, not 20%"
+    )
     assert str(Accuracy(np.inf, 0.001, np.inf)) == "mass=open,com=1mm,inertia=open"
 
 
@@ -186,31 +256,45 @@ def test_what_suffices_and_what_is_missing():
 
 
 def test_draws_of_the_mass_alone():
-    """With m = M (1 + s z), the error |s z| / (1 + s z) is at most q where -q / (1 + q) < s z < q / (1 - q).
+    """With m = M (1 + s z), the error |s z| / (1 + s z) is at most q where -q / (1 + q)
+    < s z < q / (1 - q).
 
     The same body made heavier has the same COM, and an inertia as much off as the mass.
     """
     body, s, level = hammer().parameters, 0.2, 0.95
     z = np.asarray(ndtri((np.arange(100_000) + 0.5) / 100_000), dtype=float)
-    mass, com, inertia = limits_of(Accuracy.of_draws(np.outer(1.0 + s * z, body.vector), body, level))
-    exact = brentq(lambda q: norm.cdf(q / (1.0 - q) / s) - norm.cdf(-q / (1.0 + q) / s) - level, 0.1, 0.9)
-    assert mass == pytest.approx(exact, rel=1e-4)  # a hundred thousand draws, evenly spread
+    mass, com, inertia = limits_of(
+        Accuracy.of_draws(np.outer(1.0 + s * z, body.vector), body, level)
+    )
+    exact = brentq(
+        lambda q: norm.cdf(q / (1.0 - q) / s) - norm.cdf(-q / (1.0 + q) / s) - level,
+        0.1,
+        0.9,
+    )
+    # a hundred thousand draws, evenly spread
+    assert mass == pytest.approx(exact, rel=1e-4)
     assert inertia == pytest.approx(exact, rel=1e-4)
     assert com < 1e-12
 
 
 @pytest.mark.parametrize("level", [0.5, 0.95])
 def test_draws_of_the_centre_of_mass_alone(level):
-    """A distance in three dimensions; whatever the mass, and however far from the sensor."""
+    """A distance in three dimensions; whatever the mass, and however far from the
+    sensor."""
     rng, n, std = np.random.default_rng(3), 100_000, 0.004
     body = hammer().parameters
     c = body.center_of_mass + std * rng.normal(size=(n, 3))
     x, y, z = c.T
-    steiner = np.stack((y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y), axis=1)
+    steiner = np.stack(
+        (y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y), axis=1
+    )
     own = body.inertia_at_com[np.triu_indices(3)]
-    draws = np.column_stack((np.full(n, body.mass), body.mass * c, own + body.mass * steiner))
+    draws = np.column_stack(
+        (np.full(n, body.mass), body.mass * c, own + body.mass * steiner)
+    )
     mass, com, inertia = limits_of(Accuracy.of_draws(draws, body, level))
-    # a quantile of 100,000 draws: sqrt(level (1 - level) / n) over the density, some 0.3 %; four of that
+    # a quantile of 100,000 draws: sqrt(level (1 - level) / n) over the density, some
+    # 0.3 %; four of that
     assert com == pytest.approx(std * chi.ppf(level, 3), rel=0.012)
     assert mass < 1e-12
     assert inertia < 1e-9  # it is about the COM
@@ -218,10 +302,13 @@ def test_draws_of_the_centre_of_mass_alone(level):
 
 @pytest.mark.parametrize("level", [0.5, 0.9, 0.95])
 def test_a_claim_holds_for_as_many_draws_as_it_says(level):
-    """The errors of each draw by its own tensors and COM: no fewer are within the claim, and hardly more."""
+    """The errors of each draw by its own tensors and COM: no fewer are within the
+    claim, and hardly more."""
     rng, truth = np.random.default_rng(4), random_body(np.random.default_rng(5))
     bodies = [random_body(rng) for _ in range(200)]
-    claims = limits_of(Accuracy.of_draws(np.array([body.vector for body in bodies]), truth, level))
+    claims = limits_of(
+        Accuracy.of_draws(np.array([body.vector for body in bodies]), truth, level)
+    )
     J = [body.inertia_at_com for body in bodies]
     errors = (
         [abs(truth.mass - body.mass) / body.mass for body in bodies],
@@ -234,7 +321,8 @@ def test_a_claim_holds_for_as_many_draws_as_it_says(level):
 
 
 def test_draws_without_mass_leave_all_open():
-    """Where 6 % have none, 95 % of no error are known; where 4 % have none, the others tell."""
+    """Where 6 % have none, 95 % of no error are known; where 4 % have none, the others
+    tell."""
     body = hammer().parameters
     masses = np.linspace(0.9, 1.1, 1000)
     for lost, least, most in ((60, np.inf, np.inf), (40, 0.0, 0.2)):
@@ -265,7 +353,9 @@ def test_draws_have_the_moments_and_quantiles_of_the_mixture(members, seed):
     assert draws.shape == (n, 10)
     scale = np.sqrt(posterior.covariance.diagonal())
     # a mean of 40,000 is known to 0.005 deviations, a variance to 0.007: five of each
-    np.testing.assert_allclose((draws.mean(axis=0) - posterior.mean) / scale, 0.0, atol=0.025)
+    np.testing.assert_allclose(
+        (draws.mean(axis=0) - posterior.mean) / scale, 0.0, atol=0.025
+    )
     correlation = (np.cov(draws.T) - posterior.covariance) / np.outer(scale, scale)
     np.testing.assert_allclose(correlation, 0.0, atol=0.035)
     for level in (0.5, 0.95):
@@ -292,7 +382,9 @@ def estimator(until: str) -> Bayes:
 
 @cache
 def seen(samples: int) -> SampleState:
-    z = wield(UR5.motion(sinusoids(1.5, 100.0, 1.5)), hammer().parameters).with_noise(NOISE, 9)
+    z = wield(UR5.motion(sinusoids(1.5, 100.0, 1.5)), hammer().parameters).with_noise(
+        NOISE, 9
+    )
     return SampleState.of(z[:samples])
 
 
@@ -304,29 +396,52 @@ def test_an_estimate_claims_what_its_intervals_do():
     found = estimate("mass=1%")
     assert found.intervals is not None
     mass, com, _ = limits_of(found.accuracy)
-    off = np.abs(found.intervals["mass"] - found.parameters.mass) / found.parameters.mass
-    # half of the interval: of 1,000 draws the quantile is known to 3 %; and the estimate is not its middle
+    off = (
+        np.abs(found.intervals["mass"] - found.parameters.mass) / found.parameters.mass
+    )
+    # half of the interval: of 1,000 draws the quantile is known to 3 %; and the
+    # estimate is not its middle
     assert mass == pytest.approx(off.mean(), rel=0.12)
     low, high = found.intervals["center_of_mass"]
-    sides, aside = (high - low) / 2.0, np.abs((high + low) / 2.0 - found.parameters.center_of_mass)
-    # a distance is no less sure than the least sure coordinate, and no surer than if all were at their ends
+    sides, aside = (
+        (high - low) / 2.0,
+        np.abs((high + low) / 2.0 - found.parameters.center_of_mass),
+    )
+    # a distance is no less sure than the least sure coordinate, and no surer than if
+    # all were at their ends
     assert 0.9 * sides.max() < com < 1.1 * np.linalg.norm(sides + aside)
 
 
 def test_the_claim_is_of_the_body_that_is_shown():
-    """Not of the posterior's mean, which with ten samples is no mass distribution in the shape."""
-    found, posterior = estimator("mass=1%").estimate(seen(10)), estimator("mass=1%").posterior(seen(10)).mixture
+    """Not of the posterior's mean, which with ten samples is no mass distribution in
+    the shape."""
+    found, posterior = (
+        estimator("mass=1%").estimate(seen(10)),
+        estimator("mass=1%").posterior(seen(10)).mixture,
+    )
     own = Accuracy.of_draws(posterior.draws(), found.parameters, 0.95)
     assert limits_of(found.accuracy) == pytest.approx(limits_of(own), rel=1e-9)
-    mean = Accuracy.of_draws(posterior.draws(), InertialParameters(posterior.mean), 0.95)
+    mean = Accuracy.of_draws(
+        posterior.draws(), InertialParameters(posterior.mean), 0.95
+    )
     assert limits_of(mean) != pytest.approx(limits_of(own), rel=1e-3)
 
 
 def test_what_was_asked_for_decides_whether_it_suffices():
     mass, com, inertia = limits_of(estimate("mass=1%").accuracy)
-    for words in ("mass={:f},com={:f}m,inertia={:f}", "mass={:f}", "mass={0:f},com={1:f}m"):
-        assert estimate(words.format(1.01 * mass, 1.01 * com, 1.01 * inertia)).sufficient is True
-        assert estimate(words.format(0.99 * mass, 1.01 * com, 1.01 * inertia)).sufficient is False
+    for words in (
+        "mass={:f},com={:f}m,inertia={:f}",
+        "mass={:f}",
+        "mass={0:f},com={1:f}m",
+    ):
+        assert (
+            estimate(words.format(1.01 * mass, 1.01 * com, 1.01 * inertia)).sufficient
+            is True
+        )
+        assert (
+            estimate(words.format(0.99 * mass, 1.01 * com, 1.01 * inertia)).sufficient
+            is False
+        )
     assert estimate("mass=1%").accuracy == estimate("mass=2%").accuracy
     with pytest.raises(InputError, match="until is an accuracy, not 5"):
         Bayes(Shape(np.eye(3)), until=5)  # type: ignore[arg-type]
@@ -339,9 +454,16 @@ def test_a_file_keeps_what_was_reached(until, tmp_path):
     read = Estimate.load(tmp_path / "e.json")
     assert read.accuracy == written.accuracy
     assert read.sufficient is written.sufficient is (until == "mass=50%")
-    replace(written, accuracy=Accuracy(np.inf, 0.1, np.inf)).save(tmp_path / "open.json")
-    json.loads((tmp_path / "open.json").read_text(), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-    assert Estimate.load(tmp_path / "open.json").accuracy == Accuracy(np.inf, 0.1, np.inf)
+    replace(written, accuracy=Accuracy(np.inf, 0.1, np.inf)).save(
+        tmp_path / "open.json"
+    )
+    json.loads(
+        (tmp_path / "open.json").read_text(),
+        parse_constant=lambda name: pytest.fail(f"{name} is not JSON"),
+    )
+    assert Estimate.load(tmp_path / "open.json").accuracy == Accuracy(
+        np.inf, 0.1, np.inf
+    )
     replace(written, accuracy=None, sufficient=None).save(tmp_path / "none.json")
     assert Estimate.load(tmp_path / "none.json").accuracy is None
     assert Estimate.load(tmp_path / "none.json").sufficient is None
@@ -353,12 +475,41 @@ GOOD = {"mass": 0.01, "center_of_mass": 0.002, "inertia": 0.2}
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        *(("accuracy", value) for value in (5, 0.0, True, "x", {}, [], [0.1, 0.1, 0.1], "mass=1%", {"mass": 0.01})),
+        *(
+            ("accuracy", value)
+            for value in (
+                5,
+                0.0,
+                True,
+                "x",
+                {},
+                [],
+                [0.1, 0.1, 0.1],
+                "mass=1%",
+                {"mass": 0.01},
+            )
+        ),
         *(
             ("accuracy", GOOD | {"inertia": value})
-            for value in (-0.2, 0, 0.0, float("nan"), float("inf"), "0.2", "x", True, [0.2], {}, 10**400, -(10**400))
+            for value in (
+                -0.2,
+                0,
+                0.0,
+                float("nan"),
+                float("inf"),
+                "0.2",
+                "x",
+                True,
+                [0.2],
+                {},
+                10**400,
+                -(10**400),
+            )
         ),
-        *(("sufficient", value) for value in (0, 1, 0.0, "yes", "", [], {}, [True], float("nan"))),
+        *(
+            ("sufficient", value)
+            for value in (0, 1, 0.0, "yes", "", [], {}, [True], float("nan"))
+        ),
     ],
 )
 def test_nonsense_in_a_file_is_told_in_one_line(key, value, tmp_path):

@@ -19,8 +19,26 @@ from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 
 KEYS = {
-    *("schema", "version", "method", "frame", "mass", "center_of_mass", "inertia_at_com", "inertia_at_origin"),
-    *("vector", "covariance", "std", "physically_consistent", "certificate", "bias", "samples", "duration"),
+    *(
+        "schema",
+        "version",
+        "method",
+        "frame",
+        "mass",
+        "center_of_mass",
+        "inertia_at_com",
+        "inertia_at_origin",
+    ),
+    *(
+        "vector",
+        "covariance",
+        "std",
+        "physically_consistent",
+        "certificate",
+        "bias",
+        "samples",
+        "duration",
+    ),
     *(
         "messages",
         "warnings",
@@ -39,7 +57,9 @@ KEYS = {
 @pytest.fixture
 def z():
     rng = np.random.default_rng(1)
-    return with_wrench(random_motion(rng, 40), random_body(rng), rng.normal(size=6), rng, 0.1, 0.005)
+    return with_wrench(
+        random_motion(rng, 40), random_body(rng), rng.normal(size=6), rng, 0.1, 0.005
+    )
 
 
 @pytest.fixture
@@ -76,19 +96,32 @@ def test_the_name_of_the_file_format_stays():
 
 
 def test_saved_and_loaded_is_the_same_to_the_last_bit(estimate, tmp_path):
-    for written in (estimate, Estimate("PMD", random_body(np.random.default_rng(2)), 0)):
+    for written in (
+        estimate,
+        Estimate("PMD", random_body(np.random.default_rng(2)), 0),
+    ):
         written.save(tmp_path / "e.json")
         assert_same_estimate(Estimate.load(tmp_path / "e.json"), written)
 
 
 def test_messages_keep_their_codes_in_the_file(estimate, tmp_path):
-    doubt = warning("sensor-axes", "give `sensor_pose_in_flange`", "sensor_pose_in_flange")
+    doubt = warning(
+        "sensor-axes", "give `sensor_pose_in_flange`", "sensor_pose_in_flange"
+    )
     done = note("pose-source", "pose from tf")
-    told = replace(estimate, warnings=(doubt, "without a code"), provenance={"notes": (done, "mere text")})
+    told = replace(
+        estimate,
+        warnings=(doubt, "without a code"),
+        provenance={"notes": (done, "mere text")},
+    )
     told.save(tmp_path / "e.json")
     data = json.loads((tmp_path / "e.json").read_text())
     assert data["warnings"] == ["give `sensor_pose_in_flange`", "without a code"]
-    assert [message["code"] for message in data["messages"]] == ["sensor-axes", "unknown", "pose-source"]
+    assert [message["code"] for message in data["messages"]] == [
+        "sensor-axes",
+        "unknown",
+        "pose-source",
+    ]
     assert data["messages"][0] == doubt.to_dict()
     found = Estimate.load(tmp_path / "e.json")
     assert [w.to_dict() for w in found.warnings] == data["messages"][:2]
@@ -96,7 +129,9 @@ def test_messages_keep_their_codes_in_the_file(estimate, tmp_path):
     assert found.provenance["notes"][1] == "mere text"
     del data["messages"]  # as earlier versions wrote it
     (tmp_path / "e.json").write_text(json.dumps(data))
-    assert [w.code for w in Estimate.load(tmp_path / "e.json").warnings] == ["unknown"] * 2
+    assert [w.code for w in Estimate.load(tmp_path / "e.json").warnings] == [
+        "unknown"
+    ] * 2
 
 
 @pytest.mark.parametrize(
@@ -110,7 +145,9 @@ def test_messages_keep_their_codes_in_the_file(estimate, tmp_path):
     ],
 )
 def test_messages_that_are_none(estimate, tmp_path, messages):
-    (tmp_path / "e.json").write_text(json.dumps(estimate.to_dict() | {"messages": messages}))
+    (tmp_path / "e.json").write_text(
+        json.dumps(estimate.to_dict() | {"messages": messages})
+    )
     with pytest.raises(InputError, match="not a whole estimate"):
         Estimate.load(tmp_path / "e.json")
 
@@ -118,28 +155,51 @@ def test_messages_that_are_none(estimate, tmp_path, messages):
 def test_undetermined_variance_survives_the_file(tmp_path):
     """At rest the inertia has infinite variance."""
     rng = np.random.default_rng(3)
-    still = with_wrench(random_motion(rng, 9, speed=0.0), random_body(rng), 0.0, rng, 0.1, 0.005)
+    still = with_wrench(
+        random_motion(rng, 9, speed=0.0), random_body(rng), 0.0, rng, 0.1, 0.005
+    )
     found = OLS().fit(still)
     assert np.isinf(found.covariance.diagonal()[4:]).all()
     found.save(tmp_path / "e.json")
-    json.loads((tmp_path / "e.json").read_text(), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    json.loads(
+        (tmp_path / "e.json").read_text(),
+        parse_constant=lambda name: pytest.fail(f"{name} is not JSON"),
+    )
     assert_same_estimate(Estimate.load(tmp_path / "e.json"), found)
 
 
 def test_keys_are_those_documented(estimate):
     data = estimate.to_dict()
     assert set(data) == KEYS
-    assert (data["schema"], data["version"], data["frame"]) == (SCHEMA, __version__, "sensor")
+    assert (data["schema"], data["version"], data["frame"]) == (
+        SCHEMA,
+        __version__,
+        "sensor",
+    )
     assert set(data["std"]) == {"mass", "center_of_mass", "inertia_at_com"}
-    assert set(data["certificate"]) == {"objective", "bound", "gap", "iterations", "converged"}
+    assert set(data["certificate"]) == {
+        "objective",
+        "bound",
+        "gap",
+        "iterations",
+        "converged",
+    }
     assert data["physically_consistent"] is estimate.physically_consistent
     assert set(data["consistency"]) == {"margins", "violated"}
     assert data["samples"] == 40
     assert data["mass"] == estimate.parameters.mass
-    for name, shape in (("covariance", (10, 10)), ("inertia_at_com", (3, 3)), ("inertia_at_origin", (3, 3))):
+    for name, shape in (
+        ("covariance", (10, 10)),
+        ("inertia_at_com", (3, 3)),
+        ("inertia_at_origin", (3, 3)),
+    ):
         assert np.shape(data[name]) == shape
-    np.testing.assert_array_equal(data["inertia_at_com"], estimate.parameters.inertia_at_com)
-    np.testing.assert_array_equal(data["inertia_at_origin"], estimate.parameters.inertia_at_origin)
+    np.testing.assert_array_equal(
+        data["inertia_at_com"], estimate.parameters.inertia_at_com
+    )
+    np.testing.assert_array_equal(
+        data["inertia_at_origin"], estimate.parameters.inertia_at_origin
+    )
     assert np.shape(data["std"]["inertia_at_com"]) == (3, 3)
     assert np.shape(data["std"]["mass"]) == ()
     json.dumps(data, allow_nan=False)
@@ -148,7 +208,14 @@ def test_keys_are_those_documented(estimate):
 def test_what_is_not_known_is_null():
     data = Estimate("PMD", random_body(np.random.default_rng(4)), 5).to_dict()
     assert set(data) == KEYS
-    for name in ("covariance", "certificate", "bias", "duration", "residual", "point_masses"):
+    for name in (
+        "covariance",
+        "certificate",
+        "bias",
+        "duration",
+        "residual",
+        "point_masses",
+    ):
         assert data[name] is None
     assert data["std"] == {"mass": None, "center_of_mass": None, "inertia_at_com": None}
     assert data["warnings"] == []
@@ -156,7 +223,8 @@ def test_what_is_not_known_is_null():
 
 INTERVALS = {"mass": [1.0, 2.0], "center_of_mass": [[0.0] * 3, [1.0] * 3]}
 INTERVALS |= {
-    name: [np.zeros((3, 3)).tolist(), np.ones((3, 3)).tolist()] for name in ("inertia_at_origin", "inertia_at_com")
+    name: [np.zeros((3, 3)).tolist(), np.ones((3, 3)).tolist()]
+    for name in ("inertia_at_origin", "inertia_at_com")
 }
 """As a file has them."""
 
@@ -173,8 +241,24 @@ def broken(data):
         "number": 3,
     }
     spoiled = {
-        "vector": ([1.0] * 9, [[1.0] * 10], "abc", [float("nan")] * 10, [None] * 10, ["x"] * 10, {}, 1.0, None),
-        "covariance": ([1.0] * 10, [[1.0] * 9] * 10, "x", [[1.0], [1.0, 2.0]], [[float("nan")] * 10] * 10),
+        "vector": (
+            [1.0] * 9,
+            [[1.0] * 10],
+            "abc",
+            [float("nan")] * 10,
+            [None] * 10,
+            ["x"] * 10,
+            {},
+            1.0,
+            None,
+        ),
+        "covariance": (
+            [1.0] * 10,
+            [[1.0] * 9] * 10,
+            "x",
+            [[1.0], [1.0, 2.0]],
+            [[float("nan")] * 10] * 10,
+        ),
         "bias": ([1.0] * 5, "x", [float("nan")] * 6),
         "point_masses": (1.0, [[1.0]], "x", [float("inf")]),
         "residual": ([1.0] * 3, "x"),
@@ -186,7 +270,14 @@ def broken(data):
             INTERVALS | {"mass": [2.0, 1.0]},
             INTERVALS | {"mass": [None, 1.0]},
         ),
-        "certificate": (5, "x", [], {}, {"objective": 1.0}, {"objective": "a", "bound": None, "gap": 0.0}),
+        "certificate": (
+            5,
+            "x",
+            [],
+            {},
+            {"objective": 1.0},
+            {"objective": "a", "bound": None, "gap": 0.0},
+        ),
         "samples": ("x", None, [1], float("inf"), float("nan")),
         "duration": ("x", [1.0]),
         "warnings": (5,),
@@ -215,7 +306,16 @@ def test_files_that_are_no_estimates_give_one_line(estimate, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"garbage", b"{", b"\xff\xfe\x00", b"null", b"[" * 100_000, b'{"schema": "' + SCHEMA.encode()]
+    "content",
+    [
+        b"",
+        b"garbage",
+        b"{",
+        b"\xff\xfe\x00",
+        b"null",
+        b"[" * 100_000,
+        b'{"schema": "' + SCHEMA.encode(),
+    ],
 )
 def test_files_that_are_not_json_give_one_line(content, tmp_path):
     path = tmp_path / "garbage.json"
@@ -289,7 +389,10 @@ def test_arrays_are_read_only(estimate):
 def test_consistency_is_that_of_the_parameters():
     body = random_body(np.random.default_rng(5))
     assert Estimate("X", body, 1).physically_consistent is True
-    assert Estimate("X", InertialParameters(-body.vector), 1).physically_consistent is False
+    assert (
+        Estimate("X", InertialParameters(-body.vector), 1).physically_consistent
+        is False
+    )
 
 
 # derivatives and standard deviations
@@ -297,7 +400,9 @@ def test_consistency_is_that_of_the_parameters():
 
 def derived(vector: np.ndarray) -> np.ndarray:
     body = InertialParameters(vector)
-    return np.concatenate(([body.mass], body.center_of_mass, tensor_to_vector(body.inertia_at_com)))
+    return np.concatenate(
+        ([body.mass], body.center_of_mass, tensor_to_vector(body.inertia_at_com))
+    )
 
 
 @pytest.mark.parametrize(("mass", "size"), [(1e-3, 1e-3), (1.0, 0.1), (50.0, 2.0)])
@@ -311,34 +416,53 @@ def test_jacobian_is_the_derivative(mass, size):
         for i in range(10):
             h = np.zeros(10)
             h[i] = 1e-6 * unit[i]
-            numeric[:, i] = (derived(body.vector + h) - derived(body.vector - h)) / 2e-6 / out
-        # central differences of step 1e-6: truncation 1e-12, rounding 1e-16 / 1e-6, times terms of the order of ten
-        np.testing.assert_allclose(com_jacobian(body) * unit / out[:, None], numeric, atol=3e-8)
+            numeric[:, i] = (
+                (derived(body.vector + h) - derived(body.vector - h)) / 2e-6 / out
+            )
+        # central differences of step 1e-6: truncation 1e-12, rounding 1e-16 / 1e-6,
+        # times terms of the order of ten
+        np.testing.assert_allclose(
+            com_jacobian(body) * unit / out[:, None], numeric, atol=3e-8
+        )
 
 
 def test_std_is_the_spread_of_samples():
-    """10,000 draws from a covariance so small that the map is linear: each deviation is known to 0.7 %."""
+    """10,000 draws from a covariance so small that the map is linear: each deviation is
+    known to 0.7 %."""
     rng = np.random.default_rng(7)
     body = random_body(rng)
-    root = rng.normal(size=(10, 10)) * 1e-5 * np.repeat((1.0, 0.1, 0.01), (1, 3, 6))[:, None]
+    root = (
+        rng.normal(size=(10, 10))
+        * 1e-5
+        * np.repeat((1.0, 0.1, 0.01), (1, 3, 6))[:, None]
+    )
     std = Estimate("X", body, 1, covariance=root @ root.T).std
-    draws = np.array([derived(body.vector + root @ rng.normal(size=10)) for _ in range(10_000)])
+    draws = np.array(
+        [derived(body.vector + root @ rng.normal(size=10)) for _ in range(10_000)]
+    )
     spread = draws.std(axis=0)
     assert std["mass"] == pytest.approx(spread[0], rel=0.03)  # four standard errors
     np.testing.assert_allclose(std["center_of_mass"], spread[1:4], rtol=0.03)
-    np.testing.assert_allclose(tensor_to_vector(std["inertia_at_com"]), spread[4:], rtol=0.03)
+    np.testing.assert_allclose(
+        tensor_to_vector(std["inertia_at_com"]), spread[4:], rtol=0.03
+    )
     assert Estimate("X", body, 1).std is None
 
 
 def test_std_of_what_is_determined_beside_what_is_not():
-    """At rest: mass and COM keep the deviations they have without the inertia entries, whose own are infinite."""
+    """At rest: mass and COM keep the deviations they have without the inertia entries,
+    whose own are infinite."""
     body = random_body(np.random.default_rng(8))
     finite = np.diag(np.repeat((1e-4, 1e-6, 0.0), (1, 3, 6)))
     infinite = finite + np.diag(np.repeat((0.0, np.inf), (4, 6)))
     infinite[~np.eye(10, dtype=bool)] = 0.0
-    known, open_ = (Estimate("X", body, 1, covariance=c).std for c in (finite, infinite))
+    known, open_ = (
+        Estimate("X", body, 1, covariance=c).std for c in (finite, infinite)
+    )
     assert known["mass"] == open_["mass"] == pytest.approx(1e-2)
-    np.testing.assert_allclose(open_["center_of_mass"], known["center_of_mass"], rtol=1e-12)
+    np.testing.assert_allclose(
+        open_["center_of_mass"], known["center_of_mass"], rtol=1e-12
+    )
     assert np.isposinf(open_["inertia_at_com"]).all()
 
 

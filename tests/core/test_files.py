@@ -13,15 +13,25 @@ from hefting.core.files import read_json
 def test_json_is_read_as_utf_8_in_any_locale(tmp_path):
     path = tmp_path / "a.json"
     for mark in (b"", b"\xef\xbb\xbf"):
-        path.write_bytes(mark + json.dumps({"name": "Prüfling"}, ensure_ascii=False).encode())
+        path.write_bytes(
+            mark + json.dumps({"name": "Prüfling"}, ensure_ascii=False).encode()
+        )
         assert read_json(path) == {"name": "Prüfling"}
 
 
 def test_json_that_cannot_be_read_is_one_line(tmp_path, monkeypatch):
     path = tmp_path / "a.json"
     monkeypatch.setattr(files, "MAX_JSON", 300_000)
-    cases = {b"": "is not JSON", b"{": "is not JSON", b"\xff\xfe\x00": "is not JSON", b"[" * 200_000: "is not JSON"}
-    for content, words in {**cases, b" " * 300_000 + b"1": "is larger than 300,000 bytes"}.items():
+    cases = {
+        b"": "is not JSON",
+        b"{": "is not JSON",
+        b"\xff\xfe\x00": "is not JSON",
+        b"[" * 200_000: "is not JSON",
+    }
+    for content, words in {
+        **cases,
+        b" " * 300_000 + b"1": "is larger than 300,000 bytes",
+    }.items():
         path.write_bytes(content)
         with pytest.raises(InputError, match=words) as caught:
             read_json(path)

@@ -1,4 +1,5 @@
-"""Inertial parameters: conversions against closed forms and Pinocchio, group laws, physical consistency."""
+"""Inertial parameters: conversions against closed forms and Pinocchio, group laws,
+physical consistency."""
 
 import numpy as np
 import pytest
@@ -16,15 +17,20 @@ FROM_PINOCCHIO = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
 
 
 def natural_scale(body: InertialParameters) -> np.ndarray:
-    """Largest value each entry of the vector can have at the body's mass and second moment (10,)."""
+    """Largest value each entry of the vector can have at the body's mass and second
+    moment (10,)."""
     second = np.sqrt(np.trace(body.inertia_at_origin) * body.mass)
     return np.repeat((body.mass, second, np.trace(body.inertia_at_origin)), (1, 3, 6))
 
 
-def assert_same(first: InertialParameters, second: InertialParameters, tolerance: float = 1e-14):
+def assert_same(
+    first: InertialParameters, second: InertialParameters, tolerance: float = 1e-14
+):
     """Equal up to rounding relative to each entry's natural scale."""
     scale = natural_scale(second)
-    np.testing.assert_allclose(first.vector / scale, second.vector / scale, rtol=0.0, atol=tolerance)
+    np.testing.assert_allclose(
+        first.vector / scale, second.vector / scale, rtol=0.0, atol=tolerance
+    )
 
 
 # closed forms: a solid's tensor, found anew from points that fill it
@@ -33,14 +39,23 @@ def assert_same(first: InertialParameters, second: InertialParameters, tolerance
 def box_points(sides):
     """Gauss-Legendre points and weights: exact for the quadratic moments of a box."""
     nodes, weights = np.polynomial.legendre.leggauss(2)
-    grid = np.array(np.meshgrid(nodes, nodes, nodes)).reshape(3, -1).T * np.asarray(sides) / 2
-    return grid, np.prod(np.array(np.meshgrid(weights, weights, weights)).reshape(3, -1), axis=0) / 8
+    grid = (
+        np.array(np.meshgrid(nodes, nodes, nodes)).reshape(3, -1).T
+        * np.asarray(sides)
+        / 2
+    )
+    return grid, np.prod(
+        np.array(np.meshgrid(weights, weights, weights)).reshape(3, -1), axis=0
+    ) / 8
 
 
 def disc_points(radius):
-    """Points of equal weight on a ring whose second moments are those of a disc: radius/sqrt(2)."""
+    """Points of equal weight on a ring whose second moments are those of a disc:
+    radius/sqrt(2)."""
     angle = np.arange(4) * np.pi / 2
-    return radius / np.sqrt(2) * np.column_stack((np.cos(angle), np.sin(angle))), np.full(4, 0.25)
+    return radius / np.sqrt(2) * np.column_stack(
+        (np.cos(angle), np.sin(angle))
+    ), np.full(4, 0.25)
 
 
 def cylinder_points(radius, height):
@@ -57,7 +72,11 @@ def sphere_points(radius):
 
 def solids(mass, size):
     a, b, c = size, 0.6 * size, 0.2 * size
-    yield "box", box_points((a, b, c)), mass / 12 * np.diag((b * b + c * c, a * a + c * c, a * a + b * b))
+    yield (
+        "box",
+        box_points((a, b, c)),
+        mass / 12 * np.diag((b * b + c * c, a * a + c * c, a * a + b * b)),
+    )
     across = mass / 12 * (3 * a * a + b * b)
     yield "cylinder", cylinder_points(a, b), np.diag((across, across, mass * a * a / 2))
     yield "sphere", sphere_points(a), 0.4 * mass * a * a * np.eye(3)
@@ -71,16 +90,34 @@ def test_every_representation_agrees_on_closed_forms(mass, size):
         by_com = InertialParameters.from_com(mass, c, R @ tensor @ R.T)
         parallel_axes = R @ tensor @ R.T + mass * (c @ c * np.eye(3) - np.outer(c, c))
         assert_same(InertialParameters.from_origin(mass, c, parallel_axes), by_com)
-        assert_same(InertialParameters.from_points(points @ R.T + c, mass * weights), by_com)
-        assert_same(InertialParameters.from_pseudo_inertia(by_com.pseudo_inertia), by_com)
+        assert_same(
+            InertialParameters.from_points(points @ R.T + c, mass * weights), by_com
+        )
+        assert_same(
+            InertialParameters.from_pseudo_inertia(by_com.pseudo_inertia), by_com
+        )
         assert by_com.mass == mass
         np.testing.assert_allclose(by_com.center_of_mass, c, rtol=1e-15)
         # rounding of the parallel-axis term, which is the larger
-        np.testing.assert_allclose(by_com.inertia_at_com, R @ tensor @ R.T, atol=1e-14 * np.trace(parallel_axes))
-        np.testing.assert_allclose(by_com.inertia_at_origin, parallel_axes, atol=1e-14 * np.trace(parallel_axes))
+        np.testing.assert_allclose(
+            by_com.inertia_at_com,
+            R @ tensor @ R.T,
+            atol=1e-14 * np.trace(parallel_axes),
+        )
+        np.testing.assert_allclose(
+            by_com.inertia_at_origin,
+            parallel_axes,
+            atol=1e-14 * np.trace(parallel_axes),
+        )
         moments, axes = by_com.principal()
-        np.testing.assert_allclose(moments, np.sort(np.diag(tensor)), atol=1e-14 * np.trace(parallel_axes))
-        np.testing.assert_allclose(axes * moments @ axes.T, by_com.inertia_at_com, atol=1e-14 * np.trace(parallel_axes))
+        np.testing.assert_allclose(
+            moments, np.sort(np.diag(tensor)), atol=1e-14 * np.trace(parallel_axes)
+        )
+        np.testing.assert_allclose(
+            axes * moments @ axes.T,
+            by_com.inertia_at_com,
+            atol=1e-14 * np.trace(parallel_axes),
+        )
         assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
@@ -90,24 +127,42 @@ def test_pseudo_inertia_is_the_integral_of_homogeneous_points():
     p = np.column_stack((points, np.ones(6)))
     expected = np.einsum("n,ni,nj->ij", masses, p, p)
     np.testing.assert_allclose(
-        InertialParameters.from_points(points, masses).pseudo_inertia, expected, rtol=1e-13, atol=1e-14
+        InertialParameters.from_points(points, masses).pseudo_inertia,
+        expected,
+        rtol=1e-13,
+        atol=1e-14,
     )  # sums of six terms
 
 
 @pytest.mark.parametrize(("mass", "size"), SCALES)
 def test_agrees_with_pinocchio(mass, size):
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')")
+    pin = pytest.importorskip(
+        "pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')"
+    )
     rng = np.random.default_rng(3)
     for _ in range(20):
-        body, other = random_body(rng, mass, size, size), random_body(rng, 2 * mass, size, size)
+        body, other = (
+            random_body(rng, mass, size, size),
+            random_body(rng, 2 * mass, size, size),
+        )
         theirs = pin.Inertia(body.mass, body.center_of_mass, body.inertia_at_com)
         ours = InertialParameters(theirs.toDynamicParameters()[FROM_PINOCCHIO])
         assert_same(ours, body, 1e-13)  # both convert to the COM and back
         pose = random_pose(rng, size)
         moved = theirs.se3Action(pin.SE3(pose))
-        assert_same(InertialParameters(moved.toDynamicParameters()[FROM_PINOCCHIO]), body.moved(pose), 1e-13)
-        joined = theirs + pin.Inertia(other.mass, other.center_of_mass, other.inertia_at_com)
-        assert_same(InertialParameters(joined.toDynamicParameters()[FROM_PINOCCHIO]), body + other, 1e-13)
+        assert_same(
+            InertialParameters(moved.toDynamicParameters()[FROM_PINOCCHIO]),
+            body.moved(pose),
+            1e-13,
+        )
+        joined = theirs + pin.Inertia(
+            other.mass, other.center_of_mass, other.inertia_at_com
+        )
+        assert_same(
+            InertialParameters(joined.toDynamicParameters()[FROM_PINOCCHIO]),
+            body + other,
+            1e-13,
+        )
 
 
 # laws of motion and sum
@@ -119,24 +174,34 @@ def test_moves_form_a_group_and_sums_commute_with_them(mass, size):
     for _ in range(20):
         a, b = random_body(rng, mass, size, size), random_body(rng, mass, size, size)
         A, B = random_pose(rng, size), random_pose(rng, size)
-        # a dozen products in each entry; a move out and back may carry terms ten times as large
+        # a dozen products in each entry; a move out and back may carry terms ten times
+        # as large
         assert_same(a.moved(A).moved(B), a.moved(B @ A), 1e-13)
         assert_same(a.moved(A).moved(inverse_pose(A)), a, 1e-12)
         assert_same((a + b).moved(A), a.moved(A) + b.moved(A), 1e-13)
         assert_same(a + b - b, a, 1e-14)
         assert_same(a + b, b + a, 0.0)
         moments, moved = a.principal()[0], a.moved(A).principal()[0]
-        np.testing.assert_allclose(moments, moved, atol=1e-12 * np.trace(a.moved(A).inertia_at_origin))
         np.testing.assert_allclose(
-            a.moved(A).center_of_mass, A[:3, :3] @ a.center_of_mass + A[:3, 3], atol=1e-13 * size
+            moments, moved, atol=1e-12 * np.trace(a.moved(A).inertia_at_origin)
+        )
+        np.testing.assert_allclose(
+            a.moved(A).center_of_mass,
+            A[:3, :3] @ a.center_of_mass + A[:3, 3],
+            atol=1e-13 * size,
         )  # three products of the body's own size
 
 
 def test_joined_points_are_the_sum():
     rng = np.random.default_rng(5)
     points, masses = rng.normal(size=(9, 3)), rng.exponential(size=9)
-    parts = [InertialParameters.from_points(points[i : i + 3], masses[i : i + 3]) for i in (0, 3, 6)]
-    assert_same(parts[0] + parts[1] + parts[2], InertialParameters.from_points(points, masses))
+    parts = [
+        InertialParameters.from_points(points[i : i + 3], masses[i : i + 3])
+        for i in (0, 3, 6)
+    ]
+    assert_same(
+        parts[0] + parts[1] + parts[2], InertialParameters.from_points(points, masses)
+    )
 
 
 # physical consistency
@@ -157,16 +222,27 @@ def principal_body(moments, mass=1.0):
 )
 def test_the_first_condition_that_fails_is_named(body, first):
     consistency = body.consistency()
-    assert tuple(consistency.margins) == ("mass", "inertia", "triangle", "pseudo_inertia")
+    assert tuple(consistency.margins) == (
+        "mass",
+        "inertia",
+        "triangle",
+        "pseudo_inertia",
+    )
     assert consistency.violated == first
     assert consistency.is_consistent is (first is None)
-    assert str(consistency).startswith("consistent" if first is None else EXPLANATIONS[first])
+    assert str(consistency).startswith(
+        "consistent" if first is None else EXPLANATIONS[first]
+    )
 
 
 def test_pseudo_inertia_never_fails_alone():
-    """It implies the others, so it fails alone only by the scale it is measured on: by a hair beside them."""
-    hair = 1.5 * TOLERANCE  # triangle slack over the largest moment 2; pseudo-inertia twice that over 2
-    body = InertialParameters.from_com(1.0, np.zeros(3), np.diag((1.0, 1.0, 2.0 + hair)))
+    """It implies the others, so it fails alone only by the scale it is measured on: by
+    a hair beside them."""
+    # triangle slack over the largest moment 2; pseudo-inertia twice that over 2
+    hair = 1.5 * TOLERANCE
+    body = InertialParameters.from_com(
+        1.0, np.zeros(3), np.diag((1.0, 1.0, 2.0 + hair))
+    )
     consistency = body.consistency()
     assert -TOLERANCE < consistency.margins["triangle"] < 0.0
     assert consistency.margins["triangle"] == pytest.approx(-hair / 2.0, rel=1e-5)
@@ -181,8 +257,14 @@ def test_margins_mean_what_they_say():
     assert margins["mass"] == 1.0
     assert margins["inertia"] == pytest.approx(0.5, rel=1e-12)
     assert margins["triangle"] == pytest.approx(0.5 / 2.0, rel=1e-12)
-    assert margins["pseudo_inertia"] == pytest.approx(second.min() / second.max(), rel=1e-12)
-    negative = InertialParameters(-principal_body((1.0, 1.5, 2.0)).vector).consistency().margins
+    assert margins["pseudo_inertia"] == pytest.approx(
+        second.min() / second.max(), rel=1e-12
+    )
+    negative = (
+        InertialParameters(-principal_body((1.0, 1.5, 2.0)).vector)
+        .consistency()
+        .margins
+    )
     assert negative["mass"] == -1.0
     assert negative["inertia"] == pytest.approx(-1.0, rel=1e-12)
 
@@ -193,7 +275,10 @@ def test_consistent_exactly_when_the_pseudo_inertia_is_positive():
     for _ in range(300):
         P = np.diag(rng.uniform(-0.3, 1.0, 4))
         turn = np.eye(4)
-        turn[:3, :3], turn[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3)
+        turn[:3, :3], turn[:3, 3] = (
+            Rotation.random(random_state=rng).as_matrix(),
+            rng.normal(size=3),
+        )
         body = InertialParameters.from_pseudo_inertia(turn @ P @ turn.T)
         expected = bool(np.linalg.eigvalsh(P).min() > 0.0)
         assert body.consistency().is_consistent is expected
@@ -204,22 +289,33 @@ def test_consistent_exactly_when_the_pseudo_inertia_is_positive():
 @pytest.mark.parametrize(("mass", "size"), SCALES)
 @pytest.mark.parametrize("offset", [0.0, 1.0, 30.0])
 def test_points_are_always_consistent(mass, size, offset):
-    """Any non-negative masses, boundary cases included: coplanar and collinear points, few points, one point."""
+    """Any non-negative masses, boundary cases included: coplanar and collinear points,
+    few points, one point."""
     rng = np.random.default_rng(7)
     for n in (1, 2, 3, 4, 20):
         for axes in (3, 2, 1):
             for _ in range(10):
                 points = size * rng.normal(size=(n, 3))
                 points[:, axes:] = 0.0
-                points = points @ Rotation.random(random_state=rng).as_matrix() + offset * size * rng.normal(size=3)
-                body = InertialParameters.from_points(points, mass * rng.exponential(size=n) ** 3)
+                points = points @ Rotation.random(
+                    random_state=rng
+                ).as_matrix() + offset * size * rng.normal(size=3)
+                body = InertialParameters.from_points(
+                    points, mass * rng.exponential(size=n) ** 3
+                )
                 consistency = body.consistency()
                 assert consistency.is_consistent, (n, axes, str(consistency))
                 if n <= 3 or axes < 3:  # flat: one second moment is zero
-                    assert consistency.margins["pseudo_inertia"] == pytest.approx(0.0, abs=TOLERANCE)
-                    assert consistency.margins["triangle"] == pytest.approx(0.0, abs=TOLERANCE)
+                    assert consistency.margins["pseudo_inertia"] == pytest.approx(
+                        0.0, abs=TOLERANCE
+                    )
+                    assert consistency.margins["triangle"] == pytest.approx(
+                        0.0, abs=TOLERANCE
+                    )
                 if n <= 2 or axes == 1:  # a rod: one moment is zero
-                    assert consistency.margins["inertia"] == pytest.approx(0.0, abs=TOLERANCE)
+                    assert consistency.margins["inertia"] == pytest.approx(
+                        0.0, abs=TOLERANCE
+                    )
                 if n >= 5 and axes == 3:
                     assert min(consistency.margins.values()) > 1e-6
 

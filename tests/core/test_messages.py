@@ -11,7 +11,11 @@ def test_a_message_is_its_text_and_more():
     said = warning("gravity-reversed", "check `gravity`", "gravity")
     assert said == "check `gravity`"
     assert json.dumps([said]) == '["check `gravity`"]'
-    assert (said.code, said.severity, said.argument) == ("gravity-reversed", "warning", "gravity")
+    assert (said.code, said.severity, said.argument) == (
+        "gravity-reversed",
+        "warning",
+        "gravity",
+    )
     assert said.to_dict() == {
         "code": "gravity-reversed",
         "severity": "warning",
@@ -24,7 +28,11 @@ def test_a_message_is_its_text_and_more():
 def test_copies_keep_the_code():
     """Worker processes send them."""
     said = warning("spikes", "47 spikes left out")
-    for other in (copy.copy(said), copy.deepcopy(said), pickle.loads(pickle.dumps(said))):
+    for other in (
+        copy.copy(said),
+        copy.deepcopy(said),
+        pickle.loads(pickle.dumps(said)),
+    ):
         assert isinstance(other, Message)
         assert other.to_dict() == said.to_dict()
 

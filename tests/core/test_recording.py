@@ -1,4 +1,5 @@
-"""Recording: streams keep their clocks; what cannot be right is refused with row and column."""
+"""Recording: streams keep their clocks; what cannot be right is refused with row and
+column."""
 
 import pickle
 
@@ -6,9 +7,18 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, Stream, column_names
+from hefting.core.recording import (
+    COLUMNS,
+    JOINT_STREAMS,
+    Recording,
+    Stream,
+    column_names,
+)
 
-WIDTHS = {name: 2 if name in JOINT_STREAMS else len(columns) for name, columns in COLUMNS.items()}
+WIDTHS = {
+    name: 2 if name in JOINT_STREAMS else len(columns)
+    for name, columns in COLUMNS.items()
+}
 
 
 def stream(name: str, time, seed: int = 0) -> Stream:
@@ -30,9 +40,13 @@ def test_every_stream_of_the_table_is_accepted_in_the_table_s_order():
     assert column_names("joint_velocities", 3) == ("dq1", "dq2", "dq3")
 
 
-@pytest.mark.parametrize("name", [name for name in COLUMNS if name not in JOINT_STREAMS])
+@pytest.mark.parametrize(
+    "name", [name for name in COLUMNS if name not in JOINT_STREAMS]
+)
 def test_a_wrong_width_is_refused(name):
-    with pytest.raises(InputError, match=f"{name}.*{WIDTHS[name] + 1} columns, not {WIDTHS[name]}"):
+    with pytest.raises(
+        InputError, match=f"{name}.*{WIDTHS[name] + 1} columns, not {WIDTHS[name]}"
+    ):
         Recording({name: Stream(np.arange(3.0), np.ones((3, WIDTHS[name] + 1)))})
 
 
@@ -70,7 +84,12 @@ def test_unknown_and_absent_streams_are_named():
 
 def test_joint_streams_must_agree():
     with pytest.raises(InputError, match="differ in number"):
-        Recording({name: Stream(np.zeros(1), np.ones((1, n))) for n, name in enumerate(JOINT_STREAMS, 1)})
+        Recording(
+            {
+                name: Stream(np.zeros(1), np.ones((1, n)))
+                for n, name in enumerate(JOINT_STREAMS, 1)
+            }
+        )
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -78,7 +97,9 @@ def test_values_that_are_not_finite_are_named_by_row_and_column(bad):
     values = np.zeros((5, 6))
     values[3, 1] = values[4, 0] = bad
     with pytest.raises(InputError, match=f"log, row 14, column fy: the value is {bad}"):
-        Recording({"wrench": Stream(np.arange(5.0), values, np.arange(11, 16))}, source="log")
+        Recording(
+            {"wrench": Stream(np.arange(5.0), values, np.arange(11, 16))}, source="log"
+        )
     time = np.arange(5.0)
     time[2] = bad
     with pytest.raises(InputError, match="row 3, column time"):
@@ -87,16 +108,23 @@ def test_values_that_are_not_finite_are_named_by_row_and_column(bad):
 
 def test_time_increases_within_a_stream_and_not_across_them():
     recording(wrench=[0, 1, 2], orientation=[0, 0.5, 1])
-    with pytest.raises(InputError, match="row 3, column time: time 1 s repeats that of row 2 in the wrench stream"):
+    with pytest.raises(
+        InputError,
+        match="row 3, column time: time 1 s repeats that of row 2 in the wrench stream",
+    ):
         recording(wrench=[0, 1, 1, 2])
-    with pytest.raises(InputError, match=r"row 3, column time: time 0\.5 s is before 1 s of row 2"):
+    with pytest.raises(
+        InputError, match=r"row 3, column time: time 0\.5 s is before 1 s of row 2"
+    ):
         recording(wrench=[0, 1, 0.5, 2])
 
 
 def test_quaternions_are_normalised_once_and_keep_their_sign():
     rng = np.random.default_rng(3)
     q = rng.normal(size=(500, 4))
-    q *= (1 + rng.uniform(-0.009, 0.009, 500))[:, None] / np.linalg.norm(q, axis=1)[:, None]
+    q *= (1 + rng.uniform(-0.009, 0.009, 500))[:, None] / np.linalg.norm(q, axis=1)[
+        :, None
+    ]
     once = Recording({"orientation": Stream(np.arange(500.0), q)})["orientation"]
     # rounding of four squares, a root and a division
     np.testing.assert_allclose(np.linalg.norm(once.values, axis=1), 1.0, atol=5e-16)
@@ -105,20 +133,31 @@ def test_quaternions_are_normalised_once_and_keep_their_sign():
     assert (twice.values == once.values).all()
 
 
-@pytest.mark.parametrize(("scale", "norm"), [(1.02, "1.02"), (0.98, "0.98"), (0.0, "0"), (1e200, "inf")])
+@pytest.mark.parametrize(
+    ("scale", "norm"), [(1.02, "1.02"), (0.98, "0.98"), (0.0, "0"), (1e200, "inf")]
+)
 def test_a_quaternion_of_another_norm_is_refused_with_its_row(scale, norm):
     orientation = stream("orientation", np.arange(4))
     values = orientation.values.copy()
     values[2] *= scale
-    with pytest.raises(InputError, match=f"row 3, columns qx..qw: the quaternion qx qy qz qw has norm {norm}, not 1"):
+    with pytest.raises(
+        InputError,
+        match=f"row 3, columns qx..qw: the quaternion qx qy qz qw has norm {norm}, not 1",
+    ):
         Recording({"orientation": Stream(orientation.time, values)})
 
 
 def test_duration_and_rates():
-    both = recording(wrench=10 + np.arange(101) / 100, orientation=10.5 + np.arange(11) / 10, position=[11])
+    both = recording(
+        wrench=10 + np.arange(101) / 100,
+        orientation=10.5 + np.arange(11) / 10,
+        position=[11],
+    )
     assert both.start == 10
     assert both.duration == pytest.approx(1.5, abs=1e-12)  # sums of decimal fractions
-    assert both.rates() == pytest.approx({"position": 0, "orientation": 10, "wrench": 100}, rel=1e-9)
+    assert both.rates() == pytest.approx(
+        {"position": 0, "orientation": 10, "wrench": 100}, rel=1e-9
+    )
 
 
 def test_slice_is_half_open_counts_from_the_start_and_keeps_rows():
@@ -137,8 +176,12 @@ def test_slice_is_half_open_counts_from_the_start_and_keeps_rows():
 
 @pytest.mark.parametrize("cut", [0.001, 0.37, 1.0, 2.5])
 def test_a_cut_loses_and_repeats_nothing(cut):
-    whole = recording(wrench=np.cumsum(np.random.default_rng(5).uniform(0.001, 0.02, 400)))
-    rows = np.concatenate([whole.slice(0, cut)["wrench"].rows, whole.slice(cut)["wrench"].rows])
+    whole = recording(
+        wrench=np.cumsum(np.random.default_rng(5).uniform(0.001, 0.02, 400))
+    )
+    rows = np.concatenate(
+        [whole.slice(0, cut)["wrench"].rows, whole.slice(cut)["wrench"].rows]
+    )
     assert rows.tolist() == list(range(1, 401))
 
 

@@ -1,4 +1,5 @@
-"""Regressors against Pinocchio, facts of the reduced one, and virtual samples against all samples."""
+"""Regressors against Pinocchio, facts of the reduced one, and virtual samples against
+all samples."""
 
 import itertools
 from dataclasses import replace
@@ -37,7 +38,9 @@ def random_measurements(K: int, seed: int, scale: float = 1.0) -> Measurements:
 @pytest.fixture(scope="module")
 def wielded() -> Measurements:
     """Noisy measurements of a hammer, with a constant bias."""
-    exact = wield(UR5.motion(random_smooth(20.0, 100.0, 1.0, seed=5)), hammer().parameters)
+    exact = wield(
+        UR5.motion(random_smooth(20.0, 100.0, 1.0, seed=5)), hammer().parameters
+    )
     return exact.with_noise(NOISE_LEVELS["moderate"], seed=6)
 
 
@@ -46,8 +49,11 @@ def wielded() -> Measurements:
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 30.0])
 def test_full_regressor_equals_pinocchios(scale):
-    """Pinocchio takes spatial acceleration: linear part a - w x v of the classical a, for any velocity v."""
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')")
+    """Pinocchio takes spatial acceleration: linear part a - w x v of the classical a,
+    for any velocity v."""
+    pin = pytest.importorskip(
+        "pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')"
+    )
     measurements = random_measurements(50, seed=1, scale=scale)
     ours = full_regressor(measurements)
     velocity = scale * np.random.default_rng(2).normal(size=(50, 3))
@@ -59,15 +65,24 @@ def test_full_regressor_equals_pinocchios(scale):
         a = pin.Motion(spatial, measurements.angular_acceleration[k])
         theirs = pin.bodyRegressor(v, a)[:, FROM_PINOCCHIO]
         # double rounding of sums of a dozen products of this size
-        np.testing.assert_allclose(ours[k], theirs, atol=1e-13 * max(10.0, 4.0 * scale**2), rtol=0.0)
+        np.testing.assert_allclose(
+            ours[k], theirs, atol=1e-13 * max(10.0, 4.0 * scale**2), rtol=0.0
+        )
 
 
 def test_wrench_equals_pinocchios_inertia():
     """Independent of Pinocchio's regressor: I a + v x* I v of its own inertia class."""
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')")
+    pin = pytest.importorskip(
+        "pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')"
+    )
     body = hammer().parameters
     inertia = pin.Inertia(body.mass, body.center_of_mass, body.inertia_at_com)
-    np.testing.assert_allclose(inertia.toDynamicParameters()[FROM_PINOCCHIO], body.vector, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(
+        inertia.toDynamicParameters()[FROM_PINOCCHIO],
+        body.vector,
+        rtol=1e-13,
+        atol=1e-15,
+    )
     measurements = random_measurements(20, seed=3)
     predicted = predict_wrench(measurements, body.vector)
     for k in range(20):
@@ -78,7 +93,8 @@ def test_wrench_equals_pinocchios_inertia():
             measurements.angular_acceleration[k],
         )
         expected = (inertia * a + v.cross(inertia * v)).vector
-        np.testing.assert_allclose(predicted[k], expected, atol=1e-13)  # rounding of terms up to 10
+        # rounding of terms up to 10
+        np.testing.assert_allclose(predicted[k], expected, atol=1e-13)
 
 
 def test_wrench_of_point_masses_is_newtons():
@@ -86,13 +102,25 @@ def test_wrench_of_point_masses_is_newtons():
     rng = np.random.default_rng(4)
     positions, masses = rng.normal(scale=0.1, size=(7, 3)), rng.uniform(0.1, 1.0, 7)
     measurements = random_measurements(10, seed=5)
-    predicted = predict_wrench(measurements, InertialParameters.from_points(positions, masses).vector)
+    predicted = predict_wrench(
+        measurements, InertialParameters.from_points(positions, masses).vector
+    )
     for k in range(10):
-        w, alpha = measurements.angular_velocity[k], measurements.angular_acceleration[k]
-        a = measurements.linear_acceleration[k] + np.cross(alpha, positions) + np.cross(w, np.cross(w, positions))
+        w, alpha = (
+            measurements.angular_velocity[k],
+            measurements.angular_acceleration[k],
+        )
+        a = (
+            measurements.linear_acceleration[k]
+            + np.cross(alpha, positions)
+            + np.cross(w, np.cross(w, positions))
+        )
         forces = masses[:, None] * (a - measurements.gravity[k])
-        np.testing.assert_allclose(predicted[k, :3], forces.sum(axis=0), atol=1e-12)  # rounding of terms up to 40
-        np.testing.assert_allclose(predicted[k, 3:], np.cross(positions, forces).sum(axis=0), atol=1e-12)
+        # rounding of terms up to 40
+        np.testing.assert_allclose(predicted[k, :3], forces.sum(axis=0), atol=1e-12)
+        np.testing.assert_allclose(
+            predicted[k, 3:], np.cross(positions, forces).sum(axis=0), atol=1e-12
+        )
 
 
 def test_regressor_follows_a_change_of_frame():
@@ -106,7 +134,8 @@ def test_regressor_follows_a_change_of_frame():
     predicted = predict_wrench(there, body.moved(pose).vector)
     here = predict_wrench(measurements, body.vector)
     expected = np.hstack(move_wrench(pose, here[:, :3], here[:, 3:]))
-    np.testing.assert_allclose(predicted, expected, atol=1e-12)  # rounding of terms up to 20
+    # rounding of terms up to 20
+    np.testing.assert_allclose(predicted, expected, atol=1e-12)
 
 
 # the reduced regressor
@@ -123,14 +152,21 @@ def test_reduced_regressor_has_no_inertia_and_rank_four():
 def test_reduced_equals_full_at_rest():
     moving = random_measurements(40, seed=10)
     zero = np.zeros((40, 3))
-    still = Measurements(moving.time, moving.gravity, zero, zero, zero, moving.force, moving.torque)
+    still = Measurements(
+        moving.time, moving.gravity, zero, zero, zero, moving.force, moving.torque
+    )
     np.testing.assert_array_equal(full_regressor(still), reduced_regressor(still))
     np.testing.assert_array_equal(reduced_regressor(moving), reduced_regressor(still))
     assert np.abs(full_regressor(moving) - full_regressor(still)).max() > 1.0
 
 
 def test_dynamism_and_weight():
-    a, w, alpha, none = ([[1.0, 2.0, 2.0]], [[0.5, 0.0, 0.0]], [[0.0, 3.0, 4.0]], [[0.0, 0.0, 0.0]])
+    a, w, alpha, none = (
+        [[1.0, 2.0, 2.0]],
+        [[0.5, 0.0, 0.0]],
+        [[0.0, 3.0, 4.0]],
+        [[0.0, 0.0, 0.0]],
+    )
     one = Measurements([0.0], [[0.0, 0.0, -9.8]], a, w, alpha, none, none)
     assert dynamism(one)[0] == pytest.approx(9.0 + 25.0 + 1.0)
     assert full_model_weight(one, c1=105.0)[0] == pytest.approx(np.tanh(1.0))
@@ -140,7 +176,8 @@ def test_dynamism_and_weight():
 
 
 def sums(A: np.ndarray, b: np.ndarray, ones: np.ndarray, W: np.ndarray):
-    """A'WA and A'Wb over all samples, A with six columns of bias beside the ten parameters."""
+    """A'WA and A'Wb over all samples, A with six columns of bias beside the ten
+    parameters."""
     A = np.concatenate((A, ones[:, None, None] * np.eye(6)), axis=2)
     WA, rows = (W @ A).reshape(-1, 16), A.reshape(-1, 16)
     return rows.T @ WA, WA.T @ b.ravel(), b.ravel() @ (b @ W).ravel()
@@ -148,21 +185,32 @@ def sums(A: np.ndarray, b: np.ndarray, ones: np.ndarray, W: np.ndarray):
 
 def direct(measurements: Measurements, W, reduced: bool):
     rows = reduced_regressor if reduced else full_regressor
-    root = np.ones(len(measurements)) if measurements.weights is None else np.sqrt(measurements.weights)
+    root = (
+        np.ones(len(measurements))
+        if measurements.weights is None
+        else np.sqrt(measurements.weights)
+    )
     return sums(rows(measurements), root[:, None] * measurements.wrench, root, W)
 
 
 def virtual(moments: Moments, W, reduced: bool):
-    return sums(moments.reduced if reduced else moments.full, moments.wrench, moments.ones, W)
+    return sums(
+        moments.reduced if reduced else moments.full, moments.wrench, moments.ones, W
+    )
 
 
 def assert_same_sums(moments: Moments, measurements: Measurements, seed: int = 11):
     root = np.random.default_rng(seed).normal(size=(6, 6))
     W = root @ root.T
     for reduced in (False, True):
-        for ours, expected in zip(virtual(moments, W, reduced), direct(measurements, W, reduced), strict=True):
-            # backward-stable factoring of 2,000 rows in double precision; the largest entry sets the scale
-            np.testing.assert_allclose(ours, expected, atol=1e-13 * np.abs(expected).max(), rtol=0.0)
+        for ours, expected in zip(
+            virtual(moments, W, reduced), direct(measurements, W, reduced), strict=True
+        ):
+            # backward-stable factoring of 2,000 rows in double precision; the largest
+            # entry sets the scale
+            np.testing.assert_allclose(
+                ours, expected, atol=1e-13 * np.abs(expected).max(), rtol=0.0
+            )
 
 
 def test_virtual_samples_give_the_same_sums(wielded):
@@ -170,7 +218,9 @@ def test_virtual_samples_give_the_same_sums(wielded):
 
 
 def test_virtual_samples_with_sample_weights(wielded):
-    weighted = replace(wielded, weights=np.random.default_rng(12).uniform(0.0, 2.0, len(wielded)))
+    weighted = replace(
+        wielded, weights=np.random.default_rng(12).uniform(0.0, 2.0, len(wielded))
+    )
     assert_same_sums(Moments.of(weighted), weighted)
 
 
@@ -209,13 +259,15 @@ def test_scaled_samples(wielded):
 
 
 def test_a_virtual_sample_is_one_factor_row(wielded):
-    """Virtual samples' regressors come from the same linear map as those of real ones."""
+    """Virtual samples' regressors come from the same linear map as those of real
+    ones."""
     moments = Moments.of(wielded)
     np.testing.assert_array_equal(moments.full, full_rows(moments.factor))
     np.testing.assert_array_equal(moments.reduced, reduced_rows(moments.factor))
     x = features(wielded)
     R = moments.factor
-    np.testing.assert_allclose(R.T @ R, x.T @ x, atol=1e-13 * np.abs(x.T @ x).max())  # backward stability
+    # backward stability
+    np.testing.assert_allclose(R.T @ R, x.T @ x, atol=1e-13 * np.abs(x.T @ x).max())
     np.testing.assert_array_equal(R, np.triu(R))
 
 
@@ -224,9 +276,13 @@ def test_least_squares_from_virtual_samples(wielded):
     moments = Moments.of(wielded)
     A, b = full_regressor(wielded).reshape(-1, 10), wielded.wrench.ravel()
     expected = np.linalg.lstsq(A, b, rcond=None)[0]
-    found = np.linalg.lstsq(moments.full.reshape(-1, 10), moments.wrench.ravel(), rcond=None)[0]
+    found = np.linalg.lstsq(
+        moments.full.reshape(-1, 10), moments.wrench.ravel(), rcond=None
+    )[0]
     scale = np.linalg.norm(A, axis=0)
-    np.testing.assert_allclose(found * scale, expected * scale, atol=1e-12 * np.abs(expected * scale).max())
+    np.testing.assert_allclose(
+        found * scale, expected * scale, atol=1e-12 * np.abs(expected * scale).max()
+    )
 
 
 def test_moments_of_nothing():
@@ -235,4 +291,5 @@ def test_moments_of_nothing():
     assert not empty.factor.any()
     one = Moments.of(wield(UR5.motion(sinusoids(1.0, 10.0)), hammer().parameters))
     both = empty.merge(one).factor
-    np.testing.assert_allclose(both.T @ both, one.factor.T @ one.factor, atol=1e-12)  # rounding of sums up to 1e3
+    # rounding of sums up to 1e3
+    np.testing.assert_allclose(both.T @ both, one.factor.T @ one.factor, atol=1e-12)

@@ -33,7 +33,9 @@ def rng():
 
 def test_skew_is_the_cross_product(rng):
     u, v = rng.normal(size=(2, 5, 4, 3))
-    np.testing.assert_allclose(np.einsum("...ij,...j->...i", skew(u), v), np.cross(u, v), atol=1e-15)
+    np.testing.assert_allclose(
+        np.einsum("...ij,...j->...i", skew(u), v), np.cross(u, v), atol=1e-15
+    )
     np.testing.assert_array_equal(skew(u), -np.swapaxes(skew(u), -1, -2))
 
 
@@ -42,21 +44,31 @@ def test_tensor_order(rng):
     S = S + np.swapaxes(S, 1, 2)
     v = tensor_to_vector(S)
     np.testing.assert_array_equal(vector_to_tensor(v), S)
-    np.testing.assert_array_equal(v[0], [S[0, 0, 0], S[0, 0, 1], S[0, 0, 2], S[0, 1, 1], S[0, 1, 2], S[0, 2, 2]])
+    np.testing.assert_array_equal(
+        v[0], [S[0, 0, 0], S[0, 0, 1], S[0, 0, 2], S[0, 1, 1], S[0, 1, 2], S[0, 2, 2]]
+    )
     np.testing.assert_array_equal(v, S[:, TENSOR_ROWS, TENSOR_COLUMNS])
 
 
 def test_rotations_are_scipys(rng):
     turns = Rotation.random(50, random_state=rng)
     for sign in (1.0, -1.0):
-        np.testing.assert_allclose(rotation_matrices(sign * turns.as_quat()), turns.as_matrix(), atol=1e-15)
+        np.testing.assert_allclose(
+            rotation_matrices(sign * turns.as_quat()), turns.as_matrix(), atol=1e-15
+        )
     pose = pose_matrix([1.0, 2.0, 3.0, *turns[0].as_quat()])
     np.testing.assert_allclose(pose[:3, :3], turns[0].as_matrix(), atol=1e-15)
     np.testing.assert_array_equal(pose[:, 3], [1.0, 2.0, 3.0, 1.0])
 
 
 @pytest.mark.parametrize(
-    "numbers", [[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0, 2], [0, 0, 0, 0, 0, 0, 0], [np.nan, 0, 0, 0, 0, 0, 1]]
+    "numbers",
+    [
+        [0, 0, 0, 0, 0, 0],
+        [0, 0, 0, 0, 0, 0, 2],
+        [0, 0, 0, 0, 0, 0, 0],
+        [np.nan, 0, 0, 0, 0, 0, 1],
+    ],
 )
 def test_what_is_no_pose_is_refused(numbers):
     with pytest.raises(InputError, match="pose"):
@@ -66,7 +78,13 @@ def test_what_is_no_pose_is_refused(numbers):
 def test_what_is_no_rigid_motion_is_refused(rng):
     good = random_pose(rng)
     np.testing.assert_array_equal(check_pose(good), good)
-    bad = [2.0 * good, good[:3], np.diag((1.0, 1.0, -1.0, 1.0)), np.full((4, 4), np.nan), good.T]
+    bad = [
+        2.0 * good,
+        good[:3],
+        np.diag((1.0, 1.0, -1.0, 1.0)),
+        np.full((4, 4), np.nan),
+        good.T,
+    ]
     for pose in bad:
         with pytest.raises(InputError, match="pose"):
             check_pose(pose)
@@ -75,7 +93,9 @@ def test_what_is_no_rigid_motion_is_refused(rng):
 def test_inverse_pose(rng):
     A, B = random_pose(rng), random_pose(rng)
     np.testing.assert_allclose(inverse_pose(A) @ A, np.eye(4), atol=1e-15)
-    np.testing.assert_allclose(inverse_pose(A @ B), inverse_pose(B) @ inverse_pose(A), atol=1e-15)
+    np.testing.assert_allclose(
+        inverse_pose(A @ B), inverse_pose(B) @ inverse_pose(A), atol=1e-15
+    )
 
 
 def test_frozen_is_a_read_only_copy():
@@ -90,7 +110,8 @@ def test_frozen_is_a_read_only_copy():
 
 
 def test_power_does_not_depend_on_the_frame(rng):
-    """f . v + tau . w is the same about either origin, v moving as a rigid body's points do."""
+    """f . v + tau . w is the same about either origin, v moving as a rigid body's
+    points do."""
     for _ in range(20):
         pose = random_pose(rng)
         f, tau, v, w = rng.normal(size=(4, 7, 3))
@@ -99,26 +120,37 @@ def test_power_does_not_depend_on_the_frame(rng):
         new_w = w @ R.T
         new_v = v @ R.T + np.cross(new_w, offset)
         power = np.sum(f * v + tau * w, axis=1)
-        np.testing.assert_allclose(np.sum(new_f * new_v + new_tau * new_w, axis=1), power, atol=ROUNDING)
+        np.testing.assert_allclose(
+            np.sum(new_f * new_v + new_tau * new_w, axis=1), power, atol=ROUNDING
+        )
 
 
 def test_moves_compose_and_invert(rng):
     for _ in range(20):
         A, B = random_pose(rng), random_pose(rng)
-        wrench, motion = tuple(rng.normal(size=(2, 7, 3))), tuple(rng.normal(size=(3, 7, 3)))
+        wrench, motion = (
+            tuple(rng.normal(size=(2, 7, 3))),
+            tuple(rng.normal(size=(3, 7, 3))),
+        )
         for move, values in ((move_wrench, wrench), (move_motion, motion)):
             there = move(A, *values)
-            for found, expected in zip(move(B, *there), move(B @ A, *values), strict=True):
+            for found, expected in zip(
+                move(B, *there), move(B @ A, *values), strict=True
+            ):
                 np.testing.assert_allclose(found, expected, atol=ROUNDING)
-            for found, expected in zip(move(inverse_pose(A), *there), values, strict=True):
+            for found, expected in zip(
+                move(inverse_pose(A), *there), values, strict=True
+            ):
                 np.testing.assert_allclose(found, expected, atol=ROUNDING)
 
 
 def test_motion_of_another_point_is_the_second_derivative_of_its_path():
-    """A body turning about a moving axis: acceleration of an offset point by central differences in world axes."""
+    """A body turning about a moving axis: acceleration of an offset point by central
+    differences in world axes."""
     offset = np.array((0.3, -0.2, 0.5))
     pose = np.eye(4)
-    pose[:3, 3] = -offset  # the new frame's origin lies at `offset` of the old one, with the same axes
+    # the new frame's origin lies at `offset` of the old one, with the same axes
+    pose[:3, 3] = -offset
     rate = np.array((0.4, -1.1, 0.7))
 
     def turn(t):
@@ -129,7 +161,8 @@ def test_motion_of_another_point_is_the_second_derivative_of_its_path():
 
     t, h = 0.3, 1e-4
     R = turn(t).as_matrix()
-    w, alpha = rate * np.cos(t), -rate * np.sin(t)  # about a fixed axis, so the same in body axes
+    # about a fixed axis, so the same in body axes
+    w, alpha = rate * np.cos(t), -rate * np.sin(t)
     a = R.T @ np.array((-4 * np.sin(2 * t), -np.cos(t), 2.0))
     path = [origin(t + k * h) + turn(t + k * h).apply(offset) for k in (-1, 0, 1)]
     expected = R.T @ (path[0] - 2 * path[1] + path[2]) / h**2
@@ -138,12 +171,26 @@ def test_motion_of_another_point_is_the_second_derivative_of_its_path():
 
 
 def test_the_wrench_law_holds_in_every_frame(rng):
-    """Measurements and body moved together: the wrench predicted there is the wrench moved there."""
+    """Measurements and body moved together: the wrench predicted there is the wrench
+    moved there."""
     for _ in range(20):
         body, pose = random_body(rng), random_pose(rng)
         z = with_wrench(random_motion(rng, 10), body)
         there = z.moved(pose)
-        np.testing.assert_allclose(predict_wrench(there, body.moved(pose).vector), there.wrench, atol=10 * ROUNDING)
+        np.testing.assert_allclose(
+            predict_wrench(there, body.moved(pose).vector),
+            there.wrench,
+            atol=10 * ROUNDING,
+        )
         back = there.moved(inverse_pose(pose))
-        for name in ("gravity", "linear_acceleration", "angular_velocity", "angular_acceleration", "force", "torque"):
-            np.testing.assert_allclose(getattr(back, name), getattr(z, name), atol=10 * ROUNDING)
+        for name in (
+            "gravity",
+            "linear_acceleration",
+            "angular_velocity",
+            "angular_acceleration",
+            "force",
+            "torque",
+        ):
+            np.testing.assert_allclose(
+                getattr(back, name), getattr(z, name), atol=10 * ROUNDING
+            )

@@ -1,4 +1,5 @@
-"""Bayes: against closed forms and other ways to the same numbers; what it does at the edges of what is known."""
+"""Bayes: against closed forms and other ways to the same numbers; what it does at the
+edges of what is known."""
 
 from dataclasses import replace
 
@@ -29,7 +30,8 @@ def all_of(body: InertialParameters) -> dict[str, np.ndarray]:
 
 
 def test_a_heterogeneous_body_is_found_and_its_intervals_hold_it():
-    """Over 40 recordings of 1.5 s, errors far below PMD's and intervals that hold mass, COM and inertia as they say."""
+    """Over 40 recordings of 1.5 s, errors far below PMD's and intervals that hold mass,
+    COM and inertia as they say."""
     truth, held = hammer().parameters, []
     errors, pmd = [], []
     estimator = Bayes(shape(), noise=NOISE)
@@ -40,11 +42,14 @@ def test_a_heterogeneous_body_is_found_and_its_intervals_hold_it():
         for name, value in all_of(truth).items():
             low, high = estimate.intervals[name]
             inside = np.asarray((low <= value) & (value <= high))
-            held.append(inside[ROWS, COLUMNS].mean() if inside.ndim == 2 else inside.mean())
+            held.append(
+                inside[ROWS, COLUMNS].mean() if inside.ndim == 2 else inside.mean()
+            )
         for method, rows in ((estimate, errors), (PMD(shape()).fit(z), pmd)):
             found = errors_between(method.parameters, truth, shape().extents)
             rows.append((found.mass, found.center_of_mass, found.inertia_at_origin))
-    assert 0.85 < np.mean(held) <= 1.0  # of one body, not of many: see benchmarks.calibration
+    # of one body, not of many: see benchmarks.calibration
+    assert 0.85 < np.mean(held) <= 1.0
     ratios = np.median(errors, axis=0) / np.median(pmd, axis=0)
     assert (ratios < (1.0, 0.5, 0.7)).all(), ratios
 
@@ -52,12 +57,19 @@ def test_a_heterogeneous_body_is_found_and_its_intervals_hold_it():
 def test_samples_seen_apart_in_another_order_or_warm_give_the_same():
     z, estimator = noisy(3), Bayes(shape(), noise=NOISE)
     whole = estimator.fit(z)
-    state = estimator.merge(*(estimator.update(estimator.start(), z[part]) for part in (slice(400, None), slice(400))))
+    state = estimator.merge(
+        *(
+            estimator.update(estimator.start(), z[part])
+            for part in (slice(400, None), slice(400))
+        )
+    )
     again = estimator.estimate(state)
     # the nearest mass distribution is found to about 1e-6 standard deviations
     off = again.parameters.vector - whole.parameters.vector
     assert (np.abs(off) < 1e-4 * np.sqrt(whole.covariance.diagonal())).all()
-    np.testing.assert_allclose(again.covariance, whole.covariance, rtol=1e-6, atol=1e-15)
+    np.testing.assert_allclose(
+        again.covariance, whole.covariance, rtol=1e-6, atol=1e-15
+    )
     warm = estimator.estimate(state, start=whole)
     off = warm.parameters.vector - whole.parameters.vector
     assert (np.abs(off) < 0.1 * np.sqrt(whole.covariance.diagonal())).all()
@@ -80,7 +92,9 @@ def test_the_estimate_is_a_mass_distribution_in_the_shape():
         assert estimate.point_masses is not None
         assert (estimate.point_masses >= 0.0).all()
         assert len(estimate.point_masses) == shape().n
-        assert estimate.point_masses.sum() == pytest.approx(estimate.parameters.mass, rel=1e-9)
+        assert estimate.point_masses.sum() == pytest.approx(
+            estimate.parameters.mass, rel=1e-9
+        )
         assert shape().margin(estimate.parameters.center_of_mass) > 0.0
 
 
@@ -91,7 +105,8 @@ def test_more_data_narrow_the_intervals_and_none_leave_the_prior():
         assert found is not None
         widths.append(float(np.diff(found["mass"])[0]))
     assert widths[0] > widths[1] > widths[2]
-    still = exact(1)  # one pose: mass and two coordinates of the COM, and the inertia from the shape
+    # one pose: mass and two coordinates of the COM, and the inertia from the shape
+    still = exact(1)
     estimate = Bayes(shape(), noise=Noise(0.1, 0.005)).fit(still)
     assert estimate.intervals is not None
     low, high = estimate.intervals["inertia_at_com"]
@@ -105,14 +120,17 @@ def test_noise_found_is_as_good_as_noise_given():
     z = noisy(5, 1000, Noise(0.1, 0.005))
     given, found = Bayes(shape(), noise=Noise(0.1, 0.005)).fit(z), Bayes(shape()).fit(z)
     ratio = np.sqrt(found.covariance.diagonal() / given.covariance.diagonal())
-    np.testing.assert_allclose(ratio, 1.0, atol=0.1)  # noise from 3,000 residuals: 2 %; the prior's mixture more
+    # noise from 3,000 residuals: 2 %; the prior's mixture more
+    np.testing.assert_allclose(ratio, 1.0, atol=0.1)
 
 
 def test_white_noise_is_found_from_differences():
     found, K = white_noise(noisy(6)), 1000
     for name in ("force", "torque", "linear_acceleration", "angular_acceleration"):
         # a median of 3,000 correlated differences: some 3 %; four of that
-        assert getattr(found, name) == pytest.approx(getattr(NOISE, name), rel=0.12), name
+        assert getattr(found, name) == pytest.approx(getattr(NOISE, name), rel=0.12), (
+            name
+        )
     assert white_noise(exact(K)).force < 0.01 * NOISE.force
     assert white_noise(exact(4)) == Noise()
 
@@ -120,7 +138,10 @@ def test_white_noise_is_found_from_differences():
 def test_residuals_beyond_the_noise_claimed_are_told_and_widen_the_intervals():
     z = noisy(7)
     claimed = Noise(*(0.3 * getattr(NOISE, n) for n in NOISE.__dataclass_fields__))
-    honest, bold = Bayes(shape(), noise=NOISE).fit(z), Bayes(shape(), noise=claimed).fit(z)
+    honest, bold = (
+        Bayes(shape(), noise=NOISE).fit(z),
+        Bayes(shape(), noise=claimed).fit(z),
+    )
     assert not honest.warnings
     assert "times the noise that was given" in bold.warnings[0]
     ratio = np.sqrt(bold.covariance[0, 0] / honest.covariance[0, 0])
@@ -130,8 +151,12 @@ def test_residuals_beyond_the_noise_claimed_are_told_and_widen_the_intervals():
 def test_a_bias_is_found_beside_the_body():
     z, bias = noisy(8), np.array((5.0, -3.0, 2.0, 0.3, -0.1, 0.2))
     biased = replace(z, force=z.force + bias[:3], torque=z.torque + bias[3:])
-    one, other = (Bayes(shape(), noise=NOISE, bias="estimate").fit(each) for each in (z, biased))
-    np.testing.assert_allclose(other.parameters.vector, one.parameters.vector, rtol=1e-3, atol=1e-6)
+    one, other = (
+        Bayes(shape(), noise=NOISE, bias="estimate").fit(each) for each in (z, biased)
+    )
+    np.testing.assert_allclose(
+        other.parameters.vector, one.parameters.vector, rtol=1e-3, atol=1e-6
+    )
     np.testing.assert_allclose(other.bias - one.bias, bias, atol=1e-3)
     assert (np.abs(one.bias) < (0.2, 0.2, 0.2, 0.02, 0.02, 0.02)).all()
 
@@ -143,12 +168,20 @@ def with_first_order_noise(seed: int, rho: float):
     noise[0] /= np.sqrt(1.0 - rho**2)
     for k in range(1, 1000):
         noise[k] += rho * noise[k - 1]
-    return replace(z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:])
+    return replace(
+        z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:]
+    )
 
 
 def test_coloured_noise_widens_the_intervals():
-    white, coloured = noisy(10, 1000, Noise(0.1, 0.005)), with_first_order_noise(10, 0.95)
-    one, other = Bayes(shape()).fit(replace(white, noise=None)), Bayes(shape()).fit(coloured)
+    white, coloured = (
+        noisy(10, 1000, Noise(0.1, 0.005)),
+        with_first_order_noise(10, 0.95),
+    )
+    one, other = (
+        Bayes(shape()).fit(replace(white, noise=None)),
+        Bayes(shape()).fit(coloured),
+    )
     assert 15.0 < other.provenance["autocorrelation"] < 80.0  # truth: 39
     assert "stretches-disagree" not in codes(other.warnings)
     assert other.covariance[0, 0] > 10.0 * one.covariance[0, 0]
@@ -158,7 +191,11 @@ def test_a_recording_that_contradicts_its_model_says_so():
     """The sensor's gain drops by a tenth halfway."""
     z = noisy(11, 1000, Noise(0.1, 0.005))
     late = (np.arange(1000) >= 500)[:, None]
-    broken = replace(z, force=np.where(late, 0.9 * z.force, z.force), torque=np.where(late, 0.9 * z.torque, z.torque))
+    broken = replace(
+        z,
+        force=np.where(late, 0.9 * z.force, z.force),
+        torque=np.where(late, 0.9 * z.torque, z.torque),
+    )
     estimator = Bayes(shape(), bias="estimate")
     assert estimator.fit(z).provenance["disagreement"] < 3.0
     seen = estimator.fit(broken)
@@ -186,6 +223,7 @@ def test_what_cannot_be_is_refused():
 
 
 def test_a_body_elsewhere_than_the_shape_is_told():
-    far = Shape.from_box(-0.02, 0.02, -0.02, 0.02, 0.0, 0.04)  # the hammer's COM is 25 cm up
+    # the hammer's COM is 25 cm up
+    far = Shape.from_box(-0.02, 0.02, -0.02, 0.02, 0.0, 0.04)
     warnings = Bayes(far, noise=NOISE).fit(noisy(12)).warnings
     assert any("no mass inside the shape" in line for line in warnings)

@@ -1,4 +1,5 @@
-"""The parts of Bayes: prior, likelihood, mixture and projection, each against another way to the same numbers."""
+"""The parts of Bayes: prior, likelihood, mixture and projection, each against another
+way to the same numbers."""
 
 from dataclasses import replace
 
@@ -31,11 +32,13 @@ def box(**settings) -> Shape:
 
 @pytest.mark.parametrize("points", [8, 56, 400, 6000])
 def test_the_prior_holds_the_homogeneous_body_exactly(points):
-    """Its mean, its voxels and its cells, whatever the number of points; cells gathered from many points too."""
+    """Its mean, its voxels and its cells, whatever the number of points; cells gathered
+    from many points too."""
     solid = box(points=points)
     prior, sides = Prior.of(solid), np.array((0.2, 0.04, 0.1))
     J = (np.eye(3) * (sides @ sides) - np.diag(sides**2)) / 12.0
-    body = InertialParameters.from_com(1.0, (0.05, -0.01, 0.07), J)  # closed form of a box
+    # closed form of a box
+    body = InertialParameters.from_com(1.0, (0.05, -0.01, 0.07), J)
     for vector in (prior.mean, prior.voxels @ prior.voxel_shares):
         np.testing.assert_allclose(vector, body.vector, atol=1e-12)
     # shares of points and cells are those of `Shape`, exact for a box
@@ -44,25 +47,43 @@ def test_the_prior_holds_the_homogeneous_body_exactly(points):
 
 
 def test_the_prior_expects_what_random_densities_do():
-    """Q1 is the covariance of 3,000 bodies of random density and given mass, drawn from the process itself."""
+    """Q1 is the covariance of 3,000 bodies of random density and given mass, drawn from
+    the process itself."""
     rng, solid = np.random.default_rng(1), box(points=140)
-    x, v, diagonal = solid.positions, solid.volumes, float(np.linalg.norm((0.2, 0.04, 0.1)))
+    x, v, diagonal = (
+        solid.positions,
+        solid.volumes,
+        float(np.linalg.norm((0.2, 0.04, 0.1))),
+    )
     assert v is not None
-    C = np.exp(-0.5 * ((x[:, None] - x[None]) ** 2).sum(axis=2) / (0.25 * diagonal) ** 2)
-    density = np.linalg.cholesky(C + 1e-9 * np.eye(len(x))) @ rng.normal(size=(len(x), 3000))
+    C = np.exp(
+        -0.5 * ((x[:, None] - x[None]) ** 2).sum(axis=2) / (0.25 * diagonal) ** 2
+    )
+    density = np.linalg.cholesky(C + 1e-9 * np.eye(len(x))) @ rng.normal(
+        size=(len(x), 3000)
+    )
     density -= np.outer(C @ v, v @ density) / (v @ C @ v)  # given the mass
-    drawn = affine(np.eye(3), -solid.homogeneous.center_of_mass) @ solid.cell_matrix @ (v[:, None] * density)
+    drawn = (
+        affine(np.eye(3), -solid.homogeneous.center_of_mass)
+        @ solid.cell_matrix
+        @ (v[:, None] * density)
+    )
     Q1 = covariances(Voxels.of(solid), diagonal)[0]
     scale = np.sqrt(np.cov(drawn).diagonal()[1:])
-    # a deviation of 3,000 draws is 1.3 % of a standard deviation; four of it, twice for variances
-    np.testing.assert_allclose((Q1 - np.cov(drawn))[1:, 1:] / np.outer(scale, scale), 0.0, atol=0.1)
+    # a deviation of 3,000 draws is 1.3 % of a standard deviation; four of it, twice for
+    # variances
+    np.testing.assert_allclose(
+        (Q1 - np.cov(drawn))[1:, 1:] / np.outer(scale, scale), 0.0, atol=0.1
+    )
     assert np.abs(Q1[0]).max() < 1e-12
 
 
 def test_a_shell_is_one_of_the_bodies_expected():
-    """An empty box has more inertia about its middle than a full one, along the direction that Qd has and Q1 lacks."""
+    """An empty box has more inertia about its middle than a full one, along the
+    direction that Qd has and Q1 lacks."""
     prior = Prior.of(box(points=56))
-    even, delta = prior.spread[0], prior.spread[3]  # sigma = 0.1, k = 0.2, delta = 0 and 1
+    # sigma = 0.1, k = 0.2, delta = 0 and 1
+    even, delta = prior.spread[0], prior.spread[3]
     T = affine(np.eye(3), -box().homogeneous.center_of_mass)
     growth = [np.sqrt(((T @ F)[4:, 1:] ** 2).sum()) for F in (even, delta)]
     assert growth[1] > 3.0 * growth[0]
@@ -73,12 +94,18 @@ def test_a_shell_is_one_of_the_bodies_expected():
 
 def test_the_likelihood_is_weighted_least_squares_where_the_motion_is_exact():
     z = noisy(1, 200, Noise(0.1, 0.005))
-    samples = Samples.of(Bayes(shape()).update(Bayes(shape()).start(), z), free_bias=False)
+    samples = Samples.of(
+        Bayes(shape()).update(Bayes(shape()).start(), z), free_bias=False
+    )
     S = np.diag(np.repeat((0.01, 2.5e-5), 3))
     found = Equations.of(samples, hammer().parameters.vector, S, None).white()
     A, W = full_regressor(z), np.linalg.inv(S)
-    np.testing.assert_allclose(found.precision, np.einsum("kia,ij,kjb->ab", A, W, A), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(found.shift, np.einsum("kia,ij,kj->a", A, W, z.wrench), rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(
+        found.precision, np.einsum("kia,ij,kjb->ab", A, W, A), rtol=1e-9, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        found.shift, np.einsum("kia,ij,kj->a", A, W, z.wrench), rtol=1e-9, atol=1e-7
+    )
 
 
 def test_a_free_bias_is_that_of_weighted_least_squares():
@@ -86,34 +113,49 @@ def test_a_free_bias_is_that_of_weighted_least_squares():
     offset = np.array((1.0, -2.0, 3.0))
     z = replace(z, force=z.force + offset, torque=z.torque - 0.1 * offset)
     state = OLS().update(OLS().start(), z)
-    samples, S = Samples.of(state, free_bias=True), np.diag(np.repeat((0.01, 2.5e-5), 3))
+    samples, S = (
+        Samples.of(state, free_bias=True),
+        np.diag(np.repeat((0.01, 2.5e-5), 3)),
+    )
     found = Equations.of(samples, hammer().parameters.vector, S, None).white()
     theirs = OLS("estimate", noise=S).estimate(state)
     phi = np.linalg.solve(found.precision, found.shift)
     deviation = np.sqrt(theirs.covariance.diagonal())
-    np.testing.assert_allclose((phi - theirs.parameters.vector) / deviation, 0.0, atol=1e-6)
+    np.testing.assert_allclose(
+        (phi - theirs.parameters.vector) / deviation, 0.0, atol=1e-6
+    )
     np.testing.assert_allclose(samples.bias(phi), theirs.bias, atol=1e-6)
-    np.testing.assert_allclose(np.linalg.inv(found.precision), theirs.covariance, rtol=1e-5, atol=1e-15)
+    np.testing.assert_allclose(
+        np.linalg.inv(found.precision), theirs.covariance, rtol=1e-5, atol=1e-15
+    )
 
 
 def test_noise_of_the_motion_neither_biases_nor_goes_unnoticed():
-    """Over 400 recordings the corrected equations hold on average, and scatter as V says."""
+    """Over 400 recordings the corrected equations hold on average, and scatter as V
+    says."""
     phi, S_k = hammer().parameters.vector, np.repeat((0.05**2, 0.5**2), 3)
     E = motion_effect(phi)
     S = np.diag(np.repeat((0.01, 2.5e-5), 3)) + (E * S_k) @ E.T
     squares, errors = [], []
     for seed in range(400):
-        samples = Samples.of(OLS().update(OLS().start(), noisy(seed, 60)), free_bias=False)
+        samples = Samples.of(
+            OLS().update(OLS().start(), noisy(seed, 60)), free_bias=False
+        )
         found = Equations.of(samples, phi, S, S_k).white()
         error = found.shift - found.precision @ phi
-        squares.append(error @ np.linalg.pinv(found.precision, rcond=1e-13, hermitian=True) @ error)
+        squares.append(
+            error @ np.linalg.pinv(found.precision, rcond=1e-13, hermitian=True) @ error
+        )
     # chi² of ten degrees at the truth: 10, to 0.22 on average over 400; four deviations
     assert np.mean(squares) == pytest.approx(10.0, abs=0.9)
     for seed in range(60):
         samples = Samples.of(OLS().update(OLS().start(), noisy(seed)), free_bias=False)
         both = (Equations.of(samples, phi, S, given).white() for given in (S_k, None))
-        errors.append([np.linalg.solve(each.precision, each.shift) - phi for each in both])
-    # without the correction the inertia is attenuated: by many standard errors, which with it are few
+        errors.append(
+            [np.linalg.solve(each.precision, each.shift) - phi for each in both]
+        )
+    # without the correction the inertia is attenuated: by many standard errors, which
+    # with it are few
     t = np.mean(errors, axis=0) / (np.std(errors, axis=0) / 60**0.5)
     assert np.abs(t[0]).max() < 4.5
     assert np.abs(t[1, [4, 7, 9]]).max() > 10.0
@@ -127,7 +169,9 @@ def test_effect_of_accelerations_on_the_wrench():
         for axis in range(3):
             moved = replace(z, **{name: getattr(z, name) + np.eye(3)[axis]})
             change = predict_wrench(moved, phi) - predict_wrench(z, phi)
-            np.testing.assert_allclose(change, np.tile(E[:, 3 * q + axis], (5, 1)), atol=1e-12)
+            np.testing.assert_allclose(
+                change, np.tile(E[:, 3 * q + axis], (5, 1)), atol=1e-12
+            )
 
 
 # mixture
@@ -136,44 +180,73 @@ def test_effect_of_accelerations_on_the_wrench():
 def random_mixture(seed: int) -> Mixture:
     rng = np.random.default_rng(seed)
     means = hammer().parameters.vector * (1.0 + 0.02 * rng.normal(size=(5, 10)))
-    roots = 0.01 * np.abs(hammer().parameters.vector).max() * rng.normal(size=(5, 10, 10)) * 0.1
+    roots = (
+        0.01
+        * np.abs(hammer().parameters.vector).max()
+        * rng.normal(size=(5, 10, 10))
+        * 0.1
+    )
     weights = rng.random(5)
     return Mixture(weights / weights.sum(), means, roots)
 
 
 @pytest.mark.parametrize("level", [0.5, 0.95, 0.999])
 def test_intervals_are_quantiles_of_the_mixture(level):
-    """By the distribution function of each number, with `com_jacobian` for the delta method."""
+    """By the distribution function of each number, with `com_jacobian` for the delta
+    method."""
     mixture = random_mixture(3)
     found = mixture.intervals(level)
     J = [com_jacobian(InertialParameters(m)) for m in mixture.means]
     bodies = [InertialParameters(m) for m in mixture.means]
     cases = {
         "mass": (found["mass"], [b.mass for b in bodies], [j[0] for j in J]),
-        "com": (found["center_of_mass"][:, 1], [b.center_of_mass[1] for b in bodies], [j[2] for j in J]),
+        "com": (
+            found["center_of_mass"][:, 1],
+            [b.center_of_mass[1] for b in bodies],
+            [j[2] for j in J],
+        ),
         "inertia_at_com": (
             found["inertia_at_com"][:, 0, 2],
             [b.inertia_at_com[0, 2] for b in bodies],
             [j[6] for j in J],
         ),
-        "inertia": (found["inertia_at_origin"][:, 1, 2], [b.vector[8] for b in bodies], [np.eye(10)[8]] * 5),
+        "inertia": (
+            found["inertia_at_origin"][:, 1, 2],
+            [b.vector[8] for b in bodies],
+            [np.eye(10)[8]] * 5,
+        ),
     }
     for name, (ends, means, rows) in cases.items():
-        stds = [np.sqrt(row @ C @ row) for row, C in zip(rows, mixture.covariances, strict=True)]
+        stds = [
+            np.sqrt(row @ C @ row)
+            for row, C in zip(rows, mixture.covariances, strict=True)
+        ]
         reached = [float(mixture.weights @ norm.cdf(end, means, stds)) for end in ends]
-        np.testing.assert_allclose(reached, (0.5 - level / 2, 0.5 + level / 2), atol=1e-5, err_msg=name)
+        np.testing.assert_allclose(
+            reached, (0.5 - level / 2, 0.5 + level / 2), atol=1e-5, err_msg=name
+        )
 
 
 def test_mean_and_covariance_are_those_of_draws():
     mixture, rng = random_mixture(4), np.random.default_rng(5)
     members = rng.choice(5, size=200_000, p=mixture.weights)
     draws = np.concatenate(
-        [rng.multivariate_normal(mixture.means[j], mixture.covariances[j], int((members == j).sum())) for j in range(5)]
+        [
+            rng.multivariate_normal(
+                mixture.means[j], mixture.covariances[j], int((members == j).sum())
+            )
+            for j in range(5)
+        ]
     )
     scale = np.sqrt(mixture.covariance.diagonal())
-    np.testing.assert_allclose(draws.mean(axis=0) / scale, mixture.mean / scale, atol=0.012)  # five deviations
+    # five deviations
     np.testing.assert_allclose(
-        np.cov(draws.T) / np.outer(scale, scale), mixture.covariance / np.outer(scale, scale), atol=0.03
+        draws.mean(axis=0) / scale, mixture.mean / scale, atol=0.012
+    )
+    np.testing.assert_allclose(
+        np.cov(draws.T) / np.outer(scale, scale),
+        mixture.covariance / np.outer(scale, scale),
+        atol=0.03,
     )
 
 
@@ -193,8 +266,14 @@ def test_the_projection_is_that_of_non_negative_least_squares(seed):
     masses = rng.exponential(size=shape().n) * (rng.random(shape().n) < 0.3)
     phi = prior.cells @ masses * (1.0 + 0.05 * rng.normal(size=10))
     scale = np.abs(phi) * 10.0 ** rng.uniform(-3, -1, 10)
-    root = scale[:, None] * np.linalg.qr(rng.normal(size=(10, 10)))[0] * rng.uniform(0.3, 1.0, 10)
-    found, distance = projected(phi, root @ root.T, prior.cells, prior.shares, float(phi[0]))
+    root = (
+        scale[:, None]
+        * np.linalg.qr(rng.normal(size=(10, 10)))[0]
+        * rng.uniform(0.3, 1.0, 10)
+    )
+    found, distance = projected(
+        phi, root @ root.T, prior.cells, prior.shares, float(phi[0])
+    )
     W = np.linalg.inv(root)
     _, least = nnls(W @ prior.cells, W @ phi, maxiter=10_000)
     assert (found >= 0.0).all()
@@ -214,7 +293,10 @@ def test_distances_to_the_surface_are_scipys():
         filled = np.zeros(size, dtype=bool)
         filled[1:-1, 1:-1, 1:-1] = rng.random(tuple(n - 2 for n in size)) < 0.97
         expected = distance_transform_edt(filled, sampling=step)
-        np.testing.assert_allclose(_distance_to_outside(filled, step), expected, rtol=1e-12)  # rounding
+        # rounding
+        np.testing.assert_allclose(
+            _distance_to_outside(filled, step), expected, rtol=1e-12
+        )
 
 
 def test_normal_probabilities_and_quantiles_are_scipys():
@@ -223,6 +305,9 @@ def test_normal_probabilities_and_quantiles_are_scipys():
     from hefting.estimators.bayes.mixture import _normal_below, _normal_quantile
 
     t = np.linspace(-8.0, 8.0, 1001)
-    np.testing.assert_allclose(_normal_below(t, np.exp(-0.5 * t * t)), ndtr(t), atol=7.6e-8)  # as published
+    # as published
+    np.testing.assert_allclose(
+        _normal_below(t, np.exp(-0.5 * t * t)), ndtr(t), atol=7.6e-8
+    )
     for p in (1e-6, 0.025, 0.5, 0.7, 0.975, 1 - 1e-6):
         assert _normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)

@@ -1,4 +1,5 @@
-"""Bayes with a shape that is not quite the object's: distortions, their effect on the prior, and wrong shapes."""
+"""Bayes with a shape that is not quite the object's: distortions, their effect on the
+prior, and wrong shapes."""
 
 from dataclasses import replace
 from functools import cache
@@ -23,7 +24,10 @@ from hefting.simulation import UR5, hammer, simulate, sinusoids, wield
 NOISE = NOISE_LEVELS["moderate"]
 POSE_STD = (0.005, float(np.radians(5.0)))
 POSE = np.eye(4)
-POSE[:3, :3], POSE[:3, 3] = Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix(), (0.03, -0.02, 0.06)
+POSE[:3, :3], POSE[:3, 3] = (
+    Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix(),
+    (0.03, -0.02, 0.06),
+)
 
 
 @cache
@@ -38,11 +42,14 @@ def placed(pose=POSE, **settings) -> Shape:
 @cache
 def noisy(seed: int, samples: int = 500) -> Measurements:
     body = hammer().parameters.moved(POSE)
-    return wield(UR5.motion(sinusoids(samples / 100.0, 100.0, 1.5)), body).with_noise(NOISE, seed)
+    return wield(UR5.motion(sinusoids(samples / 100.0, 100.0, 1.5)), body).with_noise(
+        NOISE, seed
+    )
 
 
 def holds(estimate: Estimate, body: InertialParameters) -> Array:
-    """Whether the intervals of mass, COM and inertia about the sensor hold the body: (10,) booleans."""
+    """Whether the intervals of mass, COM and inertia about the sensor hold the body:
+    (10,) booleans."""
     assert estimate.intervals is not None
     rows, columns = np.triu_indices(3)
     inside = []
@@ -62,12 +69,17 @@ def test_affine_moves_every_point():
     x, m = rng.normal(size=(20, 3)), rng.uniform(0.1, 1.0, 20)
     A, t = rng.normal(size=(3, 3)), rng.normal(size=3)
     moved = InertialParameters.from_points(x @ A.T + t, m)
-    np.testing.assert_allclose(affine(A, t) @ InertialParameters.from_points(x, m).vector, moved.vector, rtol=1e-12)
+    np.testing.assert_allclose(
+        affine(A, t) @ InertialParameters.from_points(x, m).vector,
+        moved.vector,
+        rtol=1e-12,
+    )
 
 
 @pytest.mark.parametrize("i", range(6))
 def test_a_pose_that_is_off_changes_the_body_as_the_effect_says(i):
-    """Against the homogeneous body of the mesh put there anew, a thousandth of a deviation each way; the rest is of
+    """Against the homogeneous body of the mesh put there anew, a thousandth of a
+    deviation each way; the rest is of
     second order: a millionth."""
     step = 1e-3
     sizes = np.repeat(POSE_STD, 3)
@@ -75,33 +87,52 @@ def test_a_pose_that_is_off_changes_the_body_as_the_effect_says(i):
     def there(sign: int) -> Array:
         delta, twist = np.eye(4), np.zeros(6)
         twist[i] = sign * step * sizes[i]
-        delta[:3, :3], delta[:3, 3] = Rotation.from_rotvec(twist[3:]).as_matrix(), twist[:3]
+        delta[:3, :3], delta[:3, 3] = (
+            Rotation.from_rotvec(twist[3:]).as_matrix(),
+            twist[:3],
+        )
         return placed(POSE @ delta).homogeneous.vector
 
-    effect = Distortions.of(placed(), POSE_STD, 0.0).effects(placed().homogeneous.vector, np.zeros(6))[:, i]
+    effect = Distortions.of(placed(), POSE_STD, 0.0).effects(
+        placed().homogeneous.vector, np.zeros(6)
+    )[:, i]
     found = (there(1) - there(-1)) / (2.0 * step)
     np.testing.assert_allclose(effect, found, atol=1e-5 * np.abs(effect).max())
 
 
 def test_a_shape_of_another_size_is_among_the_distortions():
-    """The mesh scaled by a thousandth about its origin, which is inside, and stretched along its own axes."""
+    """The mesh scaled by a thousandth about its origin, which is inside, and stretched
+    along its own axes."""
     shape = placed()
     distortions = Distortions.of(shape, (0.0, 0.0), 0.2)
     assert len(distortions.shifts) == 7
     effects = distortions.effects(shape.homogeneous.vector, np.zeros(7))
     assert (mesh().bounds[0] <= 0.0).all()
     grown = mesh().copy().apply_scale(1.001)
-    found = Shape.from_mesh(grown, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
-    np.testing.assert_allclose(effects[:, 0] * 0.005, found, atol=2e-3 * np.abs(found).max())  # second order: 0.1 %
+    found = (
+        Shape.from_mesh(grown, pose=POSE, points=56).homogeneous.vector
+        - shape.homogeneous.vector
+    )
+    # second order: 0.1 %
+    np.testing.assert_allclose(
+        effects[:, 0] * 0.005, found, atol=2e-3 * np.abs(found).max()
+    )
     for axis in range(3):
         stretched, A = mesh().copy(), np.eye(4)
         A[axis, axis] = 1.001
         A[:3, 3] = -(A[:3, :3] - np.eye(3)) @ mesh().center_mass
         stretched.apply_transform(A)
-        found = Shape.from_mesh(stretched, pose=POSE, points=56).homogeneous.vector - shape.homogeneous.vector
-        np.testing.assert_allclose(effects[:, 1 + axis] * 0.005, found, atol=2e-3 * np.abs(found).max())
+        found = (
+            Shape.from_mesh(stretched, pose=POSE, points=56).homogeneous.vector
+            - shape.homogeneous.vector
+        )
+        np.testing.assert_allclose(
+            effects[:, 1 + axis] * 0.005, found, atol=2e-3 * np.abs(found).max()
+        )
         aside = effects[:4, 4 + axis]  # of half a side, along that side
-        np.testing.assert_allclose(aside[1:], 0.1 * shape.extents[axis] * POSE[:3, axis], atol=1e-12)
+        np.testing.assert_allclose(
+            aside[1:], 0.1 * shape.extents[axis] * POSE[:3, axis], atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("where", [0.0, 1.0])
@@ -110,20 +141,29 @@ def test_the_prior_widens_by_the_distortions_and_no_more(where):
     sure, scores = Prior.of(placed()), np.full(13, where)
     about = Prior.of(placed(), POSE_STD, 0.2).about(scores)
     M = about.move.parameters
-    effects = Distortions.of(placed(), POSE_STD, 0.2).effects(placed().homogeneous.vector, scores)
-    np.testing.assert_allclose(about.prior.mean + effects @ scores, M @ sure.mean, rtol=1e-12)
+    effects = Distortions.of(placed(), POSE_STD, 0.2).effects(
+        placed().homogeneous.vector, scores
+    )
+    np.testing.assert_allclose(
+        about.prior.mean + effects @ scores, M @ sure.mean, rtol=1e-12
+    )
     for one, other in zip(sure.spread, about.prior.spread, strict=True):
         one, other = (M @ one)[1:, 1:], other[1:, 1:]
         scale = np.linalg.norm(other, axis=1)
-        added = (other @ other.T - one @ one.T - effects[1:] @ effects[1:].T) / np.outer(scale, scale)
+        added = (
+            other @ other.T - one @ one.T - effects[1:] @ effects[1:].T
+        ) / np.outer(scale, scale)
         np.testing.assert_allclose(added, 0.0, atol=1e-9)  # rounding
     np.testing.assert_array_equal(sure.about(np.zeros(0)).prior.mean, sure.mean)
 
 
 def test_the_most_likely_distortion_is_the_mean_given_the_parameters():
-    """Of jointly Gaussian z and x = effects z + L y: z's mean given x is effects' (cov x)^-1 x."""
+    """Of jointly Gaussian z and x = effects z + L y: z's mean given x is effects' (cov
+    x)^-1 x."""
     about = Prior.of(placed(), POSE_STD, 0.2).about(np.zeros(13))
-    effects = Distortions.of(placed(), POSE_STD, 0.2).effects(placed().homogeneous.vector, np.zeros(13))[1:]
+    effects = Distortions.of(placed(), POSE_STD, 0.2).effects(
+        placed().homogeneous.vector, np.zeros(13)
+    )[1:]
     rng = np.random.default_rng(2)
     for j in (0, 5, 23):
         L = about.prior.spread[j, 1:, 1:]
@@ -133,21 +173,27 @@ def test_the_most_likely_distortion_is_the_mean_given_the_parameters():
         expected = (effects / scale[:, None]).T @ np.linalg.solve(C, x / scale)
         weights, means = np.zeros(24), np.tile(about.prior.mean, (24, 1))
         weights[j] = 1.0
-        means[j] = 2.0 * np.concatenate(([1.0], about.prior.mean[1:] + 0.5 * x))  # of 2 kg
-        np.testing.assert_allclose(about.most_likely(weights, means), 0.5 * expected, atol=1e-6)
+        # of 2 kg
+        means[j] = 2.0 * np.concatenate(([1.0], about.prior.mean[1:] + 0.5 * x))
+        np.testing.assert_allclose(
+            about.most_likely(weights, means), 0.5 * expected, atol=1e-6
+        )
 
 
 # estimates
 
 
 def test_a_grasp_that_is_off_is_found_out_and_believed_only_as_far_as_said():
-    """The hammer sits 5 mm and 5 degrees from where it is said to be, along ten random ways."""
+    """The hammer sits 5 mm and 5 degrees from where it is said to be, along ten random
+    ways."""
     truth, rng = hammer().parameters.moved(POSE), np.random.default_rng(3)
     held = []
     for seed in range(10):
         aside, axis = rng.normal(size=(2, 3))
         delta = np.eye(4)
-        delta[:3, :3] = Rotation.from_rotvec(POSE_STD[1] * axis / np.linalg.norm(axis)).as_matrix()
+        delta[:3, :3] = Rotation.from_rotvec(
+            POSE_STD[1] * axis / np.linalg.norm(axis)
+        ).as_matrix()
         delta[:3, 3] = POSE_STD[0] * aside / np.linalg.norm(aside)
         shape = placed(POSE @ delta)
         estimate = Bayes(shape, noise=NOISE, pose_std=POSE_STD).fit(noisy(seed))
@@ -159,15 +205,21 @@ def test_a_grasp_that_is_off_is_found_out_and_believed_only_as_far_as_said():
 
 def test_uncertainty_widens_intervals_and_none_changes_nothing():
     z = noisy(1, 20)  # little, so that the shape matters
-    sure, same = Bayes(placed(), noise=NOISE).fit(z), Bayes(placed(), noise=NOISE, pose_std=(0.0, 0.0)).fit(z)
+    sure, same = (
+        Bayes(placed(), noise=NOISE).fit(z),
+        Bayes(placed(), noise=NOISE, pose_std=(0.0, 0.0)).fit(z),
+    )
     np.testing.assert_array_equal(sure.parameters.vector, same.parameters.vector)
     for settings in ({"pose_std": POSE_STD}, {"shape_std": 0.2}):
         wide = Bayes(placed(), noise=NOISE, **settings).fit(z)
-        assert np.trace(wide.covariance[4:, 4:]) > 1.1 * np.trace(sure.covariance[4:, 4:])
+        assert np.trace(wide.covariance[4:, 4:]) > 1.1 * np.trace(
+            sure.covariance[4:, 4:]
+        )
 
 
 def test_a_thin_object_beside_its_shape_is_still_a_body():
-    """A plate of 2 mm held 4 mm from where it is said to be: its COM is outside the shape, but not where that is."""
+    """A plate of 2 mm held 4 mm from where it is said to be: its COM is outside the
+    shape, but not where that is."""
     plate = Shape.from_box(-0.1, 0.1, -0.02, 0.02, 0.05, 0.052, points=56)
     body = InertialParameters(0.2 * plate.homogeneous.vector).moved(
         np.array(((1.0, 0, 0, 0), (0, 1.0, 0, 0), (0, 0, 1.0, 0.004), (0, 0, 0, 1.0)))
@@ -215,9 +267,12 @@ def test_what_cannot_be_is_refused(settings, said):
 
 @pytest.mark.parametrize("aside", [0.3, 2.0])
 def test_a_shape_in_the_wrong_place_does_not_take_the_mass_away(aside):
-    """The mesh is 30 cm or 2 m from the object: that is said, and mass and COM are those of the wrench."""
+    """The mesh is 30 cm or 2 m from the object: that is said, and mass and COM are
+    those of the wrench."""
     truth = hammer().parameters.moved(POSE)
-    recording = simulate(UR5.motion(sinusoids(5.0, 100.0, 1.0)), truth, noise=NOISE, seed=1)
+    recording = simulate(
+        UR5.motion(sinusoids(5.0, 100.0, 1.0)), truth, noise=NOISE, seed=1
+    )
     pose = POSE.copy()
     pose[0, 3] += aside
     estimate = identify(recording, placed(pose)).estimate
@@ -232,9 +287,14 @@ def test_a_shape_in_the_wrong_place_does_not_take_the_mass_away(aside):
 def test_what_contradicts_the_shape_is_never_sure_enough():
     """However narrow: the reason stands in the warning."""
     truth = hammer().parameters.moved(POSE)
-    recording = simulate(UR5.motion(sinusoids(5.0, 100.0, 1.0)), truth, noise=NOISE, seed=1)
+    recording = simulate(
+        UR5.motion(sinusoids(5.0, 100.0, 1.0)), truth, noise=NOISE, seed=1
+    )
     pose = POSE.copy()
     pose[0, 3] += 0.3
     estimate = identify(recording, placed(pose), until="mass=5%").estimate
     assert estimate.sufficient is False
-    assert "not as sure as asked for: the wrench contradicts the shape" in estimate.warnings
+    assert (
+        "not as sure as asked for: the wrench contradicts the shape"
+        in estimate.warnings
+    )

@@ -1,4 +1,5 @@
-"""Bayes on streams: what its state knows of the noise, however samples come, and what that does to the intervals."""
+"""Bayes on streams: what its state knows of the noise, however samples come, and what
+that does to the intervals."""
 
 from dataclasses import replace
 
@@ -17,13 +18,16 @@ WHITE = Noise(0.1, 0.005)
 
 
 def coloured(seed: int, rho: float, samples: int = 1000) -> Measurements:
-    """Wrench noise whose samples correlate by `rho` with their neighbours; the motion is exact."""
+    """Wrench noise whose samples correlate by `rho` with their neighbours; the motion
+    is exact."""
     rng, z = np.random.default_rng(seed), exact(samples)
     noise = rng.normal(size=(samples, 6)) * np.sqrt(1.0 - rho**2)
     noise[0] /= np.sqrt(1.0 - rho**2)
     for k in range(1, samples):
         noise[k] += rho * noise[k - 1]
-    return replace(z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:])
+    return replace(
+        z, force=z.force + 0.1 * noise[:, :3], torque=z.torque + 0.005 * noise[:, 3:]
+    )
 
 
 def fed(estimator: Bayes, z: Measurements, pieces: list[int]):
@@ -43,28 +47,36 @@ def test_how_samples_are_cut_makes_no_difference(rho, bias):
     for pieces in ([1], [13, 64, 200], [699, 1]):
         found = estimator.estimate(fed(estimator, z, pieces))
         np.testing.assert_allclose(found.covariance, whole.covariance, rtol=1e-5)
-        off = (found.parameters.vector - whole.parameters.vector) / np.sqrt(whole.covariance.diagonal())
-        assert np.abs(off).max() < 1e-3  # the projection is found to 1e-6 of all ten together
+        off = (found.parameters.vector - whole.parameters.vector) / np.sqrt(
+            whole.covariance.diagonal()
+        )
+        # the projection is found to 1e-6 of all ten together
+        assert np.abs(off).max() < 1e-3
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_merged_states_know_as_much_as_one_pass(rho):
-    """Blocks that span the two parts are lost: as if the noise were known a little less well.
+    """Blocks that span the two parts are lost: as if the noise were known a little less
+    well.
 
-    Mass and first moment move by a tenth of a deviation at most, the inertia, where the prior speaks, by a half; widths
-    by a third.
+    Mass and first moment move by a tenth of a deviation at most, the inertia, where the
+    prior speaks, by a half; widths by a third.
     """
     z, estimator = coloured(2, rho), Bayes(shape())
     whole = estimator.fit(z)
     for cut in (333, 500, 871):
-        parts = [estimator.update(estimator.start(), part) for part in (z[:cut], z[cut:])]
+        parts = [
+            estimator.update(estimator.start(), part) for part in (z[:cut], z[cut:])
+        ]
         for order in (parts, parts[::-1]):
             found = estimator.estimate(estimator.merge(*order))
             deviation = np.sqrt(whole.covariance.diagonal())
             off = np.abs(found.parameters.vector - whole.parameters.vector) / deviation
             assert off[0] < 0.1
             assert off.max() < 0.5
-            np.testing.assert_allclose(np.sqrt(found.covariance.diagonal()) / deviation, 1.0, atol=0.34)
+            np.testing.assert_allclose(
+                np.sqrt(found.covariance.diagonal()) / deviation, 1.0, atol=0.34
+            )
     again = estimator.update(estimator.merge(*parts), z[:50])  # a merged state goes on
     assert estimator.estimate(again).samples == len(z) + 50
 
@@ -74,7 +86,8 @@ def test_a_mass_the_samples_determine_stays_where_it_is_when_intervals_widen():
     state = Bayes(shape()).update(Bayes(shape()).start(), z)
     white, found = Bayes(shape(), noise=WHITE).fit(z), Bayes(shape()).estimate(state)
     assert found.covariance[0, 0] > 10.0 * white.covariance[0, 0]
-    assert abs(found.parameters.mass / white.parameters.mass - 1.0) < 1e-3  # of intervals of 1 %
+    # of intervals of 1 %
+    assert abs(found.parameters.mass / white.parameters.mass - 1.0) < 1e-3
     assert "noise-coloured" in codes(white.warnings)
 
 
@@ -93,7 +106,8 @@ def test_short_streams_are_wide_and_never_sufficient():
 
 
 def test_streams_hold_the_truth():
-    """Quick variant of `benchmarks.calibration --streamed`: looks after 50, 100, 250, 600 samples and at the end."""
+    """Quick variant of `benchmarks.calibration --streamed`: looks after 50, 100, 250,
+    600 samples and at the end."""
     from benchmarks.bodies import FILLINGS, random_body
     from benchmarks.calibration_runs import streamed
 
@@ -104,7 +118,8 @@ def test_streams_hold_the_truth():
             runs += streamed(body, case, (3, i)).values()
         held = np.mean([run.held95 for run in runs])
         print(case, len(runs), held)
-        assert held > 0.88  # of some 80 looks in 24 streams; 2,000 streams: see docs/bayes.md
+        # of some 80 looks in 24 streams; 2,000 streams: see docs/bayes.md
+        assert held > 0.88
 
 
 def test_white_noise_costs_little():
@@ -112,13 +127,19 @@ def test_white_noise_costs_little():
     ratios = []
     for seed in range(12):
         z = noisy(seed, 500, WHITE)
-        one, other = (b.fit(replace(z, noise=None)) for b in (Bayes(shape(), noise=WHITE), Bayes(shape())))
-        ratios.append(np.sqrt(other.covariance.diagonal() / one.covariance.diagonal())[:4])
+        one, other = (
+            b.fit(replace(z, noise=None))
+            for b in (Bayes(shape(), noise=WHITE), Bayes(shape()))
+        )
+        ratios.append(
+            np.sqrt(other.covariance.diagonal() / one.covariance.diagonal())[:4]
+        )
     np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.15)
 
 
 def test_errors_of_the_motion_are_carried_by_the_samples():
-    """Weighted mean squares and time constants, whatever the order; nothing said is no errors."""
+    """Weighted mean squares and time constants, whatever the order; nothing said is no
+    errors."""
     z = exact(300)
     one = replace(z[:100], motion_noise=MotionNoise(0.3, 2.0, 0.1))
     other = replace(z[100:], motion_noise=MotionNoise(0.0, 1.0, 0.4))
@@ -149,12 +170,15 @@ def test_stretches_are_four_to_eight_and_hold_all_samples():
         assert sum(counts) == samples
         assert min(counts) >= FIRST_STRETCH_LENGTH / 2
         total = sum(factor.T @ factor for factor, _ in stretches.parts)
-        np.testing.assert_allclose(total, state.full.factor.T @ state.full.factor, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            total, state.full.factor.T @ state.full.factor, rtol=1e-9, atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("samples", [2, 63, 64, 65, 700, 1000])
 def test_scales_hold_all_but_the_total(samples):
-    """Haar details and contrasts are orthonormal: with the sum of all samples they make up the whole."""
+    """Haar details and contrasts are orthonormal: with the sum of all samples they make
+    up the whole."""
     estimator = Bayes(shape())
     state = estimator.update(estimator.start(), exact(samples))
     scales = state.record.complete[0].closed()
@@ -163,11 +187,14 @@ def test_scales_hold_all_but_the_total(samples):
     total = factor[:, -1] @ factor / samples**0.5
     found = sum(f.T @ f for f in scales.factors) + np.outer(total, total)
     size = np.sqrt((factor.T @ factor).diagonal())
-    np.testing.assert_allclose((found - factor.T @ factor) / np.outer(size, size), 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        (found - factor.T @ factor) / np.outer(size, size), 0.0, atol=1e-9
+    )
 
 
 def test_spectra_of_known_noise_are_found():
-    """From their energies, for series of 4,000: white and first-order noise within a factor of two at every scale."""
+    """From their energies, for series of 4,000: white and first-order noise within a
+    factor of two at every scale."""
     d = 6.0 * np.array([2000.0, 1000, 500, 250, 125, 62, 31, 15, 7, 3, 1])
     for rho in (0.0, 0.5, 0.9, 0.97):
         v = first_order(rho, len(d) + 1)

@@ -1,4 +1,5 @@
-"""GEO: its optimum against a general conic solver, its own certificate, and the laws of the problem."""
+"""GEO: its optimum against a general conic solver, its own certificate, and the laws of
+the problem."""
 
 from dataclasses import replace
 
@@ -21,15 +22,20 @@ DISTANCES = ("entropic", "pullback", "euclidean")
 
 
 def test_optimum_against_a_conic_solver():
-    """200 problems. The oracle's value is recomputed at its own body, so no optimum is above it."""
+    """200 problems. The oracle's value is recomputed at its own body, so no optimum is
+    above it."""
     solved = agreed = 0
     for seed in range(PROBLEMS):
         label, estimator, z, problem = geo_case(seed)
         ended, alike = assert_optimal(label, estimator.fit(z), problem)
         solved, agreed = solved + ended, agreed + alike
-    print(f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways")
-    assert solved >= 150  # 172 with Clarabel 0.11; elsewhere the bound above has proved ours
-    assert agreed >= 150  # 173; the others: distances from a thin prior, in which Clarabel stops short
+    print(
+        f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways"
+    )
+    # 172 with Clarabel 0.11; elsewhere the bound above has proved ours
+    assert solved >= 150
+    # 173; the others: distances from a thin prior, in which Clarabel stops short
+    assert agreed >= 150
 
 
 @pytest.mark.parametrize("seed", HARD)
@@ -39,13 +45,17 @@ def test_hard_problems(seed):
 
 
 def test_few_samples_and_wrong_priors():
-    """1 to 3 samples, the prior a metre off or ten times too heavy, any weight: a body and an honest certificate."""
+    """1 to 3 samples, the prior a metre off or ten times too heavy, any weight: a body
+    and an honest certificate."""
     proven = tried = 0
     for seed in range(100):
         rng = np.random.default_rng([3, seed])
         known = case(seed)
         z = known.measurements[: int(rng.integers(1, 4))]
-        points, heavy = known.shape.positions + rng.normal(size=3), InertialParameters(10.0 * known.body.vector)
+        points, heavy = (
+            known.shape.positions + rng.normal(size=3),
+            InertialParameters(10.0 * known.body.vector),
+        )
         distance, gamma = DISTANCES[seed % 3], 10.0 ** rng.uniform(-12.0, 12.0)
         for estimator in (
             GEO(Shape(points), None, distance, None, known.bias, known.noise),
@@ -60,11 +70,17 @@ def test_few_samples_and_wrong_priors():
             certificate = found.certificate
             assert np.isfinite(found.parameters.vector).all(), known.label
             assert found.physically_consistent, known.label
-            assert lowest(found.parameters.vector) >= -1e-9, known.label  # the least that may count as consistent
-            assert 0.0 <= certificate.bound <= certificate.objective * (1.0 + 1e-9) + 1e-13 * gamma, known.label
+            # the least that may count as consistent
+            assert lowest(found.parameters.vector) >= -1e-9, known.label
+            assert (
+                0.0
+                <= certificate.bound
+                <= certificate.objective * (1.0 + 1e-9) + 1e-13 * gamma
+            ), known.label
             proven += certificate.converged
     assert tried > 150
-    assert proven >= 0.975 * tried  # elsewhere the data ask for what is no body, and the infimum is not attained
+    # elsewhere the data ask for what is no body, and the infimum is not attained
+    assert proven >= 0.975 * tried
 
 
 # laws
@@ -72,14 +88,20 @@ def test_few_samples_and_wrong_priors():
 
 @pytest.fixture(scope="module")
 def shape() -> Shape:
-    return Shape(np.random.default_rng(1).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (40, 3)))
+    return Shape(
+        np.random.default_rng(1).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (40, 3))
+    )
 
 
 @pytest.fixture(scope="module")
 def z(shape) -> Measurements:
     rng = np.random.default_rng(2)
-    body = InertialParameters.from_points(shape.positions, 0.02 * rng.exponential(size=40))
-    return with_wrench(random_motion(rng, 150, speed=2.0), body, 0.0).with_noise(NOISE_LEVELS["moderate"], 3)
+    body = InertialParameters.from_points(
+        shape.positions, 0.02 * rng.exponential(size=40)
+    )
+    return with_wrench(random_motion(rng, 150, speed=2.0), body, 0.0).with_noise(
+        NOISE_LEVELS["moderate"], 3
+    )
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
@@ -101,16 +123,23 @@ def test_a_small_weight_gives_lmi(distance):
         LMI(noise=NOISE).fit(z),
         GEO(prior=random_body(rng), distance=distance, gamma=1e-9, noise=NOISE).fit(z),
     )
-    # the optimum rises by no more than gamma D, and the parameters move by its root in units of their deviation
-    assert found.certificate.objective == pytest.approx(free.certificate.objective, rel=1e-6)
-    np.testing.assert_allclose(found.parameters.vector, free.parameters.vector, atol=1e-5)
+    # the optimum rises by no more than gamma D, and the parameters move by its root in
+    # units of their deviation
+    assert found.certificate.objective == pytest.approx(
+        free.certificate.objective, rel=1e-6
+    )
+    np.testing.assert_allclose(
+        found.parameters.vector, free.parameters.vector, atol=1e-5
+    )
 
 
 def test_the_default_weight():
     z = case(3).measurements
     prior = case(3).body
     known = GEO(prior=prior, noise=NOISE).fit(z).certificate.objective
-    assert known == GEO(prior=prior, noise=NOISE, gamma=30.0).fit(z).certificate.objective
+    assert (
+        known == GEO(prior=prior, noise=NOISE, gamma=30.0).fit(z).certificate.objective
+    )
 
 
 @pytest.mark.parametrize("distance", DISTANCES)
@@ -119,18 +148,23 @@ def test_priors_of_any_thickness(z, distance, layout):
     if layout == "box":
         shape = Shape.from_box(-0.1, 0.1, -0.1, 0.1, 0.0, 0.2, points=27)
     else:
-        points = np.random.default_rng(6).uniform(-0.1, 0.1, (1 if layout == "point" else 12, 3))
+        points = np.random.default_rng(6).uniform(
+            -0.1, 0.1, (1 if layout == "point" else 12, 3)
+        )
         points[:, {"flat": 2, "rod": 1, "point": 3}[layout] :] = 0.0
         shape = Shape(points + np.array((0.05, 0.0, 0.1)))
     found = GEO(shape, distance=distance, noise=NOISE).fit(z)
     assert found.certificate.converged
     assert lowest(found.parameters.vector) >= -1e-13  # rounding of a P of size one
     # gravity tells it, but the inertia, which no thin body has, pulls
-    assert found.parameters.mass == pytest.approx(LMI(noise=NOISE).fit(z).parameters.mass, rel=0.2)
+    assert found.parameters.mass == pytest.approx(
+        LMI(noise=NOISE).fit(z).parameters.mass, rel=0.2
+    )
 
 
 def test_a_prior_of_no_weight_that_can_be_measured(shape):
-    """The wrench pulls the wrong way: least squares finds -1 kg, but prior and answer are (light) bodies."""
+    """The wrench pulls the wrong way: least squares finds -1 kg, but prior and answer
+    are (light) bodies."""
     rng = np.random.default_rng(7)
     z = with_wrench(random_motion(rng, 50), random_body(rng))
     found = GEO(shape, noise=NOISE).fit(replace(z, force=-z.force, torque=-z.torque))
@@ -140,14 +174,17 @@ def test_a_prior_of_no_weight_that_can_be_measured(shape):
 
 
 def test_a_wrench_of_zero(shape, z):
-    found = GEO(shape, noise=NOISE).fit(replace(z, force=0.0 * z.force, torque=0.0 * z.torque))
+    found = GEO(shape, noise=NOISE).fit(
+        replace(z, force=0.0 * z.force, torque=0.0 * z.torque)
+    )
     assert found.certificate.converged
     assert 0.0 < found.parameters.mass < 0.01
 
 
 @pytest.mark.parametrize("model", ["full", "reduced", "blended"])
 def test_at_rest_all_models_are_one(shape, model):
-    """Gravity alone: the inertia is the prior's as far as mass and centre of mass allow."""
+    """Gravity alone: the inertia is the prior's as far as mass and centre of mass
+    allow."""
     rng = np.random.default_rng(8)
     body = InertialParameters.from_points(shape.positions, np.full(40, 0.02))
     z = with_wrench(random_motion(rng, 20, speed=0.0), body)
@@ -171,7 +208,12 @@ def test_bias_is_found(shape):
         {"shape": None},
         {"prior": InertialParameters.from_com(1.0, (0, 0, 0), np.eye(3))},
         {"shape": np.zeros((5, 3))},
-        {"shape": None, "prior": InertialParameters.from_com(1.0, (0, 0, 0), np.diag((1.0, 1.0, 3.0)))},
+        {
+            "shape": None,
+            "prior": InertialParameters.from_com(
+                1.0, (0, 0, 0), np.diag((1.0, 1.0, 3.0))
+            ),
+        },
         {"shape": None, "prior": InertialParameters(np.zeros(10))},
         {"distance": "riemannian"},
         {"gamma": 0.0},
@@ -201,12 +243,17 @@ def test_no_samples(shape):
 def test_a_solver_that_is_stopped_says_so(monkeypatch):
     """After one step each is still far off: further than the solvers' own tolerance."""
     rng = np.random.default_rng(5)
-    points = rng.uniform(-0.1, 0.1, (20, 3)) * (1, 1, 0)  # flat: the constraint is active
+    # flat: the constraint is active
+    points = rng.uniform(-0.1, 0.1, (20, 3)) * (1, 1, 0)
     body = InertialParameters.from_points(points, np.full(20, 0.05))
     z = with_wrench(random_motion(rng, 40, 0.3), body, 0.0, rng, 0.1, 0.005)
     monkeypatch.setattr(semidefinite, "MOST_PATH_STEPS", 1)
     monkeypatch.setattr(cone, "MAX_STEPS", 1)
-    for method in (LMI(noise=NOISE), GEO(Shape(points + 0.5), noise=NOISE), PMD(Shape(points))):
+    for method in (
+        LMI(noise=NOISE),
+        GEO(Shape(points + 0.5), noise=NOISE),
+        PMD(Shape(points)),
+    ):
         found = method.fit(z).certificate
         assert not found.converged, method.name
         assert found.gap > 1e-6 * found.objective, method.name

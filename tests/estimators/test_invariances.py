@@ -1,7 +1,9 @@
-"""Invariances: what every estimator says it is indifferent to holds, and what it does not say does not hold.
+"""Invariances: what every estimator says it is indifferent to holds, and what it does
+not say does not hold.
 
-Every law is a `Change` of a whole problem, which says how the estimate must follow. A kind of estimator lists the laws
-that hold for it; of all the others there is a problem on which they visibly fail.
+Every law is a `Change` of a whole problem, which says how the estimate must follow. A
+kind of estimator lists the laws that hold for it; of all the others there is a problem
+on which they visibly fail.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +29,8 @@ from random_problems import random_pose, with_wrench
 SEEDS = range(4)
 GRAVITY = np.array((1.0, -2.0, -9.5))
 VISIBLE = 1e-3
-"""A difference, see `difference`, that is no rounding: ten times the largest tolerance below."""
+"""A difference, see `difference`, that is no rounding: ten times the largest tolerance
+below."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Problem:
 
 
 def problem(seed: int) -> Problem:
-    """Number `seed`: 80 samples from near rest to fast, a body of uneven density in a shape of three parts.
+    """Number `seed`: 80 samples from near rest to fast, a body of uneven density in a
+    shape of three parts.
 
     Noise of force and torque is correlated, and with odd seeds ten times as large.
     """
@@ -60,11 +64,21 @@ def problem(seed: int) -> Problem:
     labels = np.digitize(local[:, 0], (-0.03, 0.04))
     points = local @ pose[:3, :3].T + pose[:3, 3]
     shape = Shape(points, rng.uniform(0.5, 1.5, 40), labels, pose=pose)
-    body = InertialParameters.from_points(points, 0.03 * rng.exponential(size=40) * (1.0 + labels))
+    body = InertialParameters.from_points(
+        points, 0.03 * rng.exponential(size=40) * (1.0 + labels)
+    )
     attitude = Rotation.random(K, rng=rng)
     a, w, alpha = 10.0 ** rng.uniform(-1.5, 0.5, (K, 1)) * rng.normal(size=(3, K, 3))
     still = np.zeros((K, 3))
-    motion = Measurements(np.linspace(0.0, 0.8, K), attitude.inv().apply(GRAVITY), a, w, alpha, still, still)
+    motion = Measurements(
+        np.linspace(0.0, 0.8, K),
+        attitude.inv().apply(GRAVITY),
+        a,
+        w,
+        alpha,
+        still,
+        still,
+    )
     levels = Noise(1.0, 0.05, 0.05, 0.1) if loud else Noise(0.1, 0.005, 0.05, 0.1)
     mix = np.linalg.cholesky(np.cov(rng.normal(size=(6, 20))) + 0.1 * np.eye(6))
     mix = np.repeat((levels.force, levels.torque), 3)[:, None] * mix
@@ -72,13 +86,18 @@ def problem(seed: int) -> Problem:
     z = with_wrench(motion, body).with_noise(
         Noise(0.0, 0.0, levels.linear_acceleration, levels.angular_acceleration), 1
     )
-    z = replace(z, force=z.force + noise[:, :3], torque=z.torque + noise[:, 3:], noise=None)
+    z = replace(
+        z, force=z.force + noise[:, :3], torque=z.torque + noise[:, 3:], noise=None
+    )
     prior = InertialParameters(2.0 * shape.homogeneous.vector)
     return Problem(body, attitude, z, shape, prior, mix @ mix.T, levels)
 
 
-def difference(found: InertialParameters, expected: InertialParameters, body: InertialParameters) -> float:
-    """Largest change of mass, moments and second moments, in the body's own measure: the same in every frame and unit.
+def difference(
+    found: InertialParameters, expected: InertialParameters, body: InertialParameters
+) -> float:
+    """Largest change of mass, moments and second moments, in the body's own measure:
+    the same in every frame and unit.
 
     Pseudo-inertias in coordinates in which that of the body is the identity.
     """
@@ -105,28 +124,51 @@ class Kind:
 
 
 EXACT = 1e-9
-"""Of closed forms and active sets: rounding times the conditioning of the scaled columns, with a margin; 1e-11 seen."""
+"""Of closed forms and active sets: rounding times the conditioning of the scaled
+columns, with a margin; 1e-11 seen."""
 SAME_STEPS = 1e-5
-"""Of PMD and GEO: changed by rounding, their solvers go the same way; should a step more or less be taken, the gap that
-is left, 1e-6 at most, lets the answer differ by so much. 1e-6 seen."""
+"""Of PMD and GEO: changed by rounding, their solvers go the same way; should a step
+more or less be taken, the gap that is left, 1e-6 at most, lets the answer differ by so
+much. 1e-6 seen."""
 BOUNDARY = 1e-4
-"""Of LMI, which may end on the boundary, where the answer is as flat as the square root of the gap; 5e-5 seen."""
+"""Of LMI, which may end on the boundary, where the answer is as flat as the square root
+of the gap; 5e-5 seen."""
 ORIGIN_AND_UNITS = frozenset({"sensor origin", "units"})
 
 KINDS = {
-    "Bayes": Kind(lambda p: Bayes(p.shape), frozenset({"sensor origin", "sample order", "merging"}), SAME_STEPS),
+    "Bayes": Kind(
+        lambda p: Bayes(p.shape),
+        frozenset({"sensor origin", "sample order", "merging"}),
+        SAME_STEPS,
+    ),
     "Bayes, noise": Kind(
-        lambda p: Bayes(p.shape, noise=p.covariance), frozenset({"sensor origin", "wrench scale"}), SAME_STEPS
+        lambda p: Bayes(p.shape, noise=p.covariance),
+        frozenset({"sensor origin", "wrench scale"}),
+        SAME_STEPS,
     ),
     "PMD": Kind(lambda p: PMD(p.shape, c1=10.0), frozenset(), SAME_STEPS),
-    "PMD, bias": Kind(lambda p: PMD(p.shape, 10.0, 1e-3, "estimate"), frozenset(), SAME_STEPS),
-    "GEO": Kind(lambda p: GEO(p.shape), ORIGIN_AND_UNITS | {"wrench scale"}, SAME_STEPS),
-    "GEO, noise": Kind(lambda p: GEO(p.shape, gamma=p.gamma, noise=p.covariance), frozenset(), SAME_STEPS),
+    "PMD, bias": Kind(
+        lambda p: PMD(p.shape, 10.0, 1e-3, "estimate"), frozenset(), SAME_STEPS
+    ),
+    "GEO": Kind(
+        lambda p: GEO(p.shape), ORIGIN_AND_UNITS | {"wrench scale"}, SAME_STEPS
+    ),
+    "GEO, noise": Kind(
+        lambda p: GEO(p.shape, gamma=p.gamma, noise=p.covariance),
+        frozenset(),
+        SAME_STEPS,
+    ),
     "GEO, noise, prior, bias": Kind(
-        lambda p: GEO(prior=p.prior, gamma=p.gamma, noise=p.covariance, bias="estimate"), frozenset(), SAME_STEPS
+        lambda p: GEO(
+            prior=p.prior, gamma=p.gamma, noise=p.covariance, bias="estimate"
+        ),
+        frozenset(),
+        SAME_STEPS,
     ),
     "GEO pullback, noise": Kind(
-        lambda p: GEO(p.shape, distance="pullback", gamma=p.gamma, noise=p.covariance), frozenset(), SAME_STEPS
+        lambda p: GEO(p.shape, distance="pullback", gamma=p.gamma, noise=p.covariance),
+        frozenset(),
+        SAME_STEPS,
     ),
     "GEO euclidean, noise": Kind(
         lambda p: GEO(p.shape, distance="euclidean", noise=p.covariance),
@@ -134,13 +176,21 @@ KINDS = {
         SAME_STEPS,
     ),
     "HPS": Kind(lambda p: HPS(p.shape), frozenset(), EXACT),
-    "HPS, noise, bias": Kind(lambda p: HPS(p.shape, "estimate", p.covariance), frozenset(), EXACT),
+    "HPS, noise, bias": Kind(
+        lambda p: HPS(p.shape, "estimate", p.covariance), frozenset(), EXACT
+    ),
     "LMI": Kind(lambda p: LMI(), ORIGIN_AND_UNITS, BOUNDARY),
-    "LMI, noise, bias": Kind(lambda p: LMI(bias="estimate", noise=p.covariance), frozenset(), BOUNDARY),
-    "LMI, ellipsoid, noise": Kind(lambda p: LMI(p.shape, noise=p.covariance), frozenset(), BOUNDARY),
+    "LMI, noise, bias": Kind(
+        lambda p: LMI(bias="estimate", noise=p.covariance), frozenset(), BOUNDARY
+    ),
+    "LMI, ellipsoid, noise": Kind(
+        lambda p: LMI(p.shape, noise=p.covariance), frozenset(), BOUNDARY
+    ),
     "OLS": Kind(lambda p: OLS(), ORIGIN_AND_UNITS, EXACT),
     "OLS, noise": Kind(lambda p: OLS(noise=p.covariance), frozenset(), EXACT),
-    "OLS, noise, bias": Kind(lambda p: OLS("estimate", p.covariance), frozenset(), EXACT),
+    "OLS, noise, bias": Kind(
+        lambda p: OLS("estimate", p.covariance), frozenset(), EXACT
+    ),
     "RTLS": Kind(lambda p: RTLS(), frozenset({"sensor rotation", "units"}), EXACT),
     "RTLS, noise": Kind(lambda p: RTLS(noise=p.levels), frozenset(), EXACT),
 }
@@ -154,14 +204,19 @@ class Change:
     """A problem changed, and how parameters and wrenches change with it."""
 
     problem: Problem
-    body: Callable[[InertialParameters], InertialParameters] = lambda parameters: parameters
+    body: Callable[[InertialParameters], InertialParameters] = lambda parameters: (
+        parameters
+    )
     wrench: np.ndarray = field(default_factory=lambda: np.eye(6))
     """(6, 6)"""
-    states: Callable[[Estimator, Measurements], list] = lambda estimator, z: [estimator.update(estimator.start(), z)]
+    states: Callable[[Estimator, Measurements], list] = lambda estimator, z: [
+        estimator.update(estimator.start(), z)
+    ]
 
 
 def world_frame(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
-    """The log as it would be in another world: all that is given in world axes, and gravity, turned and shifted."""
+    """The log as it would be in another world: all that is given in world axes, and
+    gravity, turned and shifted."""
     z, turn, shift = p.measurements, Rotation.random(rng=rng), 10.0 * rng.normal(size=3)
     values = {
         "position": turn.apply(rng.normal(size=(len(z), 3))) + shift,
@@ -170,8 +225,17 @@ def world_frame(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
     }
     for name in ("angular_velocity", "linear_acceleration", "angular_acceleration"):
         values[name] = turn.apply(p.attitude.apply(getattr(z, name).copy()))
-    recording = Recording({name: Stream(z.time, value) for name, value in values.items()})
-    yield Change(replace(p, measurements=measure(recording, turn.apply(GRAVITY), "columns").measurements))
+    recording = Recording(
+        {name: Stream(z.time, value) for name, value in values.items()}
+    )
+    yield Change(
+        replace(
+            p,
+            measurements=measure(
+                recording, turn.apply(GRAVITY), "columns"
+            ).measurements,
+        )
+    )
 
 
 def sample_order(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
@@ -182,18 +246,24 @@ def sample_order(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
 
 
 def merging(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
-    """Samples one at a time; and in five parts of any size, even none, merged in any order, as a chain and a tree."""
+    """Samples one at a time; and in five parts of any size, even none, merged in any
+    order, as a chain and a tree."""
     part = rng.choice(5, size=len(p.measurements), p=(0.0, 0.02, 0.1, 0.3, 0.58))
 
     def states(estimator: Estimator, z: Measurements) -> list:
         single = estimator.start()
         for k in range(len(z)):
             single = estimator.update(single, z[k : k + 1])
-        parts = [estimator.update(estimator.start(), z[part == i]) for i in rng.permutation(5)]
+        parts = [
+            estimator.update(estimator.start(), z[part == i])
+            for i in rng.permutation(5)
+        ]
         chain = estimator.start()
         for state in parts:
             chain = estimator.merge(chain, state)
-        tree = estimator.merge(estimator.merge(parts[4], parts[1]), estimator.merge(parts[0], parts[3]))
+        tree = estimator.merge(
+            estimator.merge(parts[4], parts[1]), estimator.merge(parts[0], parts[3])
+        )
         return [single, chain, estimator.merge(parts[2], tree)]
 
     yield Change(p, states=states)
@@ -204,7 +274,12 @@ def another_frame(p: Problem, pose: np.ndarray) -> Change:
     R, t = pose[:3, :3], pose[:3, 3]
     X = np.kron(np.eye(2), R)
     X[3:, :3] = skew(t) @ R
-    shape = Shape(p.shape.positions @ R.T + t, p.shape.volumes, p.shape.labels, pose=pose @ p.shape.pose)
+    shape = Shape(
+        p.shape.positions @ R.T + t,
+        p.shape.volumes,
+        p.shape.labels,
+        pose=pose @ p.shape.pose,
+    )
     changed = replace(
         p,
         measurements=p.measurements.moved(pose),
@@ -254,7 +329,12 @@ def other_units(p: Problem, length: float, mass: float, time: float) -> Change:
         shape=Shape(length * S.positions, S.volumes, S.labels, pose=pose),
         prior=body(p.prior),
         covariance=D @ p.covariance @ D,
-        levels=Noise(f * n.force, tau * n.torque, a * n.linear_acceleration, alpha * n.angular_acceleration),
+        levels=Noise(
+            f * n.force,
+            tau * n.torque,
+            a * n.linear_acceleration,
+            alpha * n.angular_acceleration,
+        ),
     )
     return Change(changed, body, D)
 
@@ -277,7 +357,11 @@ def wrench_scale(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
             prior=InertialParameters(s * p.prior.vector),
             gamma=s**2 * p.gamma,
         )
-        yield Change(changed, lambda parameters, s=s: InertialParameters(s * parameters.vector), s * np.eye(6))
+        yield Change(
+            changed,
+            lambda parameters, s=s: InertialParameters(s * parameters.vector),
+            s * np.eye(6),
+        )
 
 
 CHANGES: dict[str, Callable[[Problem, np.random.Generator], Iterator[Change]]] = {
@@ -292,7 +376,8 @@ CHANGES: dict[str, Callable[[Problem, np.random.Generator], Iterator[Change]]] =
 
 
 def worst(make: Callable[[Problem], Estimator], invariance: str, seed: int) -> float:
-    """Largest difference between the estimate that must follow from a change and the one found after it."""
+    """Largest difference between the estimate that must follow from a change and the
+    one found after it."""
     p = problem(seed)
     expected, largest = make(p).fit(p.measurements), 0.0
     for change in CHANGES[invariance](p, np.random.default_rng([42, seed])):
@@ -305,10 +390,15 @@ def worst(make: Callable[[Problem], Estimator], invariance: str, seed: int) -> f
                 return np.inf
             largest = max(largest, difference(found.parameters, parameters, body))
             assert (found.bias is None) == (expected.bias is None)
-            if found.bias is not None and expected.bias is not None:  # in standard deviations of one sample's noise
+            # in standard deviations of one sample's noise
+            if found.bias is not None and expected.bias is not None:
                 bias = found.bias - change.wrench @ expected.bias
-                deviation = np.linalg.cholesky(change.wrench @ p.covariance @ change.wrench.T)
-                largest = max(largest, float(np.abs(np.linalg.solve(deviation, bias)).max()))
+                deviation = np.linalg.cholesky(
+                    change.wrench @ p.covariance @ change.wrench.T
+                )
+                largest = max(
+                    largest, float(np.abs(np.linalg.solve(deviation, bias)).max())
+                )
             if invariance in ("world frame", "sample order", "merging"):
                 assert found.samples == expected.samples
                 assert found.duration == pytest.approx(expected.duration, rel=1e-12)
@@ -324,12 +414,17 @@ def test_every_invariance_and_every_method_is_tested():
     assert {type(kind.make(p)) for kind in KINDS.values()} == set(METHODS.values())
     for name, method in METHODS.items():
         assert method.invariances <= set(INVARIANCES)
-        holding = [kind.holding for label, kind in KINDS.items() if label.split()[0].strip(",") == name]
+        holding = [
+            kind.holding
+            for label, kind in KINDS.items()
+            if label.split()[0].strip(",") == name
+        ]
         assert frozenset().union(*holding) == method.invariances
 
 
 def test_the_problems_ask_something_of_every_method():
-    """Least squares finds a body in some and none in others; samples are static or not; points get mass or none."""
+    """Least squares finds a body in some and none in others; samples are static or not;
+    points get mass or none."""
     bodies, empty = set(), []
     for seed in SEEDS:
         p = problem(seed)
@@ -341,8 +436,18 @@ def test_the_problems_ask_something_of_every_method():
     assert 0.1 < max(empty) < 0.9
 
 
-HOLDING = [(name, law) for name, kind in KINDS.items() for law in CHANGES if law in kind.holding]
-ABSENT = [(name, law) for name, kind in KINDS.items() for law in CHANGES if law not in kind.holding]
+HOLDING = [
+    (name, law)
+    for name, kind in KINDS.items()
+    for law in CHANGES
+    if law in kind.holding
+]
+ABSENT = [
+    (name, law)
+    for name, kind in KINDS.items()
+    for law in CHANGES
+    if law not in kind.holding
+]
 
 
 @pytest.mark.parametrize(("name", "invariance"), HOLDING)
@@ -358,12 +463,15 @@ def test_what_is_not_declared_does_not_hold(name, invariance):
 
 
 def test_poses_smoothed_in_another_world_give_the_same_estimate():
-    """The world also enters by the smoother, where neither turn nor distance may matter."""
+    """The world also enters by the smoother, where neither turn nor distance may
+    matter."""
     rng = np.random.default_rng(43)
     time = np.arange(0.0, 4.0, 0.01)
     truth, object_ = random_smooth(time, rng), box()
     position, quaternion = truth.poses(rng)
-    wrench = np.hstack(object_.wrench(truth)) + rng.normal(size=(400, 6)) * np.repeat((0.1, 0.005), 3)
+    wrench = np.hstack(object_.wrench(truth)) + rng.normal(size=(400, 6)) * np.repeat(
+        (0.1, 0.005), 3
+    )
     body = InertialParameters(object_.vector())
     turn, shift = Rotation.random(rng=rng), np.array((30.0, -20.0, 10.0))
     found = []
@@ -373,17 +481,26 @@ def test_poses_smoothed_in_another_world_give_the_same_estimate():
             "orientation": (world * Rotation.from_quat(quaternion)).as_quat(),
             "wrench": wrench,
         }
-        recording = Recording({name: Stream(time, value) for name, value in values.items()})
+        recording = Recording(
+            {name: Stream(time, value) for name, value in values.items()}
+        )
         z = measure(recording, world.apply((0.0, 0.0, -9.80665)), "smooth").measurements
         found.append(OLS().fit(z).parameters)
-    assert found[0].mass == pytest.approx(body.mass, rel=0.01)  # it is this body: 0.1 N in 400 samples of 7 N
-    # positions of 40 m are rounded to 4e-15 m, which the second derivative at 10 ms makes 2e-6 m/s²
+    # it is this body: 0.1 N in 400 samples of 7 N
+    assert found[0].mass == pytest.approx(body.mass, rel=0.01)
+    # positions of 40 m are rounded to 4e-15 m, which the second derivative at 10 ms
+    # makes 2e-6 m/s²
     assert difference(found[1], found[0], body) < 1e-4
 
 
 def test_only_by_its_choice_of_samples_does_hps_depend_on_origin_and_units():
     def every_sample(p: Problem) -> HPS:
-        return HPS(p.shape, noise=p.covariance, max_acceleration=np.inf, max_angular_acceleration=np.inf)
+        return HPS(
+            p.shape,
+            noise=p.covariance,
+            max_acceleration=np.inf,
+            max_angular_acceleration=np.inf,
+        )
 
     for invariance in ("sensor origin", "units"):
         for seed in SEEDS:

@@ -1,4 +1,5 @@
-"""A method is one file and one line: a toy, added to a copy of the source, is known wherever methods are."""
+"""A method is one file and one line: a toy, added to a copy of the source, is known
+wherever methods are."""
 
 import json
 import os
@@ -15,7 +16,14 @@ import hefting
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
-from hefting.estimators import METHODS, VARIANTS, default_method, describe_methods, methods, options
+from hefting.estimators import (
+    METHODS,
+    VARIANTS,
+    default_method,
+    describe_methods,
+    methods,
+    options,
+)
 from hefting.estimators.base import INVARIANCES, ROLES
 from hefting.logs import write_log
 from hefting.simulation import UR5, simulate, sinusoids
@@ -93,7 +101,15 @@ def log(tmp_path_factory):
     """A second of a kilogram in motion."""
     ball = InertialParameters([1.0, 0, 0, 0, 0.1, 0, 0, 0.1, 0, 0.1])
     path = tmp_path_factory.mktemp("registry") / "log.csv"
-    write_log(simulate(UR5.motion(sinusoids(1.0, 100.0, 1.0)), ball, noise=Noise(0.05, 0.002), seed=1), path)
+    write_log(
+        simulate(
+            UR5.motion(sinusoids(1.0, 100.0, 1.0)),
+            ball,
+            noise=Noise(0.05, 0.002),
+            seed=1,
+        ),
+        path,
+    )
     return path
 
 
@@ -105,9 +121,15 @@ def said(log, tmp_path_factory):
     shutil.copytree(SOURCE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "estimators" / "toy.py").write_text(TOY)
     (copy / LIST).write_text((copy / LIST).read_text() + LINE)
-    environment = os.environ | {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "200"}
+    environment = os.environ | {
+        "PYTHONPATH": str(folder),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "COLUMNS": "200",
+    }
     command = [sys.executable, "-c", SCRIPT, str(log)]
-    out = subprocess.run(command, check=True, capture_output=True, text=True, env=environment, cwd=folder).stdout
+    out = subprocess.run(
+        command, check=True, capture_output=True, text=True, env=environment, cwd=folder
+    ).stdout
     said = json.loads(out)
     assert Path(said["file"]).parent == copy
     return said
@@ -119,22 +141,29 @@ def test_the_toy_is_listed(said):
     found = json.loads(said["json"])
     assert list(found) == ["Bayes", "PMD", "GEO", "HPS", "LMI", "OLS", "Toy", "RTLS"]
     assert found["Toy"]["hyperparameters"] == {"ball_radius": 0.25, "bias": "none"}
-    assert {name: of for name, of in found.items() if name != "Toy"} == describe_methods()
+    assert {
+        name: of for name, of in found.items() if name != "Toy"
+    } == describe_methods()
 
 
 def test_its_hyperparameter_is_an_option(said):
     assert "--ball-radius R" in said["help"]
-    assert "Toy: of the ball [m]; default 0.25, 100 % of it" in " ".join(said["help"].split())
+    assert "Toy: of the ball [m]; default 0.25, 100 % of it" in " ".join(
+        said["help"].split()
+    )
     found = json.loads(said["identify"])
     assert found["method"] == "Toy"
     assert found["provenance"]["ball_radius"] == 0.5
-    assert found["mass"] == pytest.approx(1.0, abs=0.05)  # the noise of 100 samples makes 0.005
+    # the noise of 100 samples makes 0.005
+    assert found["mass"] == pytest.approx(1.0, abs=0.05)
     assert "ball_radius = 0.5" in said["report"]
     assert "OLS has no 'ball_radius'; Toy has it" in " ".join(said["wrong"].split())
 
 
 def test_it_is_compared_and_public(said):
-    assert {"Toy", "Toy-small"} <= {result["method"] for result in json.loads(said["compare"])["results"]}
+    assert {"Toy", "Toy-small"} <= {
+        result["method"] for result in json.loads(said["compare"])["results"]
+    }
     assert said["public"] == ["Toy", True, True]
 
 
@@ -144,7 +173,9 @@ def test_the_toy_is_gone():
 
 
 def test_the_list_holds_methods_alone_and_each_says_what_it_must():
-    classes = [value for name, value in vars(methods).items() if not name.startswith("_")]
+    classes = [
+        value for name, value in vars(methods).items() if not name.startswith("_")
+    ]
     assert set(classes) == set(METHODS.values())
     for name, kind in METHODS.items():
         assert "bias" in kind.hyperparameters(), name
@@ -158,7 +189,15 @@ def test_the_list_holds_methods_alone_and_each_says_what_it_must():
 def test_the_methods_are_those_there_were():
     assert list(METHODS) == ["Bayes", "PMD", "GEO", "HPS", "LMI", "OLS", "RTLS"]
     assert list(VARIANTS) == [
-        *("PMD-full", "PMD-reduced", "GEO-blended", "GEO-reduced", "OLS-blended", "OLS-reduced", "LMI-ellipsoid")
+        *(
+            "PMD-full",
+            "PMD-reduced",
+            "GEO-blended",
+            "GEO-reduced",
+            "OLS-blended",
+            "OLS-reduced",
+            "LMI-ellipsoid",
+        )
     ]
     assert VARIANTS["LMI-ellipsoid"] == ("LMI", {"ellipsoid": "shape"})
     assert (default_method(True), default_method(False)) == ("Bayes", "LMI")

@@ -23,15 +23,24 @@ def every_sample(z: Measurements, free_bias: bool, noise: Noise | None):
     A = full_regressor(replace(z, weights=None))
     if free_bias:
         A = np.concatenate((A, np.broadcast_to(np.eye(6), (len(z), 6, 6))), axis=2)
-    scale = np.ones(6) if noise is None else np.repeat((1 / noise.force, 1 / noise.torque), 3)
-    A, b = A * weight[:, None, None] * scale[:, None], z.wrench * weight[:, None] * scale
+    scale = (
+        np.ones(6)
+        if noise is None
+        else np.repeat((1 / noise.force, 1 / noise.torque), 3)
+    )
+    A, b = (
+        A * weight[:, None, None] * scale[:, None],
+        z.wrench * weight[:, None] * scale,
+    )
     return A.reshape(-1, A.shape[2]), b.ravel()
 
 
 @pytest.fixture
 def z() -> Measurements:
     rng = np.random.default_rng(1)
-    return with_wrench(random_motion(rng, 200), random_body(rng), BIAS, rng, NOISE.force, NOISE.torque)
+    return with_wrench(
+        random_motion(rng, 200), random_body(rng), BIAS, rng, NOISE.force, NOISE.torque
+    )
 
 
 @pytest.mark.parametrize("bias", ["none", "estimate"])
@@ -39,10 +48,15 @@ def test_recovers_noise_free_parameters(bias):
     rng = np.random.default_rng(2)
     for mass, size in ((1e-3, 0.01), (1.0, 0.1), (50.0, 1.0)):
         body = random_body(rng, mass, size, size)
-        z = with_wrench(random_motion(rng, 100, speed=3.0), body, BIAS if bias == "estimate" else 0.0)
+        z = with_wrench(
+            random_motion(rng, 100, speed=3.0),
+            body,
+            BIAS if bias == "estimate" else 0.0,
+        )
         found = OLS(bias).fit(z)
         column = np.linalg.norm(full_regressor(z).reshape(-1, 10), axis=0)
-        # conditioning of the scaled columns, about ten, times rounding of the wrench, the bias included
+        # conditioning of the scaled columns, about ten, times rounding of the wrench,
+        # the bias included
         error = np.abs(found.parameters.vector - body.vector) * column
         assert error.max() < 1e-12 * np.linalg.norm(z.wrench)
         assert found.warnings == ()
@@ -62,14 +76,22 @@ def test_equals_least_squares_on_every_sample(z, bias, noise, weighted):
     A, b = every_sample(z, bias == "estimate", noise)
     expected, (square,), *_ = np.linalg.lstsq(A, b, rcond=None)
     found = OLS(bias, noise).fit(z)
-    solution = np.concatenate((found.parameters.vector, [] if found.bias is None else found.bias))
+    solution = np.concatenate(
+        (found.parameters.vector, [] if found.bias is None else found.bias)
+    )
     scale = np.linalg.norm(A, axis=0)
-    np.testing.assert_allclose(solution * scale, expected * scale, atol=1e-9 * np.linalg.norm(b))
+    np.testing.assert_allclose(
+        solution * scale, expected * scale, atol=1e-9 * np.linalg.norm(b)
+    )
     covariance = np.linalg.inv(A.T @ A)[:10, :10]
     if noise is None:
         covariance *= square / (A.shape[0] - A.shape[1])
     std = np.sqrt(covariance.diagonal())
-    np.testing.assert_allclose(found.covariance / np.outer(std, std), covariance / np.outer(std, std), atol=1e-9)
+    np.testing.assert_allclose(
+        found.covariance / np.outer(std, std),
+        covariance / np.outer(std, std),
+        atol=1e-9,
+    )
     assert found.certificate.objective == pytest.approx(square, rel=1e-9)
     assert found.certificate.bound <= found.certificate.objective
     assert found.certificate.gap < 1e-12 * square
@@ -86,7 +108,9 @@ def test_streaming_merging_and_batch_agree(z):
     for state in (single, estimator.merge(*halves), estimator.merge(*halves[::-1])):
         found = estimator.estimate(state)
         # rounding, far below one standard deviation
-        np.testing.assert_allclose(found.parameters.vector / scale, batch.parameters.vector / scale, atol=1e-9)
+        np.testing.assert_allclose(
+            found.parameters.vector / scale, batch.parameters.vector / scale, atol=1e-9
+        )
         np.testing.assert_allclose(found.bias, batch.bias, atol=1e-10)
         assert (found.samples, found.duration) == (batch.samples, batch.duration)
 
@@ -98,8 +122,9 @@ def test_streaming_merging_and_batch_agree(z):
 def test_covariance_is_that_of_repeated_experiments(noise):
     """400 noisy wrenches on one motion.
 
-    The errors' squared Mahalanobis distances are chi² of 10, so their mean over 400 runs is 10 with a standard error
-    of sqrt(20/400) = 0.22; bounds are four of them. Without known levels the noise has one level for all six rows.
+    The errors' squared Mahalanobis distances are chi² of 10, so their mean over 400
+    runs is 10 with a standard error of sqrt(20/400) = 0.22; bounds are four of them.
+    Without known levels the noise has one level for all six rows.
     """
     rng = np.random.default_rng(4)
     levels = Noise(0.05, 0.05) if noise is None else noise
@@ -108,7 +133,8 @@ def test_covariance_is_that_of_repeated_experiments(noise):
     distances, errors, covariances = [], [], []
     for _ in range(400):
         force, torque = (
-            v + s * rng.normal(size=v.shape) for v, s in ((clean.force, levels.force), (clean.torque, levels.torque))
+            v + s * rng.normal(size=v.shape)
+            for v, s in ((clean.force, levels.force), (clean.torque, levels.torque))
         )
         found = OLS("estimate", noise).fit(replace(clean, force=force, torque=torque))
         error = found.parameters.vector - truth
@@ -117,11 +143,14 @@ def test_covariance_is_that_of_repeated_experiments(noise):
         distances.append(error @ np.linalg.solve(found.covariance, error))
     assert np.mean(distances) == pytest.approx(10.0, abs=0.9)
     ratio = np.std(errors, axis=0) / np.sqrt(np.mean(covariances, axis=0).diagonal())
-    np.testing.assert_allclose(ratio, 1.0, atol=0.15)  # each is known to 1/sqrt(800) = 3.5 %; four of them
+    # each is known to 1/sqrt(800) = 3.5 %; four of them
+    np.testing.assert_allclose(ratio, 1.0, atol=0.15)
 
 
 def undetermined(found) -> set[str]:
-    return {PARAMETERS[i] for i in np.flatnonzero(np.isinf(found.covariance.diagonal()))}
+    return {
+        PARAMETERS[i] for i in np.flatnonzero(np.isinf(found.covariance.diagonal()))
+    }
 
 
 def test_at_rest_the_inertia_is_undetermined():
@@ -132,16 +161,21 @@ def test_at_rest_the_inertia_is_undetermined():
         z = (
             still
             if bias == "estimate"
-            else replace(still, force=still.force - BIAS[:3], torque=still.torque - BIAS[3:])
+            else replace(
+                still, force=still.force - BIAS[:3], torque=still.torque - BIAS[3:]
+            )
         )
         found = OLS(bias).fit(z)
         assert undetermined(found) == set(PARAMETERS[4:])
         assert len(found.warnings) == 1
         assert all(name in found.warnings[0] for name in PARAMETERS[4:])
         assert "m," not in found.warnings[0].split("determine")[1].split(":")[0]
-        np.testing.assert_allclose(found.parameters.vector[4:], 0.0, atol=1e-12)  # rounding of ten newtons
+        # rounding of ten newtons
+        np.testing.assert_allclose(found.parameters.vector[4:], 0.0, atol=1e-12)
         # noise of a micronewton against ten newtons for each kilogram
-        np.testing.assert_allclose(found.parameters.vector[:4], body.vector[:4], atol=1e-6)
+        np.testing.assert_allclose(
+            found.parameters.vector[:4], body.vector[:4], atol=1e-6
+        )
         assert np.isfinite(found.covariance[:4, :4]).all()
         assert found.std["mass"] == pytest.approx(np.sqrt(found.covariance[0, 0]))
         assert np.isfinite(found.std["center_of_mass"]).all()
@@ -158,11 +192,13 @@ def test_one_orientation_beside_a_bias_determines_nothing():
         assert name in found.warnings[0]
     alone = OLS().fit(with_wrench(one, body))
     assert "m" not in undetermined(alone)  # without a bias gravity gives the mass
-    assert {"mcx", "mcy", "mcz"} <= undetermined(alone)  # and two combinations of the moments
+    # and two combinations of the moments
+    assert {"mcx", "mcy", "mcz"} <= undetermined(alone)
 
 
 def test_residual_variance_counts_what_the_data_determine():
-    """One orientation beside a bias: of ten + six unknowns the data fix six, so 6 K - 6 degrees remain."""
+    """One orientation beside a bias: of ten + six unknowns the data fix six, so 6 K - 6
+    degrees remain."""
     rng = np.random.default_rng(7)
     one = random_motion(rng, 1, speed=0.0)[np.zeros(3, dtype=int)]
     z = with_wrench(one, random_body(rng), 0.0, rng, 0.1, 0.1)
@@ -194,7 +230,8 @@ def test_hyperparameters_are_checked():
 
 
 def test_the_bound_is_what_a_wrong_solution_lacks(monkeypatch):
-    """A solution off by a thousandth: the certificate's bound is still the optimum, to rounding, and the gap shows."""
+    """A solution off by a thousandth: the certificate's bound is still the optimum, to
+    rounding, and the gap shows."""
     rng = np.random.default_rng(1)
     z = with_wrench(random_motion(rng, 50), random_body(rng), 0.0, rng, 0.1, 0.005)
     right, solve = OLS().fit(z).certificate, ScaledSVD.solve

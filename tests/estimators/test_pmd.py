@@ -1,4 +1,5 @@
-"""PMD: its optimum against a general conic solver, its own certificate, and the laws of the problem."""
+"""PMD: its optimum against a general conic solver, its own certificate, and the laws of
+the problem."""
 
 from dataclasses import replace
 
@@ -18,15 +19,55 @@ from random_problems import pmd_case, random_body, random_motion, with_wrench
 
 PROBLEMS = 200
 HARD = (
-    *(368, 504, 1050, 1279, 1300, 1777, 1815, 3172, 3213, 3242, 3364, 3813, 4035, 4547, 4561, 4621, 5106, 5166, 5663),
-    *(6633, 6677, 6719, 6794, 6890, 6908, 7093, 7335, 7747, 11811, 15162, 15208, 46178, 47144, 47588, 47961),
+    *(
+        368,
+        504,
+        1050,
+        1279,
+        1300,
+        1777,
+        1815,
+        3172,
+        3213,
+        3242,
+        3364,
+        3813,
+        4035,
+        4547,
+        4561,
+        4621,
+        5106,
+        5166,
+        5663,
+    ),
+    *(
+        6633,
+        6677,
+        6719,
+        6794,
+        6890,
+        6908,
+        7093,
+        7335,
+        7747,
+        11811,
+        15162,
+        15208,
+        46178,
+        47144,
+        47588,
+        47961,
+    ),
     *(48053, 51961, 53681, 53771, 54709, 55455, 57640, 57793),
 )
-"""Random problems that simpler solvers miss: cycling active sets, norms that vanish, no mass at the optimum."""
+"""Random problems that simpler solvers miss: cycling active sets, norms that vanish, no
+mass at the optimum."""
 RELATIVE = 1e-6
-"""Accuracy asked of the objective, relative to it (or to 1e-6 |b| where it is smaller)."""
+"""Accuracy asked of the objective, relative to it (or to 1e-6 |b| where it is
+smaller)."""
 ROUNDING = 1e-13
-"""Of |b|: what summing residuals sample by sample, or from the triangular factor, may differ by."""
+"""Of |b|: what summing residuals sample by sample, or from the triangular factor, may
+differ by."""
 
 
 def tolerance(objective: float, size: float) -> float:
@@ -34,8 +75,11 @@ def tolerance(objective: float, size: float) -> float:
 
 
 def assert_certified(case, found: Estimate) -> float:
-    """Feasible, truthful about its objective, and proven to be within tolerance; returns the objective."""
-    objective = case.problem.objective(found.point_masses, 0.0 if found.bias is None else found.bias)
+    """Feasible, truthful about its objective, and proven to be within tolerance;
+    returns the objective."""
+    objective = case.problem.objective(
+        found.point_masses, 0.0 if found.bias is None else found.bias
+    )
     size, certificate = case.problem.size, found.certificate
     assert (found.point_masses >= 0.0).all(), case.label
     np.testing.assert_allclose(
@@ -44,12 +88,21 @@ def assert_certified(case, found: Estimate) -> float:
         atol=1e-12 * found.parameters.mass,
         err_msg=case.label,
     )  # through an orthonormal basis and back
-    assert abs(certificate.objective - objective) <= 1e-9 * objective + ROUNDING * size, case.label
+    assert (
+        abs(certificate.objective - objective) <= 1e-9 * objective + ROUNDING * size
+    ), case.label
     assert certificate.bound >= 0.0, case.label
-    assert objective - certificate.bound <= tolerance(objective, size), (case.label, objective, certificate)
+    assert objective - certificate.bound <= tolerance(objective, size), (
+        case.label,
+        objective,
+        certificate,
+    )
     assert certificate.converged, case.label
     if found.parameters.mass > 0.0:
-        assert found.physically_consistent, (case.label, str(found.parameters.consistency()))
+        assert found.physically_consistent, (
+            case.label,
+            str(found.parameters.consistency()),
+        )
     return objective
 
 
@@ -57,7 +110,8 @@ def assert_certified(case, found: Estimate) -> float:
 
 
 def test_optimum_against_a_conic_solver():
-    """200 problems. The oracle's value is recomputed at its own feasible answer, so no optimum is above it."""
+    """200 problems. The oracle's value is recomputed at its own feasible answer, so no
+    optimum is above it."""
     solved = agreed = 0
     for seed in range(PROBLEMS):
         case = pmd_case(seed)
@@ -68,9 +122,13 @@ def test_optimum_against_a_conic_solver():
         assert found.certificate.bound <= oracle.upper + ROUNDING * size, case.label
         solved += oracle.solved
         agreed += oracle.upper <= objective + allowed
-    print(f"of {PROBLEMS} problems the oracle fully solved {solved}; {agreed} optima agree both ways")
-    assert solved >= 190  # 194 with Clarabel 0.11; where it stops short, the bound above has proved ours
-    assert agreed >= 140  # it asks the oracle, whose tolerance is 1e-8 |b|, for 1e-6 of the optimum
+    print(
+        f"of {PROBLEMS} problems the oracle fully solved {solved}; {agreed} optima agree both ways"
+    )
+    # 194 with Clarabel 0.11; where it stops short, the bound above has proved ours
+    assert solved >= 190
+    # it asks the oracle, whose tolerance is 1e-8 |b|, for 1e-6 of the optimum
+    assert agreed >= 140
 
 
 @pytest.mark.parametrize("seed", HARD)
@@ -88,20 +146,27 @@ def test_a_thousand_problems_prove_themselves():
 @pytest.mark.parametrize(("mass", "size"), [(1e-3, 1e-3), (0.05, 0.02), (50.0, 1.0)])
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_small_and_large_bodies(mass, size, noise):
-    """From a gram of a millimetre to 50 kg; the noise is relative to weight and size."""
+    """From a gram of a millimetre to 50 kg; the noise is relative to weight and
+    size."""
     rng = np.random.default_rng(1)
     points = size * rng.uniform(-1.0, 1.0, (60, 3)) + size * rng.normal(size=3)
     masses = rng.exponential(size=60)
     body = InertialParameters.from_points(points, mass * masses / masses.sum())
     force = noise * mass * 9.81
-    z = with_wrench(random_motion(rng, 300, speed=3.0), body, 0.0, rng, force, force * size)
+    z = with_wrench(
+        random_motion(rng, 300, speed=3.0), body, 0.0, rng, force, force * size
+    )
     found = PMD(Shape(points), c1=1.0, regularization=1e-6).fit(z)
     assert found.certificate.converged
     assert found.physically_consistent
     # 1 % over 300 samples of three forces is 0.03 %
     assert found.parameters.mass == pytest.approx(mass, rel=1e-3)
-    if noise == 0.0:  # with noise, PMD weighs newtons like newton-metres: a small body's COM hardly counts
-        np.testing.assert_allclose(found.parameters.center_of_mass, body.center_of_mass, atol=1e-3 * size)
+    # with noise, PMD weighs newtons like newton-metres: a small body's COM hardly
+    # counts
+    if noise == 0.0:
+        np.testing.assert_allclose(
+            found.parameters.center_of_mass, body.center_of_mass, atol=1e-3 * size
+        )
 
 
 # laws
@@ -109,21 +174,32 @@ def test_small_and_large_bodies(mass, size, noise):
 
 @pytest.fixture(scope="module")
 def shape() -> Shape:
-    return Shape(np.random.default_rng(2).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (56, 3)))
+    return Shape(
+        np.random.default_rng(2).uniform((-0.05, -0.1, 0.0), (0.15, 0.1, 0.2), (56, 3))
+    )
 
 
 @pytest.fixture(scope="module")
 def z(shape) -> Measurements:
     rng = np.random.default_rng(3)
-    body = InertialParameters.from_points(shape.positions, rng.exponential(size=56) ** 2 * 0.02)
+    body = InertialParameters.from_points(
+        shape.positions, rng.exponential(size=56) ** 2 * 0.02
+    )
     return with_wrench(random_motion(rng, 150, speed=2.0), body, 0.0, rng, 0.1, 0.005)
 
 
-def assert_same(first: Estimate, second: Estimate, scale: float = 1.0, atol: float = 1e-6):
-    """Masses within `atol` of the whole: the solver's gap of 1e-7 leaves that much, and rounding less."""
+def assert_same(
+    first: Estimate, second: Estimate, scale: float = 1.0, atol: float = 1e-6
+):
+    """Masses within `atol` of the whole: the solver's gap of 1e-7 leaves that much, and
+    rounding less."""
     mass = scale * second.parameters.mass
-    np.testing.assert_allclose(first.point_masses, scale * second.point_masses, atol=atol * mass)
-    np.testing.assert_allclose(first.parameters.vector, scale * second.parameters.vector, atol=atol * mass)
+    np.testing.assert_allclose(
+        first.point_masses, scale * second.point_masses, atol=atol * mass
+    )
+    np.testing.assert_allclose(
+        first.parameters.vector, scale * second.parameters.vector, atol=atol * mass
+    )
 
 
 @pytest.mark.parametrize("bias", ["none", "estimate"])
@@ -151,7 +227,12 @@ def test_every_start_gives_the_one_answer(shape, z, bias, regularization):
     state = pmd.update(pmd.start(), z)
     cold = pmd.estimate(state)
     rng = np.random.default_rng(4)
-    starts = [cold.point_masses, np.zeros(56), 1e3 * rng.exponential(size=56), 1e-6 * np.eye(56)[7]]
+    starts = [
+        cold.point_masses,
+        np.zeros(56),
+        1e3 * rng.exponential(size=56),
+        1e-6 * np.eye(56)[7],
+    ]
     for masses in starts:
         found = pmd.estimate(state, start=replace(cold, point_masses=masses))
         assert_same(found, cold)
@@ -162,7 +243,8 @@ def test_every_start_gives_the_one_answer(shape, z, bias, regularization):
 
 @pytest.mark.parametrize("bias", ["none", "estimate"])
 def test_one_more_sample_takes_one_step(shape, z, bias):
-    """Most estimates that start from the one before solve one linear system, and are those from a cold start."""
+    """Most estimates that start from the one before solve one linear system, and are
+    those from a cold start."""
     pmd = PMD(shape, c1=10.0, bias=bias)
     state = pmd.start()
     for _ in range(10):
@@ -194,22 +276,32 @@ def test_order_of_points_does_not_matter(shape, z):
     order = np.random.default_rng(6).permutation(56)
     found = PMD(Shape(shape.positions[order]), c1=10.0).fit(z)
     expected = PMD(shape, c1=10.0).fit(z)
-    np.testing.assert_allclose(found.point_masses, expected.point_masses[order], atol=1e-6 * expected.parameters.mass)
+    np.testing.assert_allclose(
+        found.point_masses,
+        expected.point_masses[order],
+        atol=1e-6 * expected.parameters.mass,
+    )
 
 
 def test_sensor_axes_do_not_matter(shape, z):
-    """Everything seen in turned sensor axes: the same masses. (The world's axes enter only through the sensor's.)"""
+    """Everything seen in turned sensor axes: the same masses. (The world's axes enter
+    only through the sensor's.)"""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.random(random_state=np.random.default_rng(7)).as_matrix()
     found = PMD(Shape(shape.positions @ pose[:3, :3].T), c1=10.0).fit(z.moved(pose))
     expected = PMD(shape, c1=10.0).fit(z)
-    np.testing.assert_allclose(found.point_masses, expected.point_masses, atol=1e-6 * expected.parameters.mass)
+    np.testing.assert_allclose(
+        found.point_masses, expected.point_masses, atol=1e-6 * expected.parameters.mass
+    )
     moved = expected.parameters.moved(pose)
-    np.testing.assert_allclose(found.parameters.vector, moved.vector, atol=1e-6 * moved.mass)
+    np.testing.assert_allclose(
+        found.parameters.vector, moved.vector, atol=1e-6 * moved.mass
+    )
 
 
 def test_world_axes_do_not_matter(shape):
-    """Gravity and motion turned together in the world leave what the sensor feels, and so the estimate."""
+    """Gravity and motion turned together in the world leave what the sensor feels, and
+    so the estimate."""
     rng = np.random.default_rng(8)
     body = random_body(rng)
     K = 100
@@ -221,7 +313,12 @@ def test_world_axes_do_not_matter(shape):
         inverse = (world * attitude).inv()
         motion = [inverse.apply(world.apply(v)) for v in (g, a, w, alpha)]
         z = with_wrench(
-            Measurements(np.arange(K), *motion, *np.zeros((2, K, 3))), body, 0.0, np.random.default_rng(9), 0.1, 0.005
+            Measurements(np.arange(K), *motion, *np.zeros((2, K, 3))),
+            body,
+            0.0,
+            np.random.default_rng(9),
+            0.1,
+            0.005,
         )
         found.append(PMD(shape, c1=10.0).fit(z))
     assert_same(*found)
@@ -230,13 +327,16 @@ def test_world_axes_do_not_matter(shape):
 @pytest.mark.parametrize("factor", [1e-3, 10.0])
 @pytest.mark.parametrize("bias", ["none", "estimate"])
 def test_a_wrench_twice_as_large_is_twice_the_mass(shape, z, factor, bias):
-    """The objective is homogeneous of degree one in masses and wrench together; lambda [N/kg] stays."""
+    """The objective is homogeneous of degree one in masses and wrench together; lambda
+    [N/kg] stays."""
     scaled = replace(z, force=factor * z.force, torque=factor * z.torque)
     pmd = PMD(shape, c1=10.0, bias=bias)
     expected = pmd.fit(z)
     found = pmd.fit(scaled)
     assert_same(found, expected, scale=factor)
-    assert found.certificate.objective == pytest.approx(factor * expected.certificate.objective, rel=2 * RELATIVE)
+    assert found.certificate.objective == pytest.approx(
+        factor * expected.certificate.objective, rel=2 * RELATIVE
+    )
 
 
 def test_weights_scale_both_models_and_so_against_lambda(shape, z):
@@ -248,8 +348,11 @@ def test_weights_scale_both_models_and_so_against_lambda(shape, z):
 
 
 def test_weights_count_samples(shape, z):
-    """A sample of weight zero is as good as absent; of weight four as good as four times there."""
-    weights = np.where(np.arange(len(z)) % 3 == 0, 0.0, np.where(np.arange(len(z)) % 3 == 1, 4.0, 1.0))
+    """A sample of weight zero is as good as absent; of weight four as good as four
+    times there."""
+    weights = np.where(
+        np.arange(len(z)) % 3 == 0, 0.0, np.where(np.arange(len(z)) % 3 == 1, 4.0, 1.0)
+    )
     counts = np.round(weights).astype(int)
     repeated = z[np.repeat(np.arange(len(z)), counts)]
     pmd = PMD(shape, c1=10.0, bias="estimate")
@@ -264,7 +367,9 @@ def test_a_constant_wrench_changes_only_the_bias(shape, z):
         plain, found = pmd.fit(z), pmd.fit(biased)
         assert_same(found, plain)
         np.testing.assert_allclose(found.bias - plain.bias, offset, atol=1e-5)
-        assert found.certificate.objective == pytest.approx(plain.certificate.objective, rel=2 * RELATIVE)
+        assert found.certificate.objective == pytest.approx(
+            plain.certificate.objective, rel=2 * RELATIVE
+        )
     assert PMD(shape).fit(z).bias is None
 
 
@@ -272,7 +377,9 @@ def test_the_bias_is_found(shape):
     rng = np.random.default_rng(10)
     body = InertialParameters.from_points(shape.positions, np.full(56, 0.02))
     offset = np.array((3.0, -7.0, 11.0, 0.5, -1.0, 2.0))
-    z = with_wrench(random_motion(rng, 2000, speed=0.3), body, offset, rng, 0.05, 0.0025)
+    z = with_wrench(
+        random_motion(rng, 2000, speed=0.3), body, offset, rng, 0.05, 0.0025
+    )
     found = PMD(shape, c1=1.0, bias="estimate").fit(z)
     # 0.05/sqrt(2000) = 1 mN, and four times that for sharing the data with the mass
     np.testing.assert_allclose(found.bias[:3], offset[:3], atol=0.006)
@@ -280,7 +387,8 @@ def test_the_bias_is_found(shape):
 
 
 def test_a_homogeneous_body_is_found_without_noise(shape):
-    """Equal masses are what lambda prefers, so only the pull to less mass is left, of 1e-9."""
+    """Equal masses are what lambda prefers, so only the pull to less mass is left, of
+    1e-9."""
     rng = np.random.default_rng(11)
     body = InertialParameters.from_points(shape.positions, np.full(56, 0.02))
     z = with_wrench(random_motion(rng, 100, speed=2.0), body)
@@ -291,13 +399,16 @@ def test_a_homogeneous_body_is_found_without_noise(shape):
 def test_a_hundred_thousand_points():
     rng = np.random.default_rng(12)
     points = rng.uniform(-0.1, 0.1, (100_000, 3))
-    body = InertialParameters.from_points(points[:50_000], np.full(50_000, 2e-5)).moved(np.eye(4))
+    body = InertialParameters.from_points(points[:50_000], np.full(50_000, 2e-5)).moved(
+        np.eye(4)
+    )
     z = with_wrench(random_motion(rng, 200, speed=2.0), body, 0.0, rng, 0.1, 0.005)
     found = PMD(Shape(points)).fit(z)
     assert found.certificate.converged
     assert len(found.point_masses) == 100_000
     assert found.physically_consistent
-    assert found.parameters.mass == pytest.approx(1.0, rel=0.01)  # 0.1 N over 200 samples against 9.8 N
+    # 0.1 N over 200 samples against 9.8 N
+    assert found.parameters.mass == pytest.approx(1.0, rel=0.01)
 
 
 # input
@@ -323,13 +434,19 @@ def test_no_samples(shape):
 
 
 def test_nothing_in_hand(shape, z):
-    """No wrench, or a bias alone: no mass, an objective of zero, and no complaint from the solver."""
+    """No wrench, or a bias alone: no mass, an objective of zero, and no complaint from
+    the solver."""
     nothing = replace(z, force=np.zeros((len(z), 3)), torque=np.zeros((len(z), 3)))
     biased = replace(nothing, force=nothing.force + 3.0)
-    for bias, measurements in (("none", nothing), ("estimate", nothing), ("estimate", biased)):
+    for bias, measurements in (
+        ("none", nothing),
+        ("estimate", nothing),
+        ("estimate", biased),
+    ):
         found = PMD(shape, bias=bias).fit(measurements)
         assert found.parameters.mass == 0.0
-        assert found.certificate.objective == pytest.approx(0.0, abs=1e-12)  # rounding of 3 N
+        # rounding of 3 N
+        assert found.certificate.objective == pytest.approx(0.0, abs=1e-12)
         assert found.certificate.converged
     upward = replace(z, force=-z.force, torque=-z.torque)
     assert PMD(shape, regularization=100.0).fit(upward).parameters.mass == 0.0
@@ -343,12 +460,16 @@ def test_samples_of_no_weight(shape, z):
 
 
 def test_weight_of_the_full_model_is_what_decides(shape, z):
-    """c1 tiny: only the full model; c1 huge: only gravity. Both ends meet the middle where w does."""
+    """c1 tiny: only the full model; c1 huge: only gravity. Both ends meet the middle
+    where w does."""
     assert (full_model_weight(z, 1e-12) == 1.0).all()
     assert full_model_weight(z, 1e12).max() < 1e-6
     states = [PMD(shape, c1=c1).update(PMD(shape).start(), z) for c1 in (1e-12, 1e12)]
     assert not states[0].reduced.factor.any()
-    assert np.abs(states[1].full.factor).max() < 1e-6 * np.abs(states[1].reduced.factor).max()
+    assert (
+        np.abs(states[1].full.factor).max()
+        < 1e-6 * np.abs(states[1].reduced.factor).max()
+    )
 
 
 def test_an_estimator_keeps_no_state(shape, z):
@@ -357,7 +478,9 @@ def test_an_estimator_keeps_no_state(shape, z):
     first = pmd.estimate(state)
     pmd.update(state, z[:20])
     pmd.fit(z[:10])
-    np.testing.assert_array_equal(pmd.estimate(state).parameters.vector, first.parameters.vector)
+    np.testing.assert_array_equal(
+        pmd.estimate(state).parameters.vector, first.parameters.vector
+    )
     assert state.full.samples == len(z)
 
 

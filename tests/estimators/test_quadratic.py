@@ -1,11 +1,20 @@
-"""The quadratic of all samples, its whitening and its scaled SVD, against dense matrices of every sample."""
+"""The quadratic of all samples, its whitening and its scaled SVD, against dense
+matrices of every sample."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blend_problem import ROUNDING, K, correlated_noise, dense, random_shape, weighted_samples, weights
+from blend_problem import (
+    ROUNDING,
+    K,
+    correlated_noise,
+    dense,
+    random_shape,
+    weighted_samples,
+    weights,
+)
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
@@ -32,7 +41,11 @@ def shape() -> Shape:
 
 
 def levels_of(noise: Noise | np.ndarray | None) -> np.ndarray | None:
-    return np.diag(np.repeat((noise.force, noise.torque), 3)) ** 2 if isinstance(noise, Noise) else noise
+    return (
+        np.diag(np.repeat((noise.force, noise.torque), 3)) ** 2
+        if isinstance(noise, Noise)
+        else noise
+    )
 
 
 # Quadratic
@@ -44,7 +57,8 @@ NOISES = {"none": None, "levels": Noise(0.1, 0.005), "covariance": "covariance"}
 @pytest.mark.parametrize("kind", NOISES)
 @pytest.mark.parametrize("free_bias", [False, True])
 def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bias):
-    """Its square at any parameters is that of all rows, with the best bias; `bias` is the best bias."""
+    """Its square at any parameters is that of all rows, with the best bias; `bias` is
+    the best bias."""
     noise = covariance if kind == "covariance" else NOISES[kind]
     S = levels_of(noise)
     q = Quadratic.of(SampleState.of(z, w), noise, free_bias)
@@ -61,9 +75,14 @@ def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bi
             r = r + C @ best
         else:
             assert beta is None
-        # what is left of a wrench that the bias mostly explains is rounded like the whole
-        assert q.square(vector) == pytest.approx(r @ r, rel=ROUNDING, abs=ROUNDING * float(right @ right))
-        assert np.sum((q.A @ vector - q.b) ** 2) == pytest.approx(q.square(vector), rel=1e-14)
+        # what is left of a wrench that the bias mostly explains is rounded like the
+        # whole
+        assert q.square(vector) == pytest.approx(
+            r @ r, rel=ROUNDING, abs=ROUNDING * float(right @ right)
+        )
+        assert np.sum((q.A @ vector - q.b) ** 2) == pytest.approx(
+            q.square(vector), rel=1e-14
+        )
     assert q.size == pytest.approx(np.sqrt(q.square(np.zeros(10))), rel=1e-14)
     seen = 6 * free_bias + (4 if isinstance(w, float) and w == 0.0 else 10)
     expected = np.linalg.lstsq(rows[:, :seen], right, rcond=None)[0][6 * free_bias :]
@@ -74,12 +93,14 @@ def test_quadratic_is_the_projection_of_all_rows(z, covariance, w, kind, free_bi
 
 def test_the_measured_mass_is_positive_whatever_is_measured(z, shape):
     homogeneous = shape.homogeneous.vector
-    assert Quadratic.of(SampleState.of(z), None, True).measured_mass(homogeneous) == pytest.approx(
-        OLS("estimate").fit(z).parameters.mass, rel=ROUNDING
-    )
+    assert Quadratic.of(SampleState.of(z), None, True).measured_mass(
+        homogeneous
+    ) == pytest.approx(OLS("estimate").fit(z).parameters.mass, rel=ROUNDING)
     zero = replace(z, force=np.zeros((K, 3)), torque=np.zeros((K, 3)))
     upward = with_wrench(z, InertialParameters(-homogeneous))
-    weightless = replace(zero, gravity=np.zeros((K, 3)), linear_acceleration=np.zeros((K, 3)))
+    weightless = replace(
+        zero, gravity=np.zeros((K, 3)), linear_acceleration=np.zeros((K, 3))
+    )
     for case in (zero, upward, weightless):
         assert Quadratic.of(SampleState.of(case)).measured_mass(homogeneous) > 0.0
 
@@ -103,7 +124,11 @@ def test_whitening_makes_the_covariance_one(covariance):
         np.testing.assert_allclose(W @ S @ W.T, np.eye(6), atol=1e-10)
     assert whitening(None) is None
     far_apart = np.diag((1e8, 1.0, 1.0, 1e-8, 1.0, 1.0))  # units, not definiteness
-    np.testing.assert_allclose(np.asarray(whitening(far_apart)), np.diag(far_apart.diagonal() ** -0.5), rtol=1e-12)
+    np.testing.assert_allclose(
+        np.asarray(whitening(far_apart)),
+        np.diag(far_apart.diagonal() ** -0.5),
+        rtol=1e-12,
+    )
 
 
 ASYMMETRIC = np.eye(6)
@@ -129,7 +154,11 @@ BAD = {
 
 @pytest.mark.parametrize(("noise", "message"), BAD.values(), ids=BAD)
 def test_bad_noise_is_refused_in_one_line(shape, noise, message):
-    for make in (lambda: whitening(noise), lambda: OLS(noise=noise), lambda: GEO(shape, noise=noise)):
+    for make in (
+        lambda: whitening(noise),
+        lambda: OLS(noise=noise),
+        lambda: GEO(shape, noise=noise),
+    ):
         with pytest.raises(InputError, match=message) as caught:
             make()
         assert "\n" not in str(caught.value)
@@ -143,11 +172,16 @@ def test_scaled_svd_solves_in_any_units():
     A, b = rng.normal(size=(20, 5)), rng.normal(size=20)
     svd = ScaledSVD.of(A)
     np.testing.assert_allclose((svd.U * svd.S) @ svd.V * svd.scale, A, atol=1e-14)
-    np.testing.assert_allclose(svd.solve(b), np.linalg.lstsq(A, b, rcond=None)[0], atol=1e-13)
+    np.testing.assert_allclose(
+        svd.solve(b), np.linalg.lstsq(A, b, rcond=None)[0], atol=1e-13
+    )
     assert len(svd.open) == 0
     assert svd.kernel.shape == (0, 5)
-    units = 10.0 ** np.array((-5.0, -3.0, 0.0, 4.0, 5.0))  # no column is as short as what rounding leaves
-    np.testing.assert_allclose(ScaledSVD.of(A * units).solve(b) * units, svd.solve(b), rtol=1e-10)
+    # no column is as short as what rounding leaves
+    units = 10.0 ** np.array((-5.0, -3.0, 0.0, 4.0, 5.0))
+    np.testing.assert_allclose(
+        ScaledSVD.of(A * units).solve(b) * units, svd.solve(b), rtol=1e-10
+    )
 
 
 def test_scaled_svd_names_what_is_open():
@@ -162,14 +196,18 @@ def test_scaled_svd_names_what_is_open():
     x = svd.solve(b)
     assert abs(x[1]) < 1e-13
     scaled = A / svd.scale
-    np.testing.assert_allclose(x * svd.scale, np.linalg.pinv(scaled, rcond=1e-9) @ b, atol=1e-13)  # the shortest
+    # the shortest
+    np.testing.assert_allclose(
+        x * svd.scale, np.linalg.pinv(scaled, rcond=1e-9) @ b, atol=1e-13
+    )
     nothing = ScaledSVD.of(np.zeros((20, 5)))
     assert nothing.open.tolist() == [0, 1, 2, 3, 4]
     assert not nothing.solve(b).any()
 
 
 def test_what_rounding_leaves_of_a_column_does_not_count():
-    """A turn about an axis that the sensor's is within rounding: what is 1e-17 there must not tell of inertia."""
+    """A turn about an axis that the sensor's is within rounding: what is 1e-17 there
+    must not tell of inertia."""
     rng = np.random.default_rng(61)
     body = random_body(rng)
     motion, found = random_motion(rng, K), []
@@ -183,4 +221,6 @@ def test_what_rounding_leaves_of_a_column_does_not_count():
         noisy = with_wrench(about, body, 0.0, np.random.default_rng(62), 0.1, 0.005)
         found.append(OLS().fit(noisy))
     assert found[1].warnings == found[0].warnings != ()
-    np.testing.assert_allclose(found[1].parameters.vector, found[0].parameters.vector, atol=1e-9)
+    np.testing.assert_allclose(
+        found[1].parameters.vector, found[0].parameters.vector, atol=1e-9
+    )

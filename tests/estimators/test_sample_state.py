@@ -1,18 +1,33 @@
-"""The state of both models, and OLS, GEO and PMD on it, against dense matrices of every sample."""
+"""The state of both models, and OLS, GEO and PMD on it, against dense matrices of every
+sample."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blend_problem import BIAS, ROUNDING, K, correlated_noise, dense, random_shape, weighted_samples, weights
+from blend_problem import (
+    BIAS,
+    ROUNDING,
+    K,
+    correlated_noise,
+    dense,
+    random_shape,
+    weighted_samples,
+    weights,
+)
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight
 from hefting.estimators import GEO, OLS, PMD, Estimator
 from hefting.estimators.quadratic import stacked_factor
-from hefting.estimators.sample_state import MODELS, SampleState, model_weight, require_model
+from hefting.estimators.sample_state import (
+    MODELS,
+    SampleState,
+    model_weight,
+    require_model,
+)
 from hefting.shapes import Shape
 from random_problems import with_wrench
 
@@ -44,8 +59,15 @@ def test_squared_residuals_are_those_of_all_rows(z, w):
         unknowns = rng.normal(size=16)
         r = rows @ unknowns - right
         total = 0.0
-        for moments, regressor in ((blend.reduced, blend.reduced.reduced), (blend.full, blend.full.full)):
-            part = regressor @ unknowns[6:] + moments.ones[:, None] * unknowns[:6] - moments.wrench
+        for moments, regressor in (
+            (blend.reduced, blend.reduced.reduced),
+            (blend.full, blend.full.full),
+        ):
+            part = (
+                regressor @ unknowns[6:]
+                + moments.ones[:, None] * unknowns[:6]
+                - moments.wrench
+            )
             total += float(np.sum(part**2))
         assert total == pytest.approx(r @ r, rel=ROUNDING)
 
@@ -53,8 +75,15 @@ def test_squared_residuals_are_those_of_all_rows(z, w):
 def test_weights_of_zero_and_one_leave_the_other_model_alone(z):
     assert SampleState.of(z, 0.0).full.samples == 0
     assert SampleState.of(z, 1.0).reduced.samples == 0
-    for scalar, array in ((0.0, np.zeros(K)), (1.0, np.ones(K)), (0.3, np.full(K, 0.3))):
-        a, b = stacked_factor(SampleState.of(z, scalar)), stacked_factor(SampleState.of(z, array))
+    for scalar, array in (
+        (0.0, np.zeros(K)),
+        (1.0, np.ones(K)),
+        (0.3, np.full(K, 0.3)),
+    ):
+        a, b = (
+            stacked_factor(SampleState.of(z, scalar)),
+            stacked_factor(SampleState.of(z, array)),
+        )
         np.testing.assert_allclose(a.T @ a, b.T @ b, atol=1e-13 * np.abs(a.T @ a).max())
 
 
@@ -96,7 +125,10 @@ def test_model_weight(z):
 
 @pytest.mark.parametrize(
     ("model", "c1", "message"),
-    [("half", 300.0, "unknown model 'half'; use full, reduced, blended"), ("Full", 300.0, "unknown model")]
+    [
+        ("half", 300.0, "unknown model 'half'; use full, reduced, blended"),
+        ("Full", 300.0, "unknown model"),
+    ]
     + [("blended", c1, "c1 must be positive") for c1 in (0.0, -1.0, np.inf, np.nan)],
 )
 def test_unknown_models_and_impossible_c1_are_refused(shape, model, c1, message):
@@ -145,34 +177,54 @@ def test_reduced_ols_leaves_the_inertia_open(z, bias):
     assert found.covariance is not None
     assert np.isinf(found.covariance.diagonal()).tolist() == [False] * 4 + [True] * 6
     (warning,) = found.warnings
-    assert warning.startswith("the motion does not determine Jxx, Jxy, Jxz, Jyy, Jyz, Jzz:")
+    assert warning.startswith(
+        "the motion does not determine Jxx, Jxy, Jxz, Jyy, Jyz, Jzz:"
+    )
     assert OLS(bias, model="full").fit(z).warnings == ()
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_geo_is_least_squares_where_its_prior_hardly_pulls(z, shape, covariance, model):
-    """On noise-free samples of a body that can exist; mass and centre of mass alone, where gravity alone is used."""
+    """On noise-free samples of a body that can exist; mass and centre of mass alone,
+    where gravity alone is used."""
     rng = np.random.default_rng(56)
-    body = InertialParameters.from_points(shape.positions, 0.02 * rng.exponential(size=56))
-    static = replace(z, **{name: np.zeros((K, 3)) for name in ("linear_acceleration", "angular_velocity")})
+    body = InertialParameters.from_points(
+        shape.positions, 0.02 * rng.exponential(size=56)
+    )
+    static = replace(
+        z,
+        **{
+            name: np.zeros((K, 3))
+            for name in ("linear_acceleration", "angular_velocity")
+        },
+    )
     static = replace(static, angular_acceleration=np.zeros((K, 3)))
     exact = with_wrench(static if model == "reduced" else z, body)
     if model == "blended":  # both models agree only at rest: part of the samples
         still = np.arange(K) % 2 == 0
-        arrays = {n: np.where(still[:, None], 0.0, getattr(z, n)) for n in ("linear_acceleration", "angular_velocity")}
-        arrays["angular_acceleration"] = np.where(still[:, None], 0.0, z.angular_acceleration)
+        arrays = {
+            n: np.where(still[:, None], 0.0, getattr(z, n))
+            for n in ("linear_acceleration", "angular_velocity")
+        }
+        arrays["angular_acceleration"] = np.where(
+            still[:, None], 0.0, z.angular_acceleration
+        )
         exact = with_wrench(replace(z, **arrays), body)
     c1 = 1e-6 if model == "blended" else 300.0  # what moves counts fully
     found = GEO(shape, gamma=1e-6, noise=covariance, model=model, c1=c1).fit(exact)
     length = np.linalg.norm(dense(exact, 1.0, False, covariance)[0], axis=0)
     seen = slice(0, 4 if model == "reduced" else 10)
     wrong = (found.parameters.vector - body.vector)[seen] * length[seen]
-    # the prior's pull, 1e-6 times a slope of about one a column, against curvature of length²
+    # the prior's pull, 1e-6 times a slope of about one a column, against curvature of
+    # length²
     assert np.abs(wrong).max() < 1e-3
 
 
 def test_geo_blended_is_the_minimum_of_the_dense_objective(z, shape, covariance):
-    z, w = replace(z, force=z.force - BIAS[:3], torque=z.torque - BIAS[3:]), full_model_weight(z, 10.0)
+    z, w = (
+        replace(z, force=z.force - BIAS[:3], torque=z.torque - BIAS[3:]),
+        full_model_weight(z, 10.0),
+    )
     rows, right = dense(z, w, False, covariance)
     geo = GEO(shape, gamma=30.0, noise=covariance, model="blended", c1=10.0)
     found = geo.fit(z)
@@ -191,10 +243,17 @@ def test_geo_blended_is_the_minimum_of_the_dense_objective(z, shape, covariance)
     assert found.certificate.objective == pytest.approx(best, rel=1e-9)
     rng = np.random.default_rng(57)
     length = np.linalg.norm(rows, axis=0)
-    for size in (1e-2, 1e-1):  # changes of the whitened wrench: the objective rises by their squares
+    # changes of the whitened wrench: the objective rises by their squares
+    for size in (1e-2, 1e-1):
         for _ in range(20):
             step = rng.normal(size=10)
-            assert objective(found.parameters.vector + size * step / np.linalg.norm(step) / length) > best
+            assert (
+                objective(
+                    found.parameters.vector
+                    + size * step / np.linalg.norm(step) / length
+                )
+                > best
+            )
 
 
 @pytest.mark.parametrize("bias", ["none", "estimate"])
@@ -204,15 +263,25 @@ def test_pmd_full_and_reduced_are_the_limits_of_c1(z, shape, bias, model, c1):
     limit = PMD(shape, c1=c1, bias=bias).fit(z)
     assert alone.certificate is not None
     assert alone.certificate.converged
-    # the solver's gap of 3e-7 on masses that lambda alone tells apart; 1 - w and w vanish to 1e-9
-    np.testing.assert_allclose(alone.point_masses, limit.point_masses, atol=1e-5 * alone.parameters.mass)
+    # the solver's gap of 3e-7 on masses that lambda alone tells apart; 1 - w and w
+    # vanish to 1e-9
+    np.testing.assert_allclose(
+        alone.point_masses, limit.point_masses, atol=1e-5 * alone.parameters.mass
+    )
     other = PMD(shape, c1=10.0, bias=bias).fit(z)
-    assert np.abs(other.parameters.vector - alone.parameters.vector).max() > 1e-3 * alone.parameters.mass
+    assert (
+        np.abs(other.parameters.vector - alone.parameters.vector).max()
+        > 1e-3 * alone.parameters.mass
+    )
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_states_hold_only_what_the_model_needs(z, shape, model):
-    estimators: tuple[Estimator, ...] = (OLS(model=model), GEO(shape, model=model), PMD(shape, model=model))
+    estimators: tuple[Estimator, ...] = (
+        OLS(model=model),
+        GEO(shape, model=model),
+        PMD(shape, model=model),
+    )
     for estimator in estimators:
         state = estimator.update(estimator.start(), z)
         assert (state.full.samples > 0) == (model != "reduced")

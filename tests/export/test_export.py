@@ -1,7 +1,8 @@
-"""Every export read back: by Pinocchio, MuJoCo, OpenUSD where installed, and independent parsers.
+"""Every export read back: by Pinocchio, MuJoCo, OpenUSD where installed, and
+independent parsers.
 
-The expected values never pass through the code under test: they are the mass, COM and tensor the body was
-made from, moved to the flange by plain matrix products.
+The expected values never pass through the code under test: they are the mass, COM and
+tensor the body was made from, moved to the flange by plain matrix products.
 """
 
 import ast
@@ -46,7 +47,9 @@ def test_urdf_in_pinocchio(kind, seed):
 def test_urdf_and_mjcf_in_mujoco(kind, seed, target):
     mujoco = pytest.importorskip("mujoco")
     estimate, truth = make(kind, seed)
-    model = mujoco.MjModel.from_xml_string(export(estimate, target, POSE, name='a <b> & "c"\'').text)
+    model = mujoco.MjModel.from_xml_string(
+        export(estimate, target, POSE, name='a <b> & "c"\'').text
+    )
     index = model.body('a <b> & "c"\'').id
     assert model.nv == 6  # free to move
     tensor = from_principal(model.body_inertia[index], model.body_iquat[index])
@@ -54,13 +57,17 @@ def test_urdf_and_mjcf_in_mujoco(kind, seed, target):
 
 
 def test_mujoco_refuses_what_the_thickness_avoids():
-    """Without it, rounding alone breaks the triangle inequality of some flat bodies: the repair is needed."""
+    """Without it, rounding alone breaks the triangle inequality of some flat bodies:
+    the repair is needed."""
     mujoco = pytest.importorskip("mujoco")
     refused = 0
     for seed in range(30):
         _, truth = make("flat", seed)
         t = truth.tensor
-        full = " ".join(repr(float(v)) for v in (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2]))
+        full = " ".join(
+            repr(float(v))
+            for v in (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
+        )
         inertial = f'<inertial pos="0 0 0" mass="1" fullinertia="{full}"/>'
         xml = f"<mujoco><worldbody><body><freejoint/>{inertial}</body></worldbody></mujoco>"
         try:
@@ -77,12 +84,16 @@ def test_mujoco_refuses_what_the_thickness_avoids():
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_sdf(kind, seed):
     estimate, truth = make(kind, seed)
-    elements = ElementTree.fromstring(export(estimate, "sdf", POSE).text).findall("model/link/inertial//")
+    elements = ElementTree.fromstring(export(estimate, "sdf", POSE).text).findall(
+        "model/link/inertial//"
+    )
     value = {e.tag: e.text or "" for e in elements}
     pose = [float(v) for v in value["pose"].split()]
     assert pose[3:] == [0, 0, 0]
     assert len(elements) == 9
-    tensor = symmetric(*(float(value[f"i{a}"]) for a in ("xx", "yy", "zz", "xy", "xz", "yz")))
+    tensor = symmetric(
+        *(float(value[f"i{a}"]) for a in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    )
     check(truth, float(value["mass"]), pose[:3], tensor, DOUBLE, kind)
 
 
@@ -93,7 +104,9 @@ def test_usd(kind, seed):
     assert text.startswith("#usda 1.0\n")
     assert "metersPerUnit = 1\n" in text
     assert "kilogramsPerUnit = 1\n" in text
-    value = {m[1]: ast.literal_eval(m[2]) for m in re.finditer(r"physics:(\w+) = (.+)", text)}
+    value = {
+        m[1]: ast.literal_eval(m[2]) for m in re.finditer(r"physics:(\w+) = (.+)", text)
+    }
     tensor = from_principal(value["diagonalInertia"], value["principalAxes"])
     check(truth, value["mass"], value["centerOfMass"], tensor, DOUBLE, kind)
 
@@ -106,25 +119,39 @@ def test_usd_in_openusd(kind, name):
 
     estimate, truth = make(kind, 0)
     stage = Usd.Stage.CreateInMemory()
-    assert stage.GetRootLayer().ImportFromString(export(estimate, "usd", POSE, name=name).text), pxr
+    assert stage.GetRootLayer().ImportFromString(
+        export(estimate, "usd", POSE, name=name).text
+    ), pxr
     prim = stage.GetDefaultPrim()
     assert prim.HasAPI(UsdPhysics.RigidBodyAPI)
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1
     assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
     api = UsdPhysics.MassAPI(prim)
-    q, moments = api.GetPrincipalAxesAttr().Get(), list(api.GetDiagonalInertiaAttr().Get())
+    q, moments = (
+        api.GetPrincipalAxesAttr().Get(),
+        list(api.GetDiagonalInertiaAttr().Get()),
+    )
     a, b, c = sorted(moments)
     assert a > 0
     assert a + b >= c
     tensor = from_principal(moments, (q.GetReal(), *q.GetImaginary()))
-    check(truth, api.GetMassAttr().Get(), list(api.GetCenterOfMassAttr().Get()), tensor, SINGLE, kind)
+    check(
+        truth,
+        api.GetMassAttr().Get(),
+        list(api.GetCenterOfMassAttr().Get()),
+        tensor,
+        SINGLE,
+        kind,
+    )
 
 
 def test_json_reads_back(tmp_path):
     covariance = np.diag(np.arange(1.0, 11.0)) * 1e-6
     for parameters in (make("box", 0)[0].parameters, *physically_impossible().values()):
-        estimate = Estimate("OLS", parameters, 10, 1.5, covariance if parameters.mass else None)
+        estimate = Estimate(
+            "OLS", parameters, 10, 1.5, covariance if parameters.mass else None
+        )
         (tmp_path / "e.json").write_text(export(estimate, "json").text)
         again = Estimate.load(tmp_path / "e.json")
         assert np.array_equal(again.parameters.vector, parameters.vector)
@@ -136,7 +163,9 @@ def test_json_reads_back(tmp_path):
 
 def test_csv_reads_back():
     parameters = make("box", 0)[0].parameters
-    estimate = Estimate("OLS", parameters, 10, 1.5, np.diag(np.arange(1.0, 11.0)) * 1e-6)
+    estimate = Estimate(
+        "OLS", parameters, 10, 1.5, np.diag(np.arange(1.0, 11.0)) * 1e-6
+    )
     (row,) = csv.DictReader(io.StringIO(export(estimate, "csv", name="a, b").text))
     J, std = parameters.inertia_at_com, estimate.std
     assert std is not None
@@ -154,7 +183,11 @@ def test_csv_reads_back():
 
 def test_arguments():
     estimate = make("box", 0)[0]
-    assert set(SUFFIXES.values()) <= set(TARGETS) == {*SIMULATORS, *CONTROLLERS, "json", "csv"}
+    assert (
+        set(SUFFIXES.values())
+        <= set(TARGETS)
+        == {*SIMULATORS, *CONTROLLERS, "json", "csv"}
+    )
     with pytest.raises(InputError, match="did you mean 'urdf'"):
         export(estimate, "urfd")
     with pytest.raises(InputError, match="proper rotation"):

@@ -14,15 +14,20 @@ from hefting.export import export
 from hefting.export.body import Body
 
 DOUBLE, SINGLE = 1e-12, 3e-7
-"""Tolerances: of a reader's own arithmetic (MuJoCo diagonalises), and of single precision in a quaternion."""
+"""Tolerances: of a reader's own arithmetic (MuJoCo diagonalises), and of single
+precision in a quaternion."""
 
-POSE = pose_matrix((0.03, -0.02, 0.11, *(np.array((0.3, -0.5, 0.2, 0.7)) / np.sqrt(0.87))))
-"""Sensor in flange: turned about no special axis, and shifted, so that any slip of frame shows."""
+POSE = pose_matrix(
+    (0.03, -0.02, 0.11, *(np.array((0.3, -0.5, 0.2, 0.7)) / np.sqrt(0.87)))
+)
+"""Sensor in flange: turned about no special axis, and shifted, so that any slip of
+frame shows."""
 
 SIMULATORS = ("urdf", "mjcf", "sdf", "usd")
 CONTROLLERS = ("ur", "xarm", "franka", "kuka", "abb", "fanuc")
 
-# kind: mass [kg], sides [m], whether the box is aligned with the sensor. Zero sides: flat and rod-like.
+# kind: mass [kg], sides [m], whether the box is aligned with the sensor. Zero sides:
+# flat and rod-like.
 KINDS = {
     "box": (0.9, (0.08, 0.12, 0.2), False),
     "aligned": (0.9, (0.12, 0.2, 0.08), True),
@@ -49,7 +54,8 @@ class Truth:
 
 
 def make(kind: str, seed: int, pose: np.ndarray = POSE) -> tuple[Estimate, Truth]:
-    """Estimate of a box in sensor axes, and the truth in the frame in which the sensor has this pose."""
+    """Estimate of a box in sensor axes, and the truth in the frame in which the sensor
+    has this pose."""
     rng = np.random.default_rng([seed, list(KINDS).index(kind)])
     mass, sides, aligned = KINDS[kind]
     quaternion = np.array((0.0, 0.0, 0.0, 1.0)) if aligned else rng.normal(size=4)
@@ -57,28 +63,44 @@ def make(kind: str, seed: int, pose: np.ndarray = POSE) -> tuple[Estimate, Truth
     second = R @ np.diag(np.square(sides)) @ R.T * mass / 12
     tensor = np.trace(second) * np.eye(3) - second
     com = rng.uniform(-0.15, 0.15, 3)
-    estimate = Estimate("test", InertialParameters.from_com(mass, com, tensor), samples=100, duration=2.0)
+    estimate = Estimate(
+        "test",
+        InertialParameters.from_com(mass, com, tensor),
+        samples=100,
+        duration=2.0,
+    )
     Q = pose[:3, :3]
     return estimate, Truth(mass, Q @ com + pose[:3, 3], Q @ tensor @ Q.T)
 
 
 def check(truth: Truth, mass: float, com, tensor, digits: float, kind: str) -> None:
-    """Equal within `digits`, relative to the mass, to 1 m, and to the largest moment."""
-    # A flat or rod-like body is given a thickness that changes moments by up to 2e-6 of the largest.
-    # An estimate holds J at the sensor: m |c|² / J is up to 2e3 for the light rod, so eps grows to 1e-12.
+    """Equal within `digits`, relative to the mass, to 1 m, and to the largest
+    moment."""
+    # A flat or rod-like body is given a thickness that changes moments by up to 2e-6 of
+    # the largest.
+    # An estimate holds J at the sensor: m |c|² / J is up to 2e3 for the light rod, so
+    # eps grows to 1e-12.
     size = np.abs(truth.tensor).max()
     allowed = max(digits, 1e-11) + (3e-6 if "flat" in kind or "rod" in kind else 0)
     np.testing.assert_allclose(mass, truth.mass, rtol=digits)
     np.testing.assert_allclose(com, truth.com, atol=digits)
-    np.testing.assert_allclose(np.asarray(tensor) / size, truth.tensor / size, atol=allowed)
+    np.testing.assert_allclose(
+        np.asarray(tensor) / size, truth.tensor / size, atol=allowed
+    )
 
 
 def from_principal(moments, quaternion_wxyz) -> np.ndarray:
-    """Tensor of principal moments along axes given by a quaternion, by the quaternion product q v q*."""
+    """Tensor of principal moments along axes given by a quaternion, by the quaternion
+    product q v q*."""
     w, u = quaternion_wxyz[0], np.asarray(quaternion_wxyz[1:])
-    assert np.isclose(w * w + u @ u, 1, atol=3e-7)  # single precision in four components
-    axes = [v + 2 * w * np.cross(u, v) + 2 * np.cross(u, np.cross(u, v)) for v in np.eye(3)]
-    return np.sum([m * np.outer(a, a) for m, a in zip(moments, axes, strict=True)], axis=0)
+    # single precision in four components
+    assert np.isclose(w * w + u @ u, 1, atol=3e-7)
+    axes = [
+        v + 2 * w * np.cross(u, v) + 2 * np.cross(u, np.cross(u, v)) for v in np.eye(3)
+    ]
+    return np.sum(
+        [m * np.outer(a, a) for m, a in zip(moments, axes, strict=True)], axis=0
+    )
 
 
 def symmetric(xx, yy, zz, xy, xz, yz) -> np.ndarray:
@@ -93,9 +115,15 @@ def groups(pattern: str, text: str) -> tuple[str, ...]:
 
 def physically_impossible() -> dict[str, InertialParameters]:
     return {
-        "the mass is not positive": InertialParameters.from_com(-1, (0, 0, 0.1), np.eye(3)),
-        "not positive definite": InertialParameters.from_com(1, (0, 0, 0.1), np.diag((-1e-3, 1e-3, 1e-3))),
-        "triangle inequality": InertialParameters.from_com(1, (0, 0, 0.1), np.diag((1e-3, 1e-3, 3e-3))),
+        "the mass is not positive": InertialParameters.from_com(
+            -1, (0, 0, 0.1), np.eye(3)
+        ),
+        "not positive definite": InertialParameters.from_com(
+            1, (0, 0, 0.1), np.diag((-1e-3, 1e-3, 1e-3))
+        ),
+        "triangle inequality": InertialParameters.from_com(
+            1, (0, 0, 0.1), np.diag((1e-3, 1e-3, 3e-3))
+        ),
         "the mass is not positive ": InertialParameters(np.zeros(10)),
     }
 
@@ -107,11 +135,15 @@ def test_principal_axes_are_right_handed_and_least_turned(kind, seed):
     size = moments.max()
     assert np.isclose(np.linalg.det(axes), 1)
     assert moments.min() > 0
-    np.testing.assert_allclose(axes @ np.diag(moments) @ axes.T / size, body.inertia / size, atol=1e-14)
-    # No renaming of axes can be turned by more than about 63 deg from the frame (the cube's rotation group).
+    np.testing.assert_allclose(
+        axes @ np.diag(moments) @ axes.T / size, body.inertia / size, atol=1e-14
+    )
+    # No renaming of axes can be turned by more than about 63 deg from the frame (the
+    # cube's rotation group).
     assert np.degrees(np.arccos((np.trace(axes) - 1) / 2)) < 63
     if kind == "aligned":
-        np.testing.assert_allclose(axes, np.eye(3), atol=1e-12)  # distinct moments, exact axes up to rounding of J
+        # distinct moments, exact axes up to rounding of J
+        np.testing.assert_allclose(axes, np.eye(3), atol=1e-12)
 
 
 @pytest.mark.parametrize("target", [*SIMULATORS, *CONTROLLERS])
@@ -123,6 +155,8 @@ def test_impossible_bodies_are_refused_with_the_reason(target):
 
 @pytest.mark.parametrize("target", SIMULATORS)
 def test_simulators_refuse_a_point_mass(target):
-    estimate = Estimate("test", InertialParameters.from_points([[0.11, 0.2, -0.3]], [0.7]), 1)
+    estimate = Estimate(
+        "test", InertialParameters.from_points([[0.11, 0.2, -0.3]], [0.7]), 1
+    )
     with pytest.raises(InputError, match="point mass"):
         export(estimate, target)

@@ -1,4 +1,5 @@
-"""Each controller's text read by a parser of its own, back to mass, COM and tensor in flange axes."""
+"""Each controller's text read by a parser of its own, back to mass, COM and tensor in
+flange axes."""
 
 import ast
 import re
@@ -49,19 +50,29 @@ def read_franka(text):
 
 def read_kuka(text):
     number = r"(-?[\d.]+)"
-    com, angles, moments = (", ".join(f"{k} {number}" for k in keys) for keys in ("XYZ", "ABC", "XYZ"))
-    call = groups(rf"^\{{M {number}, CM \{{{com}, {angles}\}}, J \{{{moments}\}}\}}$", text)
+    com, angles, moments = (
+        ", ".join(f"{k} {number}" for k in keys) for keys in ("XYZ", "ABC", "XYZ")
+    )
+    call = groups(
+        rf"^\{{M {number}, CM \{{{com}, {angles}\}}, J \{{{moments}\}}\}}$", text
+    )
     mass, x, y, z, a, b, c, *j = (float(v) for v in call)
-    (sa, sb, sc), (ca, cb, cc) = np.sin(np.radians((a, b, c))), np.cos(np.radians((a, b, c)))
+    (sa, sb, sc), (ca, cb, cc) = (
+        np.sin(np.radians((a, b, c))),
+        np.cos(np.radians((a, b, c))),
+    )
     about_z = np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]])
     about_y = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
     about_x = np.array([[1, 0, 0], [0, cc, -sc], [0, sc, cc]])
-    axes = about_z @ about_y @ about_x  # each turn about an axis already turned: to the right
+    # each turn about an axis already turned: to the right
+    axes = about_z @ about_y @ about_x
     return mass, np.array((x, y, z)) / 1000, axes @ np.diag(j) @ axes.T
 
 
 def read_abb(text):
-    mass, com, aom, *moments = ast.literal_eval(*groups(r"^PERS loaddata [A-Za-z]\w{0,31} := (\[.*\]);$", text))
+    mass, com, aom, *moments = ast.literal_eval(
+        *groups(r"^PERS loaddata [A-Za-z]\w{0,31} := (\[.*\]);$", text)
+    )
     assert len(moments) == 3
     assert min(moments) > 0
     return mass, np.array(com) / 1000, from_principal(moments, aom)
@@ -69,16 +80,32 @@ def read_abb(text):
 
 def read_fanuc(text):
     value = {}
-    for label, unit, number in re.findall(r"^(PAYLOAD.*?) *\[(.*)\] *: ([-\d.]+)$", text, re.MULTILINE):
-        value[label] = float(number) * {"kg": 1, "cm": 0.01, "kgfcms^2": 1 / 10.1971621}[unit]
+    for label, unit, number in re.findall(
+        r"^(PAYLOAD.*?) *\[(.*)\] *: ([-\d.]+)$", text, re.MULTILINE
+    ):
+        value[label] = (
+            float(number) * {"kg": 1, "cm": 0.01, "kgfcms^2": 1 / 10.1971621}[unit]
+        )
     com = [value[f"PAYLOAD CENTER {axis}"] for axis in "XYZ"]
-    return value["PAYLOAD"], com, np.diag([value[f"PAYLOAD INERTIA {axis}"] for axis in "XYZ"])
+    return (
+        value["PAYLOAD"],
+        com,
+        np.diag([value[f"PAYLOAD INERTIA {axis}"] for axis in "XYZ"]),
+    )
 
 
 READERS = {name: globals()[f"read_{name}"] for name in CONTROLLERS}
-# ABB, KUKA and Fanuc hold single precision: 6e-8 a number. KUKA's angles near 180 deg are 1.5e-5 deg apart,
+# ABB, KUKA and Fanuc hold single precision: 6e-8 a number. KUKA's angles near 180 deg
+# are 1.5e-5 deg apart,
 # half of that is 1.3e-7 rad, three of them turn a tensor by up to 8e-7.
-PRECISION = {"ur": DOUBLE, "xarm": DOUBLE, "franka": DOUBLE, "kuka": 1e-6, "abb": SINGLE, "fanuc": SINGLE}
+PRECISION = {
+    "ur": DOUBLE,
+    "xarm": DOUBLE,
+    "franka": DOUBLE,
+    "kuka": 1e-6,
+    "abb": SINGLE,
+    "fanuc": SINGLE,
+}
 
 
 @pytest.mark.parametrize("target", CONTROLLERS)
@@ -106,41 +133,75 @@ def test_controllers_without_the_pose_warn_and_are_in_sensor_axes(target):
     assert exported.frame == "sensor"
     assert "sensor axes" in exported.text
     assert "NOT flange axes" in exported.text
-    assert any("sensor axes" in w and "`sensor_pose_in_flange`" in w for w in exported.warnings)
+    assert any(
+        "sensor axes" in w and "`sensor_pose_in_flange`" in w for w in exported.warnings
+    )
     mass, com, tensor = READERS[target](exported.text)
     if target == "fanuc":
         truth.tensor = np.diag(np.diag(truth.tensor))
-    check(truth, mass, com, truth.tensor if tensor is None else tensor, PRECISION[target], "box")
+    check(
+        truth,
+        mass,
+        com,
+        truth.tensor if tensor is None else tensor,
+        PRECISION[target],
+        "box",
+    )
 
 
 def test_units_by_hand():
-    """2 kg at (1, 2, 3) cm of a sensor 100 mm out and turned by 90 deg about z: (-2, 1, 13) cm there."""
-    estimate = Estimate("test", InertialParameters.from_com(2.0, (0.01, 0.02, 0.03), np.diag((1e-3, 2e-3, 2.5e-3))), 1)
+    """2 kg at (1, 2, 3) cm of a sensor 100 mm out and turned by 90 deg about z: (-2, 1,
+    13) cm there."""
+    estimate = Estimate(
+        "test",
+        InertialParameters.from_com(
+            2.0, (0.01, 0.02, 0.03), np.diag((1e-3, 2e-3, 2.5e-3))
+        ),
+        1,
+    )
     pose = pose_matrix((0, 0, 0.1, 0, 0, np.sqrt(0.5), np.sqrt(0.5)))
-    last = {t: export(estimate, t, pose, name="cup").text.splitlines()[-1] for t in ("xarm", "abb", "kuka")}
+    last = {
+        t: export(estimate, t, pose, name="cup").text.splitlines()[-1]
+        for t in ("xarm", "abb", "kuka")
+    }
     text = {t: export(estimate, t, pose).text for t in ("ur", "fanuc")}
     mass, com, _ = read_xarm(last["xarm"])
-    np.testing.assert_allclose((mass, *com), (2, -0.02, 0.01, 0.13), rtol=1e-12)  # a few roundings
+    # a few roundings
+    np.testing.assert_allclose((mass, *com), (2, -0.02, 0.01, 0.13), rtol=1e-12)
     assert last["kuka"].startswith("{M 2.0, CM {X -20.0, Y 10.0, Z 130.0, A ")
-    assert last["kuka"].endswith("J {X 0.002, Y 0.001, Z 0.0025}}")  # sensor x lies along flange y
-    assert last["abb"].startswith("PERS loaddata load_cup := [2.0, [-20.0, 10.0, 130.0], [1.0, 0.0, 0.0, ")
+    # sensor x lies along flange y
+    assert last["kuka"].endswith("J {X 0.002, Y 0.001, Z 0.0025}}")
+    assert last["abb"].startswith(
+        "PERS loaddata load_cup := [2.0, [-20.0, 10.0, 130.0], [1.0, 0.0, 0.0, "
+    )
     assert last["abb"].endswith(", 0.002, 0.001, 0.0025];")
     mass, com, tensor = read_ur(text["ur"])
     np.testing.assert_allclose((mass, *com), (2, -0.02, 0.01, 0.13), rtol=1e-12)
     np.testing.assert_allclose(np.diag(tensor), (2e-3, 1e-3, 2.5e-3), rtol=1e-9)
-    lines = dict(line.split(": ") for line in text["fanuc"].splitlines() if line.startswith("PAYLOAD"))
+    lines = dict(
+        line.split(": ")
+        for line in text["fanuc"].splitlines()
+        if line.startswith("PAYLOAD")
+    )
     values = [float(v) for v in lines.values()]
     # 0.002 kg m² = 0.002 * 100 / 9.80665 kgf cm s²
-    np.testing.assert_allclose(values, (2, -2, 1, 13, 0.02039432, 0.01019716, 0.02549290), rtol=1e-6)
+    np.testing.assert_allclose(
+        values, (2, -2, 1, 13, 0.02039432, 0.01019716, 0.02549290), rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize("target", CONTROLLERS)
 def test_no_exponents(target):
-    """1 mg of inertia 1e-12 kg m², and a COM at 1e-7 m: parsers differ over 1e-07, so plain decimals only."""
-    body = InertialParameters.from_com(1e-6, (1e-7, -1e-5, -0.0), np.diag((1e-12, 2e-12, 2.5e-12)))
+    """1 mg of inertia 1e-12 kg m², and a COM at 1e-7 m: parsers differ over 1e-07, so
+    plain decimals only."""
+    body = InertialParameters.from_com(
+        1e-6, (1e-7, -1e-5, -0.0), np.diag((1e-12, 2e-12, 2.5e-12))
+    )
     numbers = export(Estimate("test", body, 1), target).text.splitlines()
     assert not [
-        line for line in numbers if not line.startswith(("#", "!", ";", "//")) and re.search(r"\de[-+]?\d", line)
+        line
+        for line in numbers
+        if not line.startswith(("#", "!", ";", "//")) and re.search(r"\de[-+]?\d", line)
     ]
     assert not re.search(r"-0\.0\b", "\n".join(numbers))
 
@@ -149,7 +210,14 @@ def test_euler_angles_at_the_singularity():
     rng = np.random.default_rng(4)
     for b in (np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, 0.3):
         for a, c in rng.uniform(-3, 3, (20, 2)):
-            sa, ca, sb, cb, sc, cc = np.sin(a), np.cos(a), np.sin(b), np.cos(b), np.sin(c), np.cos(c)
+            sa, ca, sb, cb, sc, cc = (
+                np.sin(a),
+                np.cos(a),
+                np.sin(b),
+                np.cos(b),
+                np.sin(c),
+                np.cos(c),
+            )
             R = (
                 np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]])
                 @ np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
@@ -162,17 +230,24 @@ def test_euler_angles_at_the_singularity():
                 @ np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
                 @ np.array([[1, 0, 0], [0, cc, -sc], [0, sc, cc]])
             )
-            np.testing.assert_allclose(again, R, atol=1e-14)  # a few roundings of numbers up to 1
+            # a few roundings of numbers up to 1
+            np.testing.assert_allclose(again, R, atol=1e-14)
 
 
 def test_point_mass():
     """Some have a mass and a COM only; at the COM nothing but rounding is left of J."""
-    estimate = Estimate("test", InertialParameters.from_points([[0.11, 0.2, -0.3]], [0.7]), 1)
+    estimate = Estimate(
+        "test", InertialParameters.from_points([[0.11, 0.2, -0.3]], [0.7]), 1
+    )
     for target in CONTROLLERS:
         text = export(estimate, target, POSE).text
         if target != "abb":
             mass, com, tensor = READERS[target](text)
             assert mass == pytest.approx(0.7, rel=1e-7)
-            np.testing.assert_allclose(com, POSE[:3, :3] @ (0.11, 0.2, -0.3) + POSE[:3, 3], atol=1e-7)
+            np.testing.assert_allclose(
+                com, POSE[:3, :3] @ (0.11, 0.2, -0.3) + POSE[:3, 3], atol=1e-7
+            )
             assert tensor is None or not tensor.any()
-    assert export(estimate, "abb", POSE).text.endswith("[1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0];\n")
+    assert export(estimate, "abb", POSE).text.endswith(
+        "[1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0];\n"
+    )

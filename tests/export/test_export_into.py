@@ -1,4 +1,5 @@
-"""Putting an inertial into an existing file: the right place, no other byte changed, hostile ones refused."""
+"""Putting an inertial into an existing file: the right place, no other byte changed,
+hostile ones refused."""
 
 from xml.etree import ElementTree
 
@@ -62,7 +63,8 @@ def put(tmp_path, content, target, link, **arguments):
 
 
 def outline(text: str, holder: str, link: str):
-    """The document as nested tuples with comments, without the inertial of one element."""
+    """The document as nested tuples with comments, without the inertial of one
+    element."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
 
     def walk(e):
@@ -86,7 +88,8 @@ def test_urdf_link(tmp_path, link):
     body = model.inertias[{"base": 0, "tool0": 1, "gripper": 2, "empty": 4}[link]]
     assert body.mass == 0.932
     np.testing.assert_allclose(body.lever, COM, atol=1e-15)
-    np.testing.assert_allclose(body.inertia, TENSOR, atol=1e-15)  # J at the COM came back from J at the origin
+    # J at the COM came back from J at the origin
+    np.testing.assert_allclose(body.inertia, TENSOR, atol=1e-15)
     again = put(tmp_path, exported.text, "urdf", link)
     assert again.text == exported.text
     assert "replaced" in again.warnings[-1]
@@ -94,7 +97,12 @@ def test_urdf_link(tmp_path, link):
 
 @pytest.mark.parametrize(
     ("content", "target", "link"),
-    [(URDF, "urdf", "tool0"), (URDF, "urdf", "finger"), (MJCF, "mjcf", "outer"), (SDF, "sdf", "hand")],
+    [
+        (URDF, "urdf", "tool0"),
+        (URDF, "urdf", "finger"),
+        (MJCF, "mjcf", "outer"),
+        (SDF, "sdf", "hand"),
+    ],
 )
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_every_other_byte_is_unchanged(tmp_path, content, target, link, newline):
@@ -102,7 +110,11 @@ def test_every_other_byte_is_unchanged(tmp_path, content, target, link, newline)
     text = put(tmp_path, content, target, link).text
     assert newline == "\n" or text.count("\n") == text.count("\r\n")
     start = text.index("<inertial", text.index(f'name="{link}"'))
-    end = text.index("</inertial>", start) + 11 if target != "mjcf" else text.index("/>", start) + 2
+    end = (
+        text.index("</inertial>", start) + 11
+        if target != "mjcf"
+        else text.index("/>", start) + 2
+    )
     before, after = text[:start].rstrip(), text[end:]
     if link == "tool0":  # it was <link name="tool0" />
         assert before.endswith('<link name="tool0">')
@@ -123,8 +135,13 @@ def test_mjcf_body(tmp_path):
         assert any("replaced" in w for w in exported.warnings) == replaced
     with pytest.raises(InputError, match="did you mean 'inner'"):
         put(tmp_path, MJCF, "mjcf", "iner")
-    ignoring = MJCF.replace("<worldbody>", '<compiler inertiafromgeom="true"/><worldbody>')
-    assert any("inertiafromgeom" in w for w in put(tmp_path, ignoring, "mjcf", "outer").warnings)
+    ignoring = MJCF.replace(
+        "<worldbody>", '<compiler inertiafromgeom="true"/><worldbody>'
+    )
+    assert any(
+        "inertiafromgeom" in w
+        for w in put(tmp_path, ignoring, "mjcf", "outer").warnings
+    )
 
 
 def test_sdf_link_in_flange_axes(tmp_path):
@@ -132,8 +149,13 @@ def test_sdf_link_in_flange_axes(tmp_path):
     pose[2, 3] = 1.0
     exported = put(tmp_path, SDF, "sdf", "hand", sensor_pose_in_flange=pose)
     assert outline(exported.text, "link", "hand") == outline(SDF, "link", "hand")
-    found = (ElementTree.fromstring(exported.text).findtext("world/model/link/inertial/pose") or "").split()
-    np.testing.assert_allclose([float(v) for v in found], (0.01, -0.02, 1.05, 0, 0, 0), atol=1e-15)
+    found = (
+        ElementTree.fromstring(exported.text).findtext("world/model/link/inertial/pose")
+        or ""
+    ).split()
+    np.testing.assert_allclose(
+        [float(v) for v in found], (0.01, -0.02, 1.05, 0, 0, 0), atol=1e-15
+    )
     assert exported.frame == "flange"
     assert "flange frame" in exported.warnings[0]
 
@@ -147,14 +169,22 @@ def test_byte_order_mark_and_long_attributes(tmp_path):
 
 
 def test_unknown_link_names_the_nearest_and_the_valid(tmp_path):
-    with pytest.raises(InputError, match=r"no <link> is named 'griper'.*'gripper'.*base, tool0, gripper"):
+    with pytest.raises(
+        InputError,
+        match=r"no <link> is named 'griper'.*'gripper'.*base, tool0, gripper",
+    ):
         put(tmp_path, URDF, "urdf", "griper")
     with pytest.raises(InputError, match=r"which <link>.*choose one of: base, tool0"):
         put(tmp_path, URDF, "urdf", None)
     with pytest.raises(InputError, match=r"2 <link> are named 'tool0'"):
         put(tmp_path, URDF.replace('name="base"', 'name="tool0"'), "urdf", "tool0")
     with pytest.raises(InputError, match="two inertials"):
-        put(tmp_path, '<robot><link name="a"><inertial/><inertial/></link></robot>', "urdf", "a")
+        put(
+            tmp_path,
+            '<robot><link name="a"><inertial/><inertial/></link></robot>',
+            "urdf",
+            "a",
+        )
 
 
 BOMB = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>\n<robot name="&b;"><link name="tool0"/></robot>'

@@ -1,4 +1,5 @@
-"""An export target is one file and one line: what is listed and written follows from them."""
+"""An export target is one file and one line: what is listed and written follows from
+them."""
 
 import re
 from pathlib import Path
@@ -47,7 +48,10 @@ def estimate(copy):
 
 
 def test_each_file_is_listed_and_its_target_is_whole():
-    assert set(FILES) == {path.stem for path in (PACKAGE / "export").glob("*.py")} - NOT_TARGETS
+    assert (
+        set(FILES)
+        == {path.stem for path in (PACKAGE / "export").glob("*.py")} - NOT_TARGETS
+    )
     assert len(FILES) == len(REGISTRY)
     for name, target in REGISTRY.items():
         assert target.name == name == name.lower()
@@ -70,20 +74,34 @@ def test_a_new_target_in_python(copy, estimate):
         f"found = export(Estimate.load({file!r}), 'toy'); "
         "print(TARGETS['toy'], SUFFIXES['.toy'], found.frame, *(w.code for w in found.warnings), found.text)"
     )
-    assert copy.python("-c", code).split() == ["a", "toy", "toy", "sensor", "sensor-axes", "toy", repr(mass)]
+    assert copy.python("-c", code).split() == [
+        "a",
+        "toy",
+        "toy",
+        "sensor",
+        "sensor-axes",
+        "toy",
+        repr(mass),
+    ]
 
 
 def test_a_new_target_on_the_command_line(copy, estimate):
     file, mass = estimate
     pose = ("--sensor-pose-in-flange", "0,0,0.03,0,0,0,1")
     assert copy.hefting("export", file, "--to", "toy", *pose) == f"toy {mass!r}\n"
-    assert "fanuc, toy, json or csv" in " ".join(copy.hefting("export", "--help").split())
-    assert ".usda, .toy or .csv; repeatable" in " ".join(copy.hefting("identify", "--help").split())
+    assert "fanuc, toy, json or csv" in " ".join(
+        copy.hefting("export", "--help").split()
+    )
+    assert ".usda, .toy or .csv; repeatable" in " ".join(
+        copy.hefting("identify", "--help").split()
+    )
 
 
 def test_a_new_target_by_its_suffix(copy):
     body = hammer().parameters
-    write_log(simulate(UR5.motion(sinusoids(3.0, 100.0, 1.5)), body), copy.folder / "log.csv")
+    write_log(
+        simulate(UR5.motion(sinusoids(3.0, 100.0, 1.5)), body), copy.folder / "log.csv"
+    )
     out = copy.hefting("identify", "log.csv", "--method", "OLS", "--output", "a.toy")
     assert "wrote a.toy (sensor axes)" in out
     assert "--sensor-pose-in-flange" in " ".join(out.split())

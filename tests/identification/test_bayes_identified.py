@@ -1,4 +1,5 @@
-"""Bayes at the end of the whole way: from recordings with noisy poses, by `identify`."""
+"""Bayes at the end of the whole way: from recordings with noisy poses, by
+`identify`."""
 
 import numpy as np
 import pytest
@@ -17,12 +18,18 @@ ROWS, COLUMNS = np.triu_indices(3)
 
 
 def recording(seed: int, speed: float = 1.0, noise: Noise = NOISE):
-    return simulate(UR5.motion(random_smooth(5.0, 100.0, speed, seed)), hammer().parameters, noise=noise, seed=seed)
+    return simulate(
+        UR5.motion(random_smooth(5.0, 100.0, speed, seed)),
+        hammer().parameters,
+        noise=noise,
+        seed=seed,
+    )
 
 
 def test_intervals_hold_the_object():
-    """Of 24 recordings, 10 numbers each, found by their own motion and noise: 95 % of 240 that come in groups of
-    several, so 88 % at least; `identify` chooses Bayes by itself."""
+    """Of 24 recordings, 10 numbers each, found by their own motion and noise: 95 % of
+    240 that come in groups of several, so 88 % at least; `identify` chooses Bayes by
+    itself."""
     held = []
     shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(24):
@@ -31,19 +38,28 @@ def test_intervals_hold_the_object():
         assert estimate.physically_consistent
         assert estimate.intervals is not None
         for name in ("mass", "center_of_mass", "inertia_at_origin"):
-            (low, high), value = estimate.intervals[name], np.asarray(getattr(hammer().parameters, name))
+            (low, high), value = (
+                estimate.intervals[name],
+                np.asarray(getattr(hammer().parameters, name)),
+            )
             inside = np.atleast_1d((low <= value) & (value <= high))
             held.extend(inside[ROWS, COLUMNS] if inside.ndim == 2 else inside)
     assert np.mean(held) > 0.88
 
 
 def test_what_the_smoother_says_of_its_errors_is_so():
-    """Deviations of the accelerations against their true errors: within a factor of two, on average over ten
-    recordings; and these last for some samples of the wrench, as their correlation shows."""
+    """Deviations of the accelerations against their true errors: within a factor of
+    two, on average over ten recordings; and these last for some samples of the wrench,
+    as their correlation shows."""
     ratios = []
     for seed in range(10):
         prepared = ingest(recording(seed))
-        z, truth = prepared.measurements, wield(UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters)
+        z, truth = (
+            prepared.measurements,
+            wield(
+                UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters
+            ),
+        )
         off = [
             np.sqrt(np.mean(np.square(getattr(z, name) - getattr(truth, name))))
             for name in ("linear_acceleration", "angular_acceleration")
@@ -59,7 +75,8 @@ def test_what_the_smoother_says_of_its_errors_is_so():
 
 
 def test_white_noise_in_logged_accelerations_is_allowed_for():
-    """A log whose accelerations carry the paper's noise: found, or the intervals would hold half of what they claim."""
+    """A log whose accelerations carry the paper's noise: found, or the intervals would
+    hold half of what they claim."""
     level, held = NOISE_LEVELS["moderate"], []
     shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(16):
@@ -67,27 +84,47 @@ def test_white_noise_in_logged_accelerations_is_allowed_for():
         log = simulate(motion, hammer().parameters, noise=level, seed=seed, exact=True)
         estimate = identify(log, shape).estimate
         linear, angular = estimate.provenance["motion_noise"]
-        # a median of 1,500 differences is known to 3 %, four of it; far less where a clock offset averages neighbours
+        # a median of 1,500 differences is known to 3 %, four of it; far less where a
+        # clock offset averages neighbours
         assert 0.3 < linear / level.linear_acceleration < 1.12
         assert 0.3 < angular / level.angular_acceleration < 1.12
         assert estimate.intervals is not None
-        (low, high), J = estimate.intervals["inertia_at_origin"], hammer().parameters.inertia_at_origin
+        (low, high), J = (
+            estimate.intervals["inertia_at_origin"],
+            hammer().parameters.inertia_at_origin,
+        )
         held.extend(((low <= J) & (high >= J))[ROWS, COLUMNS])
-    assert np.mean(held) > 0.8  # 96 numbers in groups; 0.5 where the motion is taken as exact
+    # 96 numbers in groups; 0.5 where the motion is taken as exact
+    assert np.mean(held) > 0.8
     for rate in (25.0, 100.0, 500.0):
         exact = wield(UR5.motion(random_smooth(5.0, rate, 1.5, 1)), hammer().parameters)
         assert white_motion_noise(exact) is None
-        assert white_motion_noise(exact[:30].with_noise(level, 1)) is None  # too few to tell
+        # too few to tell
+        assert white_motion_noise(exact[:30].with_noise(level, 1)) is None
 
 
 @needs_recordings
 @pytest.mark.parametrize("run", ["run1", "run3"])
 def test_halves_of_a_real_recording_overlap_or_are_doubted(run):
-    """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in the halves of run 1."""
-    log, box = DATA / "panda-optoforce" / f"{run}.csv", Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
-    halves = [identify(log, box, gravity=(0.0, 0.0, -9.81), start=start, duration=8.5).estimate for start in (0.0, 8.6)]
+    """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in
+    the halves of run 1."""
+    log, box = (
+        DATA / "panda-optoforce" / f"{run}.csv",
+        Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3),
+    )
+    halves = [
+        identify(
+            log, box, gravity=(0.0, 0.0, -9.81), start=start, duration=8.5
+        ).estimate
+        for start in (0.0, 8.6)
+    ]
     for estimate in halves:
         assert estimate.intervals is not None
-    (low, high), (other_low, other_high) = (estimate.intervals["mass"] for estimate in halves)  # type: ignore[index]
-    doubted = [bool({"stretches-disagree", "response-uneven"} & codes(estimate.warnings)) for estimate in halves]
+    (low, high), (other_low, other_high) = (
+        estimate.intervals["mass"] for estimate in halves
+    )  # type: ignore[index]
+    doubted = [
+        bool({"stretches-disagree", "response-uneven"} & codes(estimate.warnings))
+        for estimate in halves
+    ]
     assert all(doubted) or (low <= other_high and other_low <= high)

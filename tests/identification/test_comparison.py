@@ -1,4 +1,5 @@
-"""Several methods on one recording: the table, the machine's version of it, and what is recommended."""
+"""Several methods on one recording: the table, the machine's version of it, and what is
+recommended."""
 
 import json
 import time
@@ -25,16 +26,22 @@ NOISE = Noise(0.1, 0.005)
 
 @pytest.fixture(scope="module")
 def recording():
-    """Five seconds of a hammer moved slowly (part of them near-static), poses alone, its wrench noisy."""
+    """Five seconds of a hammer moved slowly (part of them near-static), poses alone,
+    its wrench noisy."""
     motion = UR5.motion(sinusoids(5.0, 100.0, 0.7))
-    return simulate(motion, hammer().parameters, noise=NOISE, pose_noise=(1e-4, 3.5e-4), seed=3)
+    return simulate(
+        motion, hammer().parameters, noise=NOISE, pose_noise=(1e-4, 3.5e-4), seed=3
+    )
 
 
 @pytest.fixture(scope="module")
 def shape():
     """The hammer's points, labelled: handle and head."""
     points = Shape.from_mesh(hammer().mesh())
-    along = points.positions @ np.linalg.svd(points.positions - points.positions.mean(axis=0))[2][0]
+    along = (
+        points.positions
+        @ np.linalg.svd(points.positions - points.positions.mean(axis=0))[2][0]
+    )
     return replace(points, labels=(along > np.median(along)).astype(int))
 
 
@@ -66,7 +73,9 @@ def test_all_means_all_methods_and_variants(everything):
 @pytest.mark.parametrize("name", [*METHODS, *VARIANTS])
 def test_each_result_is_that_of_the_method_alone(everything, recording, shape, name):
     alone = identify(recording, shape, method=name.lower(), bias="none").estimate
-    np.testing.assert_array_equal(alone.parameters.vector, everything.results[name].parameters.vector)
+    np.testing.assert_array_equal(
+        alone.parameters.vector, everything.results[name].parameters.vector
+    )
     assert alone.method == name
     assert alone.warnings == everything.results[name].warnings
 
@@ -76,7 +85,9 @@ def test_variants_differ_from_their_methods(everything):
         if "model" not in settings:
             continue  # a condition that holds anyway changes nothing
         one, other = everything.results[name], everything.results[base]
-        assert np.abs(one.parameters.vector - other.parameters.vector).max() > 1e-6, name
+        assert np.abs(one.parameters.vector - other.parameters.vector).max() > 1e-6, (
+            name
+        )
 
 
 def test_without_a_shape_what_needs_one_is_left_out_with_a_reason(recording):
@@ -99,11 +110,18 @@ def test_a_list_keeps_its_order_and_repeats_nothing(recording, shape):
 
 
 def test_hyperparameters_go_to_those_that_have_them(recording, shape):
-    found = compare(recording, shape, ["PMD", "GEO", "LMI"], hyperparameters={"gamma": 1e9, "c1": 5e3})
+    found = compare(
+        recording,
+        shape,
+        ["PMD", "GEO", "LMI"],
+        hyperparameters={"gamma": 1e9, "c1": 5e3},
+    )
     assert found.results["GEO"].provenance["gamma"] == 1e9
     assert found.results["PMD"].provenance["c1"] == 5e3
     homogeneous = shape.homogeneous.center_of_mass
-    np.testing.assert_allclose(found.results["GEO"].parameters.center_of_mass, homogeneous, atol=1e-3)
+    np.testing.assert_allclose(
+        found.results["GEO"].parameters.center_of_mass, homogeneous, atol=1e-3
+    )
     with pytest.raises(InputError, match="none of LMI has a 'gamma'"):
         compare(recording, shape, ["LMI"], hyperparameters={"gamma": 1.0})
 
@@ -111,8 +129,11 @@ def test_hyperparameters_go_to_those_that_have_them(recording, shape):
 # what is recommended
 
 
-def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters(everything):
-    """chi² of ten: mean 10, standard deviation 4.5; the noise is estimated and the motion noisy, so up to 40."""
+def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters(
+    everything,
+):
+    """chi² of ten: mean 10, standard deviation 4.5; the noise is estimated and the
+    motion noisy, so up to 40."""
     prepared = everything.ingested
     assert misfit(everything.results["OLS"], prepared) == pytest.approx(0.0, abs=1e-6)
     truth = replace(everything.results["OLS"], parameters=hammer().parameters)
@@ -122,34 +143,79 @@ def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters
 
 
 def test_which_is_recommended_and_when(everything, shape):
-    """Every branch; uncertainties lie a factor of 1.4 or more from their limits, misfits one of ten or more."""
-    prepared, one, true = everything.ingested, everything.results["OLS"], hammer().parameters.vector
-    body, twice, minus, worse = (replace(one, parameters=InertialParameters(k * true)) for k in (1, 2, -1, -2))
+    """Every branch; uncertainties lie a factor of 1.4 or more from their limits,
+    misfits one of ten or more."""
+    prepared, one, true = (
+        everything.ingested,
+        everything.results["OLS"],
+        hammer().parameters.vector,
+    )
+    body, twice, minus, worse = (
+        replace(one, parameters=InertialParameters(k * true)) for k in (1, 2, -1, -2)
+    )
 
     def best(s, given=shape, **results):
-        covariance = prepared.fit.covariance * (s / uncertainty(prepared, given or shape)) ** 2
-        return recommend(results, replace(prepared, fit=replace(prepared.fit, covariance=covariance)), given)[0]
+        covariance = (
+            prepared.fit.covariance * (s / uncertainty(prepared, given or shape)) ** 2
+        )
+        return recommend(
+            results,
+            replace(prepared, fit=replace(prepared.fit, covariance=covariance)),
+            given,
+        )[0]
 
-    assert best(0.05, Bayes=body, GEO=body, LMI=body) == best(0.3, Bayes=body, PMD=body) == "Bayes"
-    assert best(0.05, Bayes=twice, GEO=body, LMI=body, PMD=body) == best(0.05, GEO=body, LMI=body, PMD=body) == "GEO"
-    assert best(0.05, GEO=twice, LMI=body, PMD=body) == best(0.14, PMD=body, LMI=body) == "LMI"
+    assert (
+        best(0.05, Bayes=body, GEO=body, LMI=body)
+        == best(0.3, Bayes=body, PMD=body)
+        == "Bayes"
+    )
+    assert (
+        best(0.05, Bayes=twice, GEO=body, LMI=body, PMD=body)
+        == best(0.05, GEO=body, LMI=body, PMD=body)
+        == "GEO"
+    )
+    assert (
+        best(0.05, GEO=twice, LMI=body, PMD=body)
+        == best(0.14, PMD=body, LMI=body)
+        == "LMI"
+    )
     assert best(0.15, GEO=twice, LMI=body) == best(0.05, GEO=twice, PMD=body) == "GEO"
-    assert best(0.3, PMD=body, LMI=body) == best(0.3, GEO=minus, LMI=body, PMD=body) == "PMD"
-    assert (best(0.05, LMI=minus, OLS=body), best(0.05, None, OLS=body, LMI=body)) == ("OLS", "LMI")
-    assert (best(0.05, OLS=worse, RTLS=minus), best(0.05, None, GEO=twice, HPS=body)) == ("RTLS", "HPS")
+    assert (
+        best(0.3, PMD=body, LMI=body)
+        == best(0.3, GEO=minus, LMI=body, PMD=body)
+        == "PMD"
+    )
+    assert (best(0.05, LMI=minus, OLS=body), best(0.05, None, OLS=body, LMI=body)) == (
+        "OLS",
+        "LMI",
+    )
+    assert (
+        best(0.05, OLS=worse, RTLS=minus),
+        best(0.05, None, GEO=twice, HPS=body),
+    ) == ("RTLS", "HPS")
     outside = replace(body, hull_margin=-0.3)
-    assert best(0.05, GEO=body, LMI=outside) == best(0.05, GEO=outside, LMI=body) == "LMI"
+    assert (
+        best(0.05, GEO=body, LMI=outside) == best(0.05, GEO=outside, LMI=body) == "LMI"
+    )
 
 
 def test_misfit_allows_for_correlated_residuals(everything):
-    p, true = everything.ingested, replace(everything.results["OLS"], parameters=hammer().parameters)
+    p, true = (
+        everything.ingested,
+        replace(everything.results["OLS"], parameters=hammer().parameters),
+    )
     tripled = replace(p, fit=replace(p.fit, inflation=3 * p.fit.inflation))
-    assert misfit(true, tripled) == pytest.approx(misfit(true, p) / 3, rel=1e-12)  # one division: rounding
+    # one division: rounding
+    assert misfit(true, tripled) == pytest.approx(misfit(true, p) / 3, rel=1e-12)
 
 
 def test_variants_are_not_recommended(recording, shape, monkeypatch):
     asked = []
-    monkeypatch.setattr(comparison, "recommend", lambda results, *_: asked.append(set(results)) or ("PMD", "said so"))
+    monkeypatch.setattr(
+        comparison,
+        "recommend",
+        lambda results, *_: asked.append(set(results)) or ("PMD", "said so"),
+    )
     start = time.perf_counter()
     found = compare(recording, shape, "all", bias="none")
     elapsed = time.perf_counter() - start
@@ -176,7 +242,9 @@ def test_the_wrong_sign_is_refused_by_every_method(recording, shape):
             identify(recording, shape, method=method, wrench="on-sensor", bias="none")
 
 
-@pytest.mark.parametrize("words", [(), ("--shape", "box:-0.01,0.01,-0.1,0.1,0.06,0.08")])
+@pytest.mark.parametrize(
+    "words", [(), ("--shape", "box:-0.01,0.01,-0.1,0.1,0.06,0.08")]
+)
 def test_the_table_is_not_cut(run, log, words):
     """With a shape that does not hold the COM, which makes the longest rows."""
     status, out, _ = run("identify", log, "--method", "all", *words)
@@ -185,7 +253,8 @@ def test_the_table_is_not_cut(run, log, words):
 
 
 def test_a_wrong_shape_is_not_recommended(recording):
-    """A box beside the object cannot hold its centre of mass: what rests on it does not explain the torque."""
+    """A box beside the object cannot hold its centre of mass: what rests on it does not
+    explain the torque."""
     wrong = Shape.from_box(0.3, 0.35, 0.3, 0.35, 0.3, 0.35)
     found = compare(recording, wrong, ["Bayes", "PMD", "LMI", "OLS"], bias="none")
     assert found.recommended not in ("Bayes", "PMD")
@@ -215,8 +284,16 @@ def test_the_machines_version(run, log, tmp_path):
     assert [result["method"] for result in found["results"]] == ["GEO", "PMD", "OLS"]
     assert json.loads(saved.read_text())["method"] == found["recommended"]
     for result in found["results"]:
-        assert set(result["consistency"]["margins"]) == {"mass", "inertia", "triangle", "pseudo_inertia", "hull"}
-        assert result["physically_consistent"] == (result["consistency"]["violated"] is None)
+        assert set(result["consistency"]["margins"]) == {
+            "mass",
+            "inertia",
+            "triangle",
+            "pseudo_inertia",
+            "hull",
+        }
+        assert result["physically_consistent"] == (
+            result["consistency"]["violated"] is None
+        )
         assert result["seconds"] > 0.0
 
 
@@ -230,7 +307,12 @@ def test_one_method_by_name_is_as_before(run, log):
 
 
 @pytest.mark.parametrize(
-    "words", [("--method", "PMD"), ("--method", "PMD,OLS"), ("--method", "HPS", "--shape", "box:0,1,0,1,0,1")]
+    "words",
+    [
+        ("--method", "PMD"),
+        ("--method", "PMD,OLS"),
+        ("--method", "HPS", "--shape", "box:0,1,0,1,0,1"),
+    ],
 )
 def test_a_missing_shape_is_one_line(run, log, words):
     status, out, err = run("identify", log, *words)

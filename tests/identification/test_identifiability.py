@@ -1,4 +1,5 @@
-"""What a motion leaves open: the reasons given, and that they are those of the fit in any sensor axes."""
+"""What a motion leaves open: the reasons given, and that they are those of the fit in
+any sensor axes."""
 
 import json
 import re
@@ -25,12 +26,16 @@ def test_one_pose_leaves_the_com_along_the_vertical_open():
     assert not {"m", "mcx", "mcy"} & set(found.open)
     oblique = judged(at_rest((1, 0, 1)))
     for name in ("mcx", "mcz"):
-        assert oblique.open[name] == "COM along (0.71, 0, 0.71) not observable: this direction never left the vertical"
+        assert (
+            oblique.open[name]
+            == "COM along (0.71, 0, 0.71) not observable: this direction never left the vertical"
+        )
     assert oblique.summary[0] == oblique.open["mcx"]  # said once
     assert "mcy" not in oblique.open
     for f in (found, oblique):
         assert {f.open[name] for name in INERTIA} == {
-            f"{name} not observable: no angular acceleration in poses taken as static" for name in INERTIA
+            f"{name} not observable: no angular acceleration in poses taken as static"
+            for name in INERTIA
         }
         assert f.summary[-1].startswith("Jxx, Jxy, Jxz, Jyy, Jyz, Jzz not observable: ")
 
@@ -49,15 +54,26 @@ def test_turning_about_the_vertical():
     assert found.rank_reduced == 3
     assert found.open["mcz"] == "COM z not observable: sensor z never left the vertical"
     for name in ("Jxx", "Jxy", "Jyy"):
-        assert found.open[name] == f"{name} not observable: no angular acceleration about x or y"
+        assert (
+            found.open[name]
+            == f"{name} not observable: no angular acceleration about x or y"
+        )
     assert set(found.open) == {"mcz", "Jxx", "Jxy", "Jyy"}
 
 
 def test_a_small_tilt_is_said_in_degrees():
     tilt = np.radians(3.0)
-    z = at_rest(*((np.sin(tilt) * np.cos(a), np.sin(tilt) * np.sin(a), -np.cos(tilt)) for a in np.arange(4)))
+    z = at_rest(
+        *(
+            (np.sin(tilt) * np.cos(a), np.sin(tilt) * np.sin(a), -np.cos(tilt))
+            for a in np.arange(4)
+        )
+    )
     found = judged(z, torque=0.5)  # std of COM z 0.5 Nm / (80^1/2 9.8 N sin 3°) = 0.1 m
-    assert found.open["mcz"] == "COM z not observable: sensor z stayed within about 3° of the vertical"
+    assert (
+        found.open["mcz"]
+        == "COM z not observable: sensor z stayed within about 3° of the vertical"
+    )
     assert "mcx" not in found.open
     assert "mcz" not in judged(z).open  # less noise makes up for it
 
@@ -66,7 +82,10 @@ def test_a_small_tilt_is_said_in_degrees():
 def test_a_small_turn_beside_a_bias(degrees):
     tilt = np.radians(degrees)
     z = at_rest(
-        *((np.sin(tilt) * np.cos(a), np.sin(tilt) * np.sin(a), -np.cos(tilt)) for a in np.arange(0.0, 6.28, 1.57))
+        *(
+            (np.sin(tilt) * np.cos(a), np.sin(tilt) * np.sin(a), -np.cos(tilt))
+            for a in np.arange(0.0, 6.28, 1.57)
+        )
     )
     assert "m" not in judged(z, bias=True).open
     found = judged(z, bias=True, force=1.5 * degrees, torque=0.5 * degrees)
@@ -85,13 +104,22 @@ def test_two_poses_beside_a_bias_leave_one_direction_open():
     assert "mcx" not in judged(at_rest((0.5, 0, -1), (-0.5, 0, -1))).open
     along = judged(at_rest((1, 0, 0), (0, 1, 0)), bias=True)
     for name in ("mcx", "mcy"):
-        assert re.match(r"COM along \((-0.71, 0.71|0.71, -0.71), 0\) .* changed along", along.open[name])
+        assert re.match(
+            r"COM along \((-0.71, 0.71|0.71, -0.71), 0\) .* changed along",
+            along.open[name],
+        )
 
 
 def test_without_gravity():
-    z = replace(at_rest((0, 0, -1)), gravity=np.zeros((20, 3)), linear_acceleration=np.tile((0, 0, 1.0), (20, 1)))
+    z = replace(
+        at_rest((0, 0, -1)),
+        gravity=np.zeros((20, 3)),
+        linear_acceleration=np.tile((0, 0, 1.0), (20, 1)),
+    )
     found = judged(z)
-    assert found.open["mcz"].endswith("without gravity only acceleration shows it, and there was too little")
+    assert found.open["mcz"].endswith(
+        "without gravity only acceleration shows it, and there was too little"
+    )
 
 
 # reasons: inertia
@@ -103,42 +131,63 @@ def test_one_axis_of_rotation_shows_three_entries(axis):
     others = [a for a in "xyz" if a != axis]
     assert set(found.open) == {name for name in INERTIA if axis not in name}
     for name, sentence in found.open.items():
-        assert sentence == f"{name} not observable: no angular acceleration about {others[0]} or {others[1]}"
+        assert (
+            sentence
+            == f"{name} not observable: no angular acceleration about {others[0]} or {others[1]}"
+        )
 
 
 def test_an_oblique_axis_of_rotation():
     found = judged(turning((1, 0, 1), gravity=(1, 2, 3)))
     assert set(found.open) == set(INERTIA)  # each is seen in sums with others only
     for name, sentence in found.open.items():
-        assert sentence == f"{name} not observable: angular acceleration about (0.71, 0, 0.71) only"
+        assert (
+            sentence
+            == f"{name} not observable: angular acceleration about (0.71, 0, 0.71) only"
+        )
 
 
 def test_a_direction_without_angular_acceleration():
     rng = np.random.default_rng(3)
     z = random_motion(rng, 200)
-    for direction, name, missing in (((0, 1, 0), "y", {"Jyy"}), ((1, 1, 1), "(0.58, 0.58, 0.58)", set(INERTIA))):
+    for direction, name, missing in (
+        ((0, 1, 0), "y", {"Jyy"}),
+        ((1, 1, 1), "(0.58, 0.58, 0.58)", set(INERTIA)),
+    ):
         v = np.array(direction) / np.linalg.norm(direction)
         across = np.eye(3) - np.outer(v, v)
         planar = replace(
-            z, angular_velocity=z.angular_velocity @ across, angular_acceleration=z.angular_acceleration @ across
+            z,
+            angular_velocity=z.angular_velocity @ across,
+            angular_acceleration=z.angular_acceleration @ across,
         )
         found = judged(planar)
         assert set(found.open) == missing
         for entry, sentence in found.open.items():
-            assert sentence == f"{entry} not observable: no angular acceleration about {name}"
+            assert (
+                sentence
+                == f"{entry} not observable: no angular acceleration about {name}"
+            )
 
 
 def test_noise_is_said_with_its_size():
-    """The factor is that of the standard deviation by the normal equations of all samples, noise level as fitted."""
+    """The factor is that of the standard deviation by the normal equations of all
+    samples, noise level as fitted."""
     rng = np.random.default_rng(4)
-    z = with_wrench(random_motion(rng, 200, 0.1), random_body(rng), 0.0, rng, 0.05, 0.05)
+    z = with_wrench(
+        random_motion(rng, 200, 0.1), random_body(rng), 0.0, rng, 0.05, 0.05
+    )
     fit = fit_freely(z, False)
     found = identifiability(z, fit, SIZE)
     assert set(found.open) == set(INERTIA)
-    rows = full_regressor(z) / np.repeat((fit.noise.force, fit.noise.torque), 3)[:, None]
+    rows = (
+        full_regressor(z) / np.repeat((fit.noise.force, fit.noise.torque), 3)[:, None]
+    )
     rows = rows.reshape(-1, 10)
     std = np.sqrt(np.linalg.inv(rows.T @ rows).diagonal() * fit.autocorrelation)
-    for name, about in zip(INERTIA, ("x", "x or y", "x or z", "y", "y or z", "z"), strict=True):
+    for name, about in zip(
+        INERTIA, ("x", "x or y", "x or z", "y", "y or z", "z"), strict=True
+    ):
         excess = std[PARAMETERS.index(name)] / (fit.vector[0] * SIZE**2 / 12)
         assert found.open[name] == (
             f"{name} is lost in the noise: its standard deviation is {excess:.2g} times what a body of 0.2 m would "
@@ -164,7 +213,8 @@ def test_com_lost_in_noise():
 
 
 def test_accelerations_within_their_known_noise_are_none():
-    """A sensor at rest whose angular acceleration is nothing but noise of a level that is known."""
+    """A sensor at rest whose angular acceleration is nothing but noise of a level that
+    is known."""
     rng = np.random.default_rng(5)
     still = at_rest((0, 0, -1), (1, 0, 0), (0, 1, 0))
     noise = Noise(0.05, 0.0025, 0.0, 0.05)
@@ -172,20 +222,30 @@ def test_accelerations_within_their_known_noise_are_none():
     z = replace(z, angular_acceleration=0.05 * rng.normal(size=(60, 3)), noise=noise)
     found = identifiability(z, fit_freely(z, False), SIZE)
     for name in INERTIA:
-        assert found.open[name] == f"{name} not observable: no angular acceleration about any axis"
+        assert (
+            found.open[name]
+            == f"{name} not observable: no angular acceleration about any axis"
+        )
 
 
 def test_nothing_in_hand():
     rng = np.random.default_rng(6)
     z = random_motion(rng, 60)
-    z = replace(z, force=0.1 * rng.normal(size=(60, 3)), torque=0.005 * rng.normal(size=(60, 3)))
+    z = replace(
+        z, force=0.1 * rng.normal(size=(60, 3)), torque=0.005 * rng.normal(size=(60, 3))
+    )
     found = identifiability(z, fit_freely(z, False), SIZE)
     assert set(found.open) == set(PARAMETERS)
-    assert re.match(r"mass is lost in the noise: .* of the 0\.0\d+ kg found; is anything held\?", found.open["m"])
+    assert re.match(
+        r"mass is lost in the noise: .* of the 0\.0\d+ kg found; is anything held\?",
+        found.open["m"],
+    )
     assert found.open["mcx"] == "COM x not observable: the mass itself is not known"
     assert found.open["Jyz"] == "Jyz not observable: the mass itself is not known"
     nothing = replace(z, force=np.zeros((60, 3)), torque=np.zeros((60, 3)))
-    assert set(identifiability(nothing, fit_freely(nothing, True), SIZE).open) == set(PARAMETERS)
+    assert set(identifiability(nothing, fit_freely(nothing, True), SIZE).open) == set(
+        PARAMETERS
+    )
 
 
 def test_few_moving_samples():
@@ -194,9 +254,15 @@ def test_few_moving_samples():
     found = judged(random_motion(rng, 1))
     assert found.rank_full == 6
     assert found.condition_full == np.inf
-    assert found.open["m"] == "mass not observable: in 1 sample other parameters explain the wrench as well"
+    assert (
+        found.open["m"]
+        == "mass not observable: in 1 sample other parameters explain the wrench as well"
+    )
     found = judged(random_motion(rng, 2), bias=True)
-    assert found.open["m"] == "mass not observable: in 2 samples other parameters or a bias explain the wrench as well"
+    assert (
+        found.open["m"]
+        == "mass not observable: in 2 samples other parameters or a bias explain the wrench as well"
+    )
 
 
 # laws
@@ -204,7 +270,8 @@ def test_few_moving_samples():
 
 @pytest.mark.parametrize("seed", range(8))
 def test_reasons_turn_with_the_sensor(seed):
-    """In any sensor axes the vertical and the one axis of rotation are named as they lie there."""
+    """In any sensor axes the vertical and the one axis of rotation are named as they
+    lie there."""
     rng = np.random.default_rng([8, seed])
     R = Rotation.random(rng=rng).as_matrix()
     found = judged(rotated(turning((0, 0, 1)), R), seed=seed)
@@ -213,7 +280,9 @@ def test_reasons_turn_with_the_sensor(seed):
     assert np.abs(axis).max() < 0.995, "choose another seed: this one is nearly an axis"
     assert found.rank_reduced == 3
     for entry in ("mcx", "mcy", "mcz"):
-        sentence = f"COM along ({name}) not observable: this direction never left the vertical"
+        sentence = (
+            f"COM along ({name}) not observable: this direction never left the vertical"
+        )
         assert entry not in found.open or found.open[entry] == sentence
     assert any(entry in found.open for entry in ("mcx", "mcy", "mcz"))
     for entry in INERTIA:
@@ -235,25 +304,40 @@ def test_good_motion_leaves_nothing_open(seed, bias):
 
 @pytest.mark.parametrize("bias", [False, True])
 def test_open_are_those_of_the_fit(bias):
-    """Whatever the motion: each has a sentence, which names it or the direction it lies along."""
+    """Whatever the motion: each has a sentence, which names it or the direction it lies
+    along."""
     for seed in range(40):
         rng = np.random.default_rng([10, seed])
         z = random_motion(rng, int(rng.choice([1, 2, 5, 50])), 10 ** rng.uniform(-4, 1))
         if rng.random() < 0.5:
-            z = replace(z, gravity=z.gravity[:1] + 10 ** rng.uniform(-4, 0) * (z.gravity - z.gravity[:1]))
+            z = replace(
+                z,
+                gravity=z.gravity[:1]
+                + 10 ** rng.uniform(-4, 0) * (z.gravity - z.gravity[:1]),
+            )
         z = with_wrench(z, random_body(rng), 0.0, rng, *(10 ** rng.uniform(-4, 0, 2)))
         fit = fit_freely(z, bias)
         found = identifiability(z, fit, SIZE)
         assert tuple(found.open) == fit.open_parameters(SIZE)
         assert len(found.summary) <= len(found.open)
         for name, sentence in found.open.items():
-            assert sentence.startswith({"m": "mass ", "mc": "COM "}.get(name[:2], f"{name} "))
+            assert sentence.startswith(
+                {"m": "mass ", "mc": "COM "}.get(name[:2], f"{name} ")
+            )
         json.dumps(found.to_dict(), allow_nan=False)
 
 
 def test_to_dict():
     data = judged(at_rest((0, 0, -1))).to_dict()
-    assert list(data) == ["rank_full", "rank_reduced", "condition_full", "condition_reduced", "open"]
+    assert list(data) == [
+        "rank_full",
+        "rank_reduced",
+        "condition_full",
+        "condition_reduced",
+        "open",
+    ]
     assert (data["rank_full"], data["rank_reduced"]) == (3, 3)
     assert data["condition_full"] is data["condition_reduced"] is None
-    assert data["open"]["mcz"] == "COM z not observable: sensor z never left the vertical"
+    assert (
+        data["open"]["mcz"] == "COM z not observable: sensor z never left the vertical"
+    )

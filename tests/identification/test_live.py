@@ -1,4 +1,5 @@
-"""Live, from raw samples: poses through a filter, its motion with the wrench of the same instants, into Bayes."""
+"""Live, from raw samples: poses through a filter, its motion with the wrench of the
+same instants, into Bayes."""
 
 import numpy as np
 import pytest
@@ -16,9 +17,12 @@ GRAVITY = (0.0, 0.0, -9.80665)
 
 
 def raw(seed: int = 1, duration: float = 6.0):
-    """Time, position, orientation and wrench of an arm that wields a hammer, as a robot gives them."""
+    """Time, position, orientation and wrench of an arm that wields a hammer, as a robot
+    gives them."""
     motion = UR5.motion(random_smooth(duration, 100.0, 1.0, seed))
-    recording = simulate(motion, hammer().parameters, noise=Noise(0.1, 0.005), seed=seed)
+    recording = simulate(
+        motion, hammer().parameters, noise=Noise(0.1, 0.005), seed=seed
+    )
     names = ("position", "orientation", "wrench")
     return recording["wrench"].time, *(recording[name].values for name in names)
 
@@ -34,7 +38,8 @@ def test_a_motion_makes_measurements_of_the_wrenches_beside_it():
     assert z.motion_noise == motion.noise
     assert z.motion_noise is not None
     assert z.motion_noise.memory == pytest.approx(np.pi / motion.bandwidth)
-    part = motion.measurements(time[100:200] + 0.005, wrench[100:200], GRAVITY)  # between two samples
+    # between two samples
+    part = motion.measurements(time[100:200] + 0.005, wrench[100:200], GRAVITY)
     assert part.time[0] == pytest.approx(time[101])
     assert part.time[-1] == pytest.approx(time[199])
     np.testing.assert_allclose(part.force[0], 0.5 * (wrench[100, :3] + wrench[101, :3]))
@@ -66,7 +71,8 @@ def test_a_live_loop_finds_the_object():
 @needs_recordings
 @pytest.mark.parametrize("run", ["run1", "run3"])
 def test_an_imperfect_sensor_is_not_believed_too_soon(run):
-    """Both recordings are of one object of 1.10 to 1.16 kg; the wrench is 17 ms late and its bias drifts.
+    """Both recordings are of one object of 1.10 to 1.16 kg; the wrench is 17 ms late
+    and its bias drifts.
 
     Least squares finds 0.9 kg after five seconds, in which gravity turned by 3°.
     """

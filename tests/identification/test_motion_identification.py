@@ -1,4 +1,5 @@
-"""Poses in, parameters out: the motion's errors cost little, once samples are weighted by them."""
+"""Poses in, parameters out: the motion's errors cost little, once samples are weighted
+by them."""
 
 from functools import cache
 
@@ -22,12 +23,20 @@ BODY = box()
 
 def least_squares(motion: Motion | Truth, gravity, wrench, weights=None):
     """Ten parameters, by whitened least squares."""
-    a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
-    A = full_regressor(Measurements(motion.time, gravity, a, w, alpha, wrench[:, :3], wrench[:, 3:]))
+    a, w, alpha = (
+        motion.linear_acceleration,
+        motion.angular_velocity,
+        motion.angular_acceleration,
+    )
+    A = full_regressor(
+        Measurements(motion.time, gravity, a, w, alpha, wrench[:, :3], wrench[:, 3:])
+    )
     scale = 1.0 / np.repeat((FORCE_NOISE, TORQUE_NOISE), 3)
     scale = scale if weights is None else scale * np.sqrt(weights)[:, None]
     scale = np.broadcast_to(scale, wrench.shape)
-    return np.linalg.lstsq((scale[..., None] * A).reshape(-1, 10), (scale * wrench).ravel(), rcond=None)[0]
+    return np.linalg.lstsq(
+        (scale[..., None] * A).reshape(-1, 10), (scale * wrench).ravel(), rcond=None
+    )[0]
 
 
 def errors(vector):
@@ -42,21 +51,30 @@ def errors(vector):
 
 @cache
 def identify(seed, duration, rate, make, live):
-    """Errors (3,) with the exact motion, with the motion from poses unweighted, and weighted."""
+    """Errors (3,) with the exact motion, with the motion from poses unweighted, and
+    weighted."""
     rng = np.random.default_rng(seed)
-    lead = 1.5 if live else 0.0  # a live filter is tuned on what comes before, and started cold after it
+    # a live filter is tuned on what comes before, and started cold after it
+    lead = 1.5 if live else 0.0
     truth = make(np.arange(0, lead + duration + (0.2 if live else 0.0), 1 / rate), rng)
     position, orientation = truth.poses(rng)
     wrench = np.hstack(BODY.wrench(truth))
-    wrench = wrench + np.repeat((FORCE_NOISE, TORQUE_NOISE), 3) * rng.normal(size=wrench.shape)
+    wrench = wrench + np.repeat((FORCE_NOISE, TORQUE_NOISE), 3) * rng.normal(
+        size=wrench.shape
+    )
     if live:
         k = round(lead * rate)
         pose_filter = PoseFilter.tuned(truth.time[:k], position[:k], orientation[:k])
-        _, motion = pose_filter.update(pose_filter.start(), truth.time[k:], position[k:], orientation[k:])
+        _, motion = pose_filter.update(
+            pose_filter.start(), truth.time[k:], position[k:], orientation[k:]
+        )
     else:
         motion = smooth(truth.time, position, orientation)
     at = np.searchsorted(truth.time, motion.time - 1e-9)
-    exact = Truth(truth.time[at], *(getattr(truth, n)[at] for n in list(truth.__dataclass_fields__)[1:]))
+    exact = Truth(
+        truth.time[at],
+        *(getattr(truth, n)[at] for n in list(truth.__dataclass_fields__)[1:]),
+    )
     gravity = Rotation.from_quat(motion.orientation).inv().apply((0, 0, -9.80665))
     perfect = least_squares(exact, exact.gravity(), wrench[at])
     plain = weighted = least_squares(motion, gravity, wrench[at])
@@ -77,17 +95,24 @@ def identify(seed, duration, rate, make, live):
         (stop_and_go, 1.5, 100.0, False, (1.6, 3.5, 3.0)),
     ],
 )
-def test_errors_stay_near_those_of_perfect_kinematics(make, duration, rate, live, bounds):
+def test_errors_stay_near_those_of_perfect_kinematics(
+    make, duration, rate, live, bounds
+):
     windows = {100.0: 20, 1000.0: 8}[rate] if duration < 5 else 10
-    runs = np.array([identify(seed, duration, rate, make, live) for seed in range(windows)])
+    runs = np.array(
+        [identify(seed, duration, rate, make, live) for seed in range(windows)]
+    )
     perfect, plain, weighted = np.sqrt(np.mean(runs**2, axis=0))
     assert np.all(weighted <= np.array(bounds) * perfect)
-    # on the same windows the ratio of two RMS errors that are mostly the wrench's is uncertain by a tenth
+    # on the same windows the ratio of two RMS errors that are mostly the wrench's is
+    # uncertain by a tenth
     assert np.all(weighted <= 1.25 * plain)
 
 
 def test_weighting_helps_where_the_motion_is_least_certain():
-    runs = np.array([identify(seed, 1.5, 100.0, stop_and_go, False) for seed in range(20)])
+    runs = np.array(
+        [identify(seed, 1.5, 100.0, stop_and_go, False) for seed in range(20)]
+    )
     _, plain, weighted = np.sqrt(np.mean(runs**2, axis=0))
     assert weighted[1] < 0.8 * plain[1]
 
@@ -114,7 +139,9 @@ def test_weights_equal_the_trace_of_the_covariances():
     E = np.block([[phi[0] * np.eye(3), -lever], [lever, J]])
     S_w = np.diag(np.repeat((FORCE_NOISE**2, TORQUE_NOISE**2), 3))
     expected = []
-    for a, alpha in zip(motion.linear_acceleration_std, motion.angular_acceleration_std, strict=True):
+    for a, alpha in zip(
+        motion.linear_acceleration_std, motion.angular_acceleration_std, strict=True
+    ):
         S = E @ np.diag(np.repeat((a**2, alpha**2), 3)) @ E.T * (100.0 / 20.0)
         expected.append(1 / (1 + np.trace(np.linalg.solve(S_w, S)) / 6))
     weights = sample_weights(phi, motion, FORCE_NOISE, TORQUE_NOISE)
@@ -127,9 +154,13 @@ def test_weights_at_the_limits():
     phi = BODY.vector()
     zero, unknown = np.zeros(50), np.full(50, np.inf)
     exact = some_motion(linear_acceleration_std=zero, angular_acceleration_std=zero)
-    np.testing.assert_array_equal(sample_weights(phi, exact, FORCE_NOISE, TORQUE_NOISE), 1.0)
+    np.testing.assert_array_equal(
+        sample_weights(phi, exact, FORCE_NOISE, TORQUE_NOISE), 1.0
+    )
     gap = some_motion(linear_acceleration_std=unknown, angular_acceleration_std=unknown)
-    np.testing.assert_array_equal(sample_weights(phi, gap, FORCE_NOISE, TORQUE_NOISE), 0.0)
+    np.testing.assert_array_equal(
+        sample_weights(phi, gap, FORCE_NOISE, TORQUE_NOISE), 0.0
+    )
     # with the position unknown, the rotation's part is left
     alone = some_motion(linear_acceleration=None, linear_acceleration_std=None)
     part = some_motion(linear_acceleration_std=zero)

@@ -1,4 +1,5 @@
-"""The core on recordings nobody here made: simulated tools with exact truth, and real arms without."""
+"""The core on recordings nobody here made: simulated tools with exact truth, and real
+arms without."""
 
 import json
 import sys
@@ -36,8 +37,15 @@ def tools() -> list[tuple[str, Measurements, Shape, InertialParameters]]:
     for folder in TOOL_FOLDERS:
         truth = json.loads((folder / "truth.json").read_text())
         z = measure(read_log(folder / "log.csv"), (0.0, 0.0, 9.81)).measurements
-        shape = load_shape(folder / "mesh.ply", unit="mm", pose=truth["object_pose_in_sensor"], points=56)
-        body = InertialParameters.from_origin(truth["mass"], truth["center_of_mass_sensor"], truth["inertia_at_sensor"])
+        shape = load_shape(
+            folder / "mesh.ply",
+            unit="mm",
+            pose=truth["object_pose_in_sensor"],
+            points=56,
+        )
+        body = InertialParameters.from_origin(
+            truth["mass"], truth["center_of_mass_sensor"], truth["inertia_at_sensor"]
+        )
         found.append((folder.name, z, shape, body))
     assert len(found) == 12
     return found
@@ -47,12 +55,16 @@ def test_ols_recovers_the_tools_without_noise():
     """Their logs hold six digits of motion and wrench."""
     for name, z, _, truth in tools():
         found = OLS().fit(z).parameters
-        for ours, theirs in ((found.vector, truth.vector), (found.inertia_at_origin, truth.inertia_at_origin)):
+        for ours, theirs in (
+            (found.vector, truth.vector),
+            (found.inertia_at_origin, truth.inertia_at_origin),
+        ):
             assert np.linalg.norm(ours - theirs) <= 5e-6 * np.linalg.norm(theirs), name
 
 
 def test_pmd_on_the_tools_with_moderate_noise():
-    """Twelve tools, twelve seeds each, the paper's hyperparameters; pooled medians of its three errors."""
+    """Twelve tools, twelve seeds each, the paper's hyperparameters; pooled medians of
+    its three errors."""
     errors = []
     for index, (name, z, shape, truth) in enumerate(tools()):
         assert 50 <= shape.n <= 75, name
@@ -61,7 +73,9 @@ def test_pmd_on_the_tools_with_moderate_noise():
             found = pmd.fit(z.with_noise(NOISE_LEVELS["moderate"], [index, k]))
             assert found.physically_consistent
             assert found.certificate.converged
-            e = errors_between(found.parameters, truth, shape.extents, shape.pose[:3, :3])
+            e = errors_between(
+                found.parameters, truth, shape.extents, shape.pose[:3, :3]
+            )
             errors.append((e.mass, e.center_of_mass, e.inertia_at_origin))
     mass, com, inertia = np.median(errors, axis=0)
     print(f"medians: mass {mass:.2f} %, COM {com:.2f} %, inertia {inertia:.1f} %")
@@ -75,12 +89,16 @@ def test_pmd_on_the_tools_with_moderate_noise():
 
 @cache
 def panda(run: str) -> Measurements:
-    """Conditioned as `identify` does it: clock offset, drift and outliers out; the constant bias stays."""
-    return ingest(DATA / "panda-optoforce" / f"{run}.csv", gravity=(0.0, 0.0, -9.81)).weighted_by_count
+    """Conditioned as `identify` does it: clock offset, drift and outliers out; the
+    constant bias stays."""
+    return ingest(
+        DATA / "panda-optoforce" / f"{run}.csv", gravity=(0.0, 0.0, -9.81)
+    ).weighted_by_count
 
 
 BOX = (-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
-"""Where the payload may be [m, sensor frame]: c1 = 1, as the smoothed accelerations are small and good."""
+"""Where the payload may be [m, sensor frame]: c1 = 1, as the smoothed accelerations are
+small and good."""
 
 
 def pmd_over_box(z: Measurements):
@@ -89,25 +107,39 @@ def pmd_over_box(z: Measurements):
 
 @cache
 def panda_samples(run: str) -> Measurements:
-    """The same at every sample of the log: residuals are counted there, with all the noise of a sample."""
-    recording, gravity = read_log(DATA / "panda-optoforce" / f"{run}.csv"), (0.0, 0.0, -9.81)
+    """The same at every sample of the log: residuals are counted there, with all the
+    noise of a sample."""
+    recording, gravity = (
+        read_log(DATA / "panda-optoforce" / f"{run}.csv"),
+        (0.0, 0.0, -9.81),
+    )
     found = condition(recording, gravity)
     assert found.sign.on_object
-    return measure(found.corrected(recording), gravity, curves=found.curves).measurements
+    return measure(
+        found.corrected(recording), gravity, curves=found.curves
+    ).measurements
 
 
 def rms_with_bias_fitted(z: Measurements, vector: np.ndarray) -> np.ndarray:
-    """Root-mean-square force and torque residual (2,) with the constant bias that suits `z` best."""
+    """Root-mean-square force and torque residual (2,) with the constant bias that suits
+    `z` best."""
     r = residuals(z, vector, None)
     return np.sqrt(np.mean((r - r.mean(axis=0)).reshape(-1, 2, 3) ** 2, axis=(0, 2)))
 
 
 def least(z: Measurements) -> np.ndarray:
-    """The same for unconstrained least squares on `z` itself: what no constant parameters do much better than."""
-    return rms_with_bias_fitted(z, least_squares(SampleState.of(z), True, None).solution[:10])
+    """The same for unconstrained least squares on `z` itself: what no constant
+    parameters do much better than."""
+    return rms_with_bias_fitted(
+        z, least_squares(SampleState.of(z), True, None).solution[:10]
+    )
 
 
-FITS = {"PMD": pmd_over_box, "OLS": OLS("estimate").fit, "LMI": LMI(bias="estimate").fit}
+FITS = {
+    "PMD": pmd_over_box,
+    "OLS": OLS("estimate").fit,
+    "LMI": LMI(bias="estimate").fit,
+}
 
 
 @pytest.mark.parametrize("method", FITS)
@@ -116,7 +148,9 @@ def test_one_run_predicts_the_other(one, other, method):
     found = FITS[method](panda(one))
     z = panda_samples(other)
     ratio = rms_with_bias_fitted(z, found.parameters.vector) / least(z)
-    print(f"{one} -> {other}: force {ratio[0]:.3f}, torque {ratio[1]:.3f} of the least residual")
+    print(
+        f"{one} -> {other}: force {ratio[0]:.3f}, torque {ratio[1]:.3f} of the least residual"
+    )
     assert (ratio <= 1.08).all()
 
 
@@ -144,7 +178,10 @@ AROUND = Shape.from_box(-0.25, 0.25, -0.25, 0.25, -0.25, 0.25, points=512)
 @pytest.mark.parametrize("method", ["PMD", "OLS", "LMI", "RTLS"])
 def test_static_poses_of_a_kuka(method):
     """KUKA arm, ATI Gamma sensor: 0.932 kg at (0.3, 0.1, 43.9) mm."""
-    log, shape = DATA / "kuka-ati" / "static_poses.csv", AROUND if method == "PMD" else None
+    log, shape = (
+        DATA / "kuka-ati" / "static_poses.csv",
+        AROUND if method == "PMD" else None,
+    )
     result = identify(log, shape, method=method, gravity=(0.0, 0.0, -9.82085))
     assert result.sign.certain
     assert not result.sign.on_object
@@ -160,7 +197,11 @@ def test_static_poses_of_a_kuka(method):
 @pytest.mark.parametrize("method", ["PMD", "OLS", "LMI", "RTLS"])
 def test_seven_static_poses_of_an_axia80(method):
     """Its authors report 1.1013 kg and c_z = 51.97 mm."""
-    result = identify(DATA / "axia80" / "poses7.csv", AROUND if method == "PMD" else None, method=method)
+    result = identify(
+        DATA / "axia80" / "poses7.csv",
+        AROUND if method == "PMD" else None,
+        method=method,
+    )
     assert result.sign.certain
     assert not result.sign.on_object
     body = result.estimate.parameters
@@ -173,21 +214,34 @@ def test_sign_given_or_found_is_the_same():
     log = DATA / "kuka-ati" / "static_poses.csv"
     found, given = identify(log), identify(log, wrench="on-sensor")
     assert given.sign is None
-    np.testing.assert_array_equal(given.estimate.parameters.vector, found.estimate.parameters.vector)
-    turned = replace(found.measurements, force=-found.measurements.force, torque=-found.measurements.torque)
-    assert OLS("estimate").fit(turned).parameters.mass == pytest.approx(-0.932, rel=0.005)
+    np.testing.assert_array_equal(
+        given.estimate.parameters.vector, found.estimate.parameters.vector
+    )
+    turned = replace(
+        found.measurements,
+        force=-found.measurements.force,
+        torque=-found.measurements.torque,
+    )
+    assert OLS("estimate").fit(turned).parameters.mass == pytest.approx(
+        -0.932, rel=0.005
+    )
 
 
 @pytest.mark.parametrize(("one", "other"), [("run1", "run3"), ("run3", "run1")])
 def test_identify_predicts_the_other_run(one, other):
-    """`identify` at its defaults (c1 = 1 for smoothed poses), a generous box, a bias estimated: the same bound."""
+    """`identify` at its defaults (c1 = 1 for smoothed poses), a generous box, a bias
+    estimated: the same bound."""
     log = DATA / "panda-optoforce" / f"{one}.csv"
-    found = identify(log, Shape.from_box(*BOX), bias="estimate", gravity=(0.0, 0.0, -9.81))
+    found = identify(
+        log, Shape.from_box(*BOX), bias="estimate", gravity=(0.0, 0.0, -9.81)
+    )
     assert found.sign is not None
     assert found.sign.on_object
     assert found.estimate.physically_consistent
     z = panda_samples(other)
-    assert (rms_with_bias_fitted(z, found.estimate.parameters.vector) <= 1.08 * least(z)).all()
+    assert (
+        rms_with_bias_fitted(z, found.estimate.parameters.vector) <= 1.08 * least(z)
+    ).all()
 
 
 # every recording by one command
@@ -198,16 +252,43 @@ def test_identify_predicts_the_other_run(one, other):
     [
         ("panda-optoforce/run1", 9.81, (1.09, 1.17), (0.09, 0.12), (0.016, 0.018)),
         ("panda-optoforce/run3", 9.81, (1.09, 1.17), (0.09, 0.12), (0.016, 0.018)),
-        ("kuka-ati/static_poses", 9.82085, (0.929, 0.936), (0.0434, 0.0444), (0.0, 0.0)),
-        ("kuka-ati/baseline", 9.82085, (0.923, 0.9416), (0.042, 0.046), (-0.0071, -0.0061)),  # within 1 % of the mass
-        ("kuka-ati/vibrations", 9.82085, (0.9137, 0.951), (0.042, 0.046), (-0.0069, -0.0059)),  # within 2 %
+        (
+            "kuka-ati/static_poses",
+            9.82085,
+            (0.929, 0.936),
+            (0.0434, 0.0444),
+            (0.0, 0.0),
+        ),
+        # within 1 % of the mass
+        (
+            "kuka-ati/baseline",
+            9.82085,
+            (0.923, 0.9416),
+            (0.042, 0.046),
+            (-0.0071, -0.0061),
+        ),
+        # within 2 %
+        (
+            "kuka-ati/vibrations",
+            9.82085,
+            (0.9137, 0.951),
+            (0.042, 0.046),
+            (-0.0069, -0.0059),
+        ),
         ("axia80/dwells", 9.80665, (1.14, 1.18), (0.046, 0.05), (0.503, 0.523)),
         ("axia80/poses7", 9.80665, (1.099, 1.104), (0.0515, 0.0525), (0.0, 0.0)),
     ],
 )
 def test_one_command(log, gravity, mass, com_z, offset, monkeypatch, capsys):
     """Only gravity is given, as documented with the recordings; figures as there."""
-    words = ["hefting", "identify", str(DATA / f"{log}.csv"), "--gravity", f"0,0,-{gravity}", "--json"]
+    words = [
+        "hefting",
+        "identify",
+        str(DATA / f"{log}.csv"),
+        "--gravity",
+        f"0,0,-{gravity}",
+        "--json",
+    ]
     monkeypatch.setattr(sys, "argv", words)
     main()
     found = json.loads(capsys.readouterr().out)
@@ -217,4 +298,6 @@ def test_one_command(log, gravity, mass, com_z, offset, monkeypatch, capsys):
     assert com_z[0] <= found["center_of_mass"][2] <= com_z[1]
     assert offset[0] <= made["clock_offset"] <= offset[1]
     assert made["wrench"] == ("on-object" if "panda" in log else "on-sensor")
-    assert bool(made["clock_offset"]) == any("against the motion; shifted" in line for line in made["notes"])
+    assert bool(made["clock_offset"]) == any(
+        "against the motion; shifted" in line for line in made["notes"]
+    )

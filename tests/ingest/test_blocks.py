@@ -27,22 +27,36 @@ def samples(rate, seconds=1.0, seed=0):
 @pytest.mark.parametrize("kept", [None, 0.7])
 def test_blocks_are_averages_of_what_is_kept(kept):
     time, wrench = samples(1000)
-    mask = np.ones(len(time), dtype=bool) if kept is None else np.random.default_rng(1).random(len(time)) < kept
+    mask = (
+        np.ones(len(time), dtype=bool)
+        if kept is None
+        else np.random.default_rng(1).random(len(time)) < kept
+    )
     blocks = Blocks.of(time, wrench, None if kept is None else mask)
     ends = np.append(blocks.starts, len(time))
     assert blocks.count.sum() == mask.sum()
     for b, (first, last) in enumerate(pairwise(ends)):
-        chosen = mask[first:last] if mask[first:last].any() else np.ones(last - first, dtype=bool)
+        chosen = (
+            mask[first:last]
+            if mask[first:last].any()
+            else np.ones(last - first, dtype=bool)
+        )
         t, y = time[first:last][chosen], wrench[first:last][chosen]
         assert np.ptp(time[first:last]) <= 0.01
         np.testing.assert_allclose(blocks.time[b], t.mean(), rtol=1e-12)
-        np.testing.assert_allclose(blocks.variance[b], t.var(), atol=1e-12)  # of times of some seconds
+        # of times of some seconds
+        np.testing.assert_allclose(blocks.variance[b], t.var(), atol=1e-12)
         np.testing.assert_allclose(blocks.wrench[b], y.mean(axis=0), atol=1e-12)
-    np.testing.assert_allclose(medians(wrench, blocks.starts)[0], np.median(wrench[: ends[1]], axis=0))
-    # white noise of deviation 1: known to a few hundredths; a steady change is no part of it
+    np.testing.assert_allclose(
+        medians(wrench, blocks.starts)[0], np.median(wrench[: ends[1]], axis=0)
+    )
+    # white noise of deviation 1: known to a few hundredths; a steady change is no part
+    # of it
     steady = wrench + 50.0 * (time - time[0])[:, None]
     within = within_blocks(Blocks.of(time, steady, mask), time, steady, mask)
-    np.testing.assert_allclose(within, np.eye(6) * (1.0 - 1.0 / blocks.mean_count), atol=0.2)
+    np.testing.assert_allclose(
+        within, np.eye(6) * (1.0 - 1.0 / blocks.mean_count), atol=0.2
+    )
 
 
 def test_a_slow_sensor_is_not_averaged():
@@ -56,27 +70,43 @@ def test_a_slow_sensor_is_not_averaged():
 
 
 def test_averages_tell_as_much_as_the_samples():
-    """One arm and sensor at 1 kHz: least squares from the averages against that from every sample.
+    """One arm and sensor at 1 kHz: least squares from the averages against that from
+    every sample.
 
     Noise and weights are the same, so they differ by what averaging loses.
     """
     motion = UR5.motion(random_smooth(6.0, 1000.0, 1.5, seed=4))
-    recording = simulate(motion, hammer().parameters, noise=Noise(0.1, 0.005), bias=(3, -2, 5, 0.1, 0.2, -0.1), seed=4)
+    recording = simulate(
+        motion,
+        hammer().parameters,
+        noise=Noise(0.1, 0.005),
+        bias=(3, -2, 5, 0.1, 0.2, -0.1),
+        seed=4,
+    )
     found = ingest(recording, bias="estimate")
     conditioned = condition(recording)
     measured = measure(conditioned.corrected(recording), curves=conditioned.curves)
     noise, every = conditioned.noise, measured.measurements
-    weights = sample_weights(conditioned.parameters, measured.motion, noise.force, noise.torque)
+    weights = sample_weights(
+        conditioned.parameters, measured.motion, noise.force, noise.torque
+    )
     fit = fit_freely(replace(every, weights=weights / weights.mean()), True)
     assert len(found.measurements) < 0.11 * len(every)
     assert found.counts.sum() == len(every)
     std = np.sqrt(fit.covariance.diagonal()[:10])
     assert (np.abs(found.fit.vector - fit.vector) < 0.1 * std).all()
-    np.testing.assert_allclose(np.sqrt(found.fit.covariance.diagonal()[:10]) / std, 1.0, atol=0.3)  # a dozen of powers
+    # a dozen of powers
+    np.testing.assert_allclose(
+        np.sqrt(found.fit.covariance.diagonal()[:10]) / std, 1.0, atol=0.3
+    )
     # the noise that is told is that of one sample
     left = residuals(every, fit.vector, fit.bias)
-    assert found.noise.force == pytest.approx(np.sqrt(np.mean(left[:, :3] ** 2)), rel=0.01)
-    assert found.noise.torque == pytest.approx(np.sqrt(np.mean(left[:, 3:] ** 2)), rel=0.01)
+    assert found.noise.force == pytest.approx(
+        np.sqrt(np.mean(left[:, :3] ** 2)), rel=0.01
+    )
+    assert found.noise.torque == pytest.approx(
+        np.sqrt(np.mean(left[:, 3:] ** 2)), rel=0.01
+    )
     estimate = identify(recording, method="OLS").estimate
     assert estimate.samples == len(every)
     assert estimate.residual[0] == pytest.approx(0.1, rel=0.05)

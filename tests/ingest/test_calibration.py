@@ -1,4 +1,5 @@
-"""Sign and bias of the wrench, found from simulated measurements whose sign and bias are known; tare and bias files."""
+"""Sign and bias of the wrench, found from simulated measurements whose sign and bias
+are known; tare and bias files."""
 
 import json
 from dataclasses import replace
@@ -26,12 +27,16 @@ def flipped(z):
 
 
 def wrench_sign(z, free_bias):
-    return sign_of_fits(fit_freely(z, True) if free_bias else None, fit_freely(z, False))
+    return sign_of_fits(
+        fit_freely(z, True) if free_bias else None, fit_freely(z, False)
+    )
 
 
 def noisy(seed, K=60, bias=0.0, speed=0.5, mass=1.0):
     rng = np.random.default_rng(seed)
-    return with_wrench(random_motion(rng, K, speed), random_body(rng, mass), bias, rng, 0.1, 0.005)
+    return with_wrench(
+        random_motion(rng, K, speed), random_body(rng, mass), bias, rng, 0.1, 0.005
+    )
 
 
 @pytest.mark.parametrize("free_bias", [False, True])
@@ -74,14 +79,20 @@ def test_nothing_in_hand_leaves_the_sign_uncertain():
     rng = np.random.default_rng(3)
     for _ in range(20):
         z = random_motion(rng, 60)
-        z = replace(z, force=0.1 * rng.normal(size=(60, 3)), torque=0.005 * rng.normal(size=(60, 3)))
+        z = replace(
+            z,
+            force=0.1 * rng.normal(size=(60, 3)),
+            torque=0.005 * rng.normal(size=(60, 3)),
+        )
         assert not wrench_sign(z, False).certain
 
 
 def test_a_bias_is_kept_when_it_is_one():
-    """Without a bias none of six components exceeds three deviations, but for 0.27 % each: 1.6 % of 200 trials, 3.2.
+    """Without a bias none of six components exceeds three deviations, but for 0.27 %
+    each: 1.6 % of 200 trials, 3.2.
 
-    More than 12 would be five standard deviations off. A bias of ten deviations is always kept.
+    More than 12 would be five standard deviations off. A bias of ten deviations is
+    always kept.
     """
     kept = sum(fit_freely(noisy(seed), True).bias_is_significant for seed in range(200))
     assert kept <= 12
@@ -96,7 +107,8 @@ def test_a_bias_is_kept_when_it_is_one():
 
 
 def test_fit_finds_noise_and_parameters():
-    """Root-mean-square residuals of 3,000 samples, degrees of freedom counted: known to 0.75 %."""
+    """Root-mean-square residuals of 3,000 samples, degrees of freedom counted: known to
+    0.75 %."""
     rng = np.random.default_rng(4)
     body = random_body(rng)
     z = with_wrench(random_motion(rng, 3000), body, BIAS, rng, 0.1, 0.005)
@@ -107,8 +119,14 @@ def test_fit_finds_noise_and_parameters():
     error = np.concatenate((fit.vector - body.vector, fit.bias - BIAS))
     distance = error @ np.linalg.solve(fit.covariance, error)
     assert distance < 45.0  # chi² of 16 exceeds it once in 7,000
-    np.testing.assert_allclose(residuals(z, body.vector, BIAS).std(axis=0), np.repeat((0.1, 0.005), 3), rtol=0.06)
-    np.testing.assert_allclose(residuals(z, body.vector, None).mean(axis=0), BIAS, atol=0.01)
+    np.testing.assert_allclose(
+        residuals(z, body.vector, BIAS).std(axis=0),
+        np.repeat((0.1, 0.005), 3),
+        rtol=0.06,
+    )
+    np.testing.assert_allclose(
+        residuals(z, body.vector, None).mean(axis=0), BIAS, atol=0.01
+    )
 
 
 def test_lever_is_the_distance_of_the_com():
@@ -116,19 +134,24 @@ def test_lever_is_the_distance_of_the_com():
     for bias in (0.0, BIAS):
         body = random_body(rng, offset=0.3)
         z = with_wrench(random_motion(rng, 100, speed=0.0), body, bias)
-        assert lever(SampleState.of(z), np.any(bias)) == pytest.approx(np.linalg.norm(body.center_of_mass), rel=1e-9)
+        assert lever(SampleState.of(z), np.any(bias)) == pytest.approx(
+            np.linalg.norm(body.center_of_mass), rel=1e-9
+        )
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.98])
 def test_autocorrelation_time_of_a_first_order_process(rho):
-    """(1 + rho)/(1 - rho). Summing down to a correlation of 5 % leaves 5 % out; estimates spread by a few percent."""
+    """(1 + rho)/(1 - rho). Summing down to a correlation of 5 % leaves 5 % out;
+    estimates spread by a few percent."""
     rng = np.random.default_rng(6)
     noise = rng.normal(size=(50_000, 6))
     series = np.empty_like(noise)
     series[0] = noise[0]
     for k in range(1, len(noise)):
         series[k] = rho * series[k - 1] + noise[k]
-    assert autocorrelation_time(series) == pytest.approx((1 + rho) / (1 - rho), rel=0.15)
+    assert autocorrelation_time(series) == pytest.approx(
+        (1 + rho) / (1 - rho), rel=0.15
+    )
 
 
 def test_autocorrelation_time_of_little():
@@ -157,7 +180,15 @@ def test_bias_files(tmp_path):
     for content in (list(BIAS), {"bias": list(BIAS), "other": 1}):
         path.write_text(json.dumps(content))
         np.testing.assert_array_equal(load_bias(path), BIAS)
-    for content in ("x", "[1, 2]", "{}", '{"bias": null}', "[1, 2, 3, 4, 5, NaN]", "3", '["a", 1, 1, 1, 1, 1]'):
+    for content in (
+        "x",
+        "[1, 2]",
+        "{}",
+        '{"bias": null}',
+        "[1, 2, 3, 4, 5, NaN]",
+        "3",
+        '["a", 1, 1, 1, 1, 1]',
+    ):
         path.write_text(content)
         with pytest.raises(InputError, match=r"bias\.json"):
             load_bias(path)
@@ -167,13 +198,25 @@ def test_bias_files(tmp_path):
 
 @pytest.mark.parametrize("on_sensor", [False, True])
 def test_the_bias_of_an_estimate_can_be_given_to_the_next(on_sensor, tmp_path):
-    """Its file's `bias` is read back as recorded: the same log with it gives the same object."""
+    """Its file's `bias` is read back as recorded: the same log with it gives the same
+    object."""
     motion = UR5.motion(random_smooth(6.0, 100.0, 1.0, seed=1))
-    log = simulate(motion, hammer().parameters, noise=Noise(0.1, 0.005), bias=BIAS, on_sensor=on_sensor, exact=True)
+    log = simulate(
+        motion,
+        hammer().parameters,
+        noise=Noise(0.1, 0.005),
+        bias=BIAS,
+        on_sensor=on_sensor,
+        exact=True,
+    )
     first = identify(log, method="OLS", bias="estimate")
     first.estimate.save(tmp_path / "first.json")
     second = identify(log, method="OLS", bias=load_bias(tmp_path / "first.json"))
     assert first.sign.on_object is second.sign.on_object is not on_sensor
     np.testing.assert_allclose(
-        second.estimate.parameters.vector[:4], first.estimate.parameters.vector[:4], atol=1e-3
-    )  # the noise levels found differ by a little, and so the weights of force and torque
+        second.estimate.parameters.vector[:4],
+        first.estimate.parameters.vector[:4],
+        atol=1e-3,
+        # the noise levels found differ by a little, and so the weights of force and
+        # torque
+    )

@@ -1,4 +1,5 @@
-"""Conditioning: its linear model and drift against what they stand for, its laws, and inputs with nothing in them."""
+"""Conditioning: its linear model and drift against what they stand for, its laws, and
+inputs with nothing in them."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -44,7 +45,12 @@ def test_hats_are_what_interpolation_says(n):
 
 
 def test_drift_between_and_beyond_its_knots():
-    drift = Drift(np.array([1.0, 3.0]), np.array([np.zeros(6), np.full(6, 4.0)]), np.ones((2, 6)), np.full(6, 2.0))
+    drift = Drift(
+        np.array([1.0, 3.0]),
+        np.array([np.zeros(6), np.full(6, 4.0)]),
+        np.ones((2, 6)),
+        np.full(6, 2.0),
+    )
     np.testing.assert_allclose(drift(np.array([0.0, 2.0, 9.0]))[:, 0], (0.0, 2.0, 4.0))
     np.testing.assert_allclose(drift.change(np.array([2.5]))[0], 1.0)
     assert drift.kind == "linear"
@@ -62,7 +68,9 @@ def problem(seed=0, **changes):
     d = disturbed("clean", 1.5, seed)
     wrench = d.recording["wrench"]
     settings = {"free_offset": True, "free_gravity": True, "knots": (1,)} | changes
-    return d, Problem(path_of(d.recording), Blocks.of(wrench.time, wrench.values), **settings)
+    return d, Problem(
+        path_of(d.recording), Blocks.of(wrench.time, wrench.values), **settings
+    )
 
 
 def test_columns_are_the_derivatives_of_the_prediction():
@@ -79,10 +87,16 @@ def test_columns_are_the_derivatives_of_the_prediction():
     columns = model.columns(phi)[inside]
     by_offset = (predicted(0.02 + h, GRAVITY) - predicted(0.02 - h, GRAVITY)) / (2 * h)
     # two steps, 0.1 and 2 ms, of signals up to 10 rad/s: (0.002 * 10)² / 6
-    np.testing.assert_allclose(columns[:, :, 10], by_offset[inside], atol=2e-4 * np.abs(by_offset).max())
+    np.testing.assert_allclose(
+        columns[:, :, 10], by_offset[inside], atol=2e-4 * np.abs(by_offset).max()
+    )
     for i, tangent in enumerate(tangents_of(GRAVITY)):
-        change = (predicted(0.02, GRAVITY + h * tangent) - predicted(0.02, GRAVITY - h * tangent)) / (2 * h)
-        np.testing.assert_allclose(columns[:, :, 11 + i], change[inside], atol=1e-9)  # linear
+        change = (
+            predicted(0.02, GRAVITY + h * tangent)
+            - predicted(0.02, GRAVITY - h * tangent)
+        ) / (2 * h)
+        # linear
+        np.testing.assert_allclose(columns[:, :, 11 + i], change[inside], atol=1e-9)
 
 
 def test_normal_equations_against_dense_least_squares():
@@ -91,50 +105,78 @@ def test_normal_equations_against_dense_least_squares():
     model = Model.at(p, 0.0, GRAVITY)
     columns = model.columns(phi)
     assert columns.shape[2] == 13  # parameters, offset, two of gravity's direction
-    weights, levels, hats = rng.random(len(p.time)), np.array((0.1, 0.01)), HatFunctions.over(p.time, 3)
+    weights, levels, hats = (
+        rng.random(len(p.time)),
+        np.array((0.1, 0.01)),
+        HatFunctions.over(p.time, 3),
+    )
     found, scale = solve(model, phi, weights, levels, hats), np.repeat(levels, 3)
-    bias = np.einsum("kn,cd->kcnd", hats.combine(np.eye(3)), np.eye(6)).reshape(len(p.time), 6, 18)
+    bias = np.einsum("kn,cd->kcnd", hats.combine(np.eye(3)), np.eye(6)).reshape(
+        len(p.time), 6, 18
+    )
     root = np.sqrt(weights)[:, None] / scale
     A = (np.concatenate((columns, bias), axis=2) * root[:, :, None]).reshape(-1, 31)
     expected, *_ = np.linalg.lstsq(A, (p.wrench * root).ravel(), rcond=None)
-    np.testing.assert_allclose(np.concatenate((found.core, found.bias.ravel())), expected, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(
+        np.concatenate((found.core, found.bias.ravel())), expected, rtol=1e-7, atol=1e-9
+    )
     np.testing.assert_allclose(found.inverse @ (A.T @ A), np.eye(31), atol=1e-6)
     assert not found.undetermined.any()
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
 def test_covariance_is_that_of_the_noises_colour(correlation):
-    """Against B G B' of the noise's own covariance, averaged over realisations of it on one motion."""
+    """Against B G B' of the noise's own covariance, averaged over realisations of it on
+    one motion."""
     from scipy.linalg import toeplitz
     from scipy.signal import lfilter
 
     d, p = problem(free_gravity=False)
-    exact = path_of(simulate(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body, exact=True))
+    exact = path_of(
+        simulate(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body, exact=True)
+    )
     assert exact is not None
-    p, found = replace(p, path=replace(exact, bandwidth=np.inf)), []  # no errors of the motion
+    # no errors of the motion
+    p, found = replace(p, path=replace(exact, bandwidth=np.inf)), []
     clean = wield(UR5.motion(random_smooth(10.4, 100.0, 1.0, 0)), d.body).wrench
-    start = Start(d.body.vector, 0.0, GRAVITY, np.array((0.1, 0.005)), p.time[:1], np.zeros((1, 6)))
+    start = Start(
+        d.body.vector,
+        0.0,
+        GRAVITY,
+        np.array((0.1, 0.005)),
+        p.time[:1],
+        np.zeros((1, 6)),
+    )
     for seed in range(6):
         white = np.random.default_rng(seed).normal(size=clean.shape)
-        noise = lfilter([np.sqrt(1.0 - correlation**2)], [1.0, -correlation], white, axis=0)
+        noise = lfilter(
+            [np.sqrt(1.0 - correlation**2)], [1.0, -correlation], white, axis=0
+        )
         blocks = replace(p.blocks, wrench=clean + np.repeat((0.1, 0.005), 3) * noise)
         fit = gauss_newton(replace(p, blocks=blocks), start, 1, steps=3)
         found.append(estimate_uncertainty(fit).covariance.diagonal()[:11])
     G = toeplitz(correlation ** np.arange(len(p.time)))
     bias = np.broadcast_to(np.eye(6), (len(p.time), 6, 6))
-    B = np.concatenate((fit.columns, bias), axis=2) / np.repeat((0.1, 0.005), 3)[:, None]
+    B = (
+        np.concatenate((fit.columns, bias), axis=2)
+        / np.repeat((0.1, 0.005), 3)[:, None]
+    )
     H = np.linalg.inv(np.einsum("kcp,kcq->pq", B, B))
     expected = (H @ sum(B[:, c].T @ G @ B[:, c] for c in range(6)) @ H).diagonal()[:11]
     ratio = np.mean(found, axis=0) / expected
-    assert np.all((ratio > 0.7) & (ratio < 1.3))  # from a few dozen independent powers, six times
+    # from a few dozen independent powers, six times
+    assert np.all((ratio > 0.7) & (ratio < 1.3))
 
 
 def test_weights_are_those_of_the_estimators():
-    """On average one; the largest residuals are expected where the motion is least certain."""
+    """On average one; the largest residuals are expected where the motion is least
+    certain."""
     d, p = problem()
     seen = p.path.at(p.time)
     motion = smooth_poses(d.recording).poses.at(p.time)
-    weights, spread = motion_weights(d.body.vector, seen, p.path.bandwidth, p.time, np.array((0.1, 0.005)))
+    weights, spread = motion_weights(
+        d.body.vector, seen, p.path.bandwidth, p.time, np.array((0.1, 0.005))
+    )
     expected = sample_weights(d.body.vector, motion, 0.1, 0.005)
     np.testing.assert_allclose(weights, expected / expected.mean(), rtol=1e-9)
     assert np.ptp(weights) > 0.1
@@ -181,9 +223,14 @@ def test_corrected_is_what_was_found(late):
 
 
 def test_shifts_signs_and_biases_pass_through():
-    """The wrench 50 ms later, of the other sign, and with another bias: the same object, all else moved along."""
+    """The wrench 50 ms later, of the other sign, and with another bias: the same
+    object, all else moved along."""
     d = disturbed("clean", 1.5, 2)
-    time, values, bias = d.recording["wrench"].time, d.recording["wrench"].values, np.array((7, -3, 2, 0.1, 0.2, -0.3))
+    time, values, bias = (
+        d.recording["wrench"].time,
+        d.recording["wrench"].values,
+        np.array((7, -3, 2, 0.1, 0.2, -0.3)),
+    )
     one = condition(with_wrench(d.recording, time + 0.03, values))
     other = condition(with_wrench(d.recording, time + 0.08, bias - values))
     # five samples fewer, of a thousand
@@ -204,10 +251,18 @@ def test_an_offset_may_be_large(late):
 
 def test_time_begins_anywhere():
     d = disturbed("offset", 1.5, 3)
-    moved = replace(d.recording, streams={n: Stream(s.time + 5e8, s.values) for n, s in d.recording.streams.items()})
+    moved = replace(
+        d.recording,
+        streams={
+            n: Stream(s.time + 5e8, s.values) for n, s in d.recording.streams.items()
+        },
+    )
     one, other = condition(d.recording), condition(moved)
-    assert other.offset == pytest.approx(one.offset, abs=1e-5)  # such times are known to 0.1 µs
-    np.testing.assert_allclose(other.parameters, one.parameters, atol=1e-3 * one.parameters[0])
+    # such times are known to 0.1 µs
+    assert other.offset == pytest.approx(one.offset, abs=1e-5)
+    np.testing.assert_allclose(
+        other.parameters, one.parameters, atol=1e-3 * one.parameters[0]
+    )
 
 
 # motion from other sources
@@ -230,27 +285,42 @@ def test_what_is_right_is_left_alone():
 
 
 def test_no_drift_is_no_drift():
-    assert condition(disturbed("clean", 1.5, 0, duration=30.0).recording).bias.kind == "constant"
+    assert (
+        condition(disturbed("clean", 1.5, 0, duration=30.0).recording).bias.kind
+        == "constant"
+    )
 
 
 def test_columns_may_be_late_too():
     found = condition(exact_recording(0.0237))
-    assert found.offset == pytest.approx(0.0237, abs=1e-5)  # cubic interpolation of 100 Hz
+    # cubic interpolation of 100 Hz
+    assert found.offset == pytest.approx(0.0237, abs=1e-5)
 
 
 def test_orientation_alone_shows_a_late_wrench_when_slow():
     motion = UR5.motion(stop_and_go(60.0, 50.0, dwell=4.0, move=4.0, seed=1))
     recording = simulate(motion, body(1.5), noise=NOISE)
     streams = {"orientation": recording["orientation"], "wrench": recording["wrench"]}
-    found = condition(with_wrench(replace(recording, streams=streams), motion.time + 0.5, recording["wrench"].values))
+    found = condition(
+        with_wrench(
+            replace(recording, streams=streams),
+            motion.time + 0.5,
+            recording["wrench"].values,
+        )
+    )
     assert found.offset == pytest.approx(0.5, abs=0.01)
     assert found.parameters[0] == pytest.approx(1.5, rel=0.005)
     np.testing.assert_array_equal(np.isinf(found.std[4:]), True)
 
 
 def test_orientation_alone_invents_no_offset_when_fast():
-    """What accelerations do to the wrench is not modelled, and would look like 66 ms."""
-    found = condition(replace(CLEAN, streams={name: CLEAN[name] for name in ("orientation", "wrench")}))
+    """What accelerations do to the wrench is not modelled, and would look like 66
+    ms."""
+    found = condition(
+        replace(
+            CLEAN, streams={name: CLEAN[name] for name in ("orientation", "wrench")}
+        )
+    )
     assert found.offset == 0.0
     assert any("none assumed" in said for said in found.warnings)
 
@@ -259,10 +329,16 @@ def test_accelerometer_of_another_clock():
     motion = UR5.motion(random_smooth(8.0, 200.0, 2.0, 1))
     recording = simulate(motion, body(1.5), noise=NOISE)
     z = wield(motion, body(1.5))
-    felt = z.linear_acceleration - z.gravity + 0.02 * np.random.default_rng(0).normal(size=z.gravity.shape)
+    felt = (
+        z.linear_acceleration
+        - z.gravity
+        + 0.02 * np.random.default_rng(0).normal(size=z.gravity.shape)
+    )
     streams = {"orientation": recording["orientation"], "wrench": recording["wrench"]}
     streams["accelerometer"] = Stream(motion.time + 0.0065, felt)
-    streams["orientation"] = Stream(motion.time + 0.0065, recording["orientation"].values)
+    streams["orientation"] = Stream(
+        motion.time + 0.0065, recording["orientation"].values
+    )
     found = condition(replace(recording, streams=streams))
     assert found.offset == pytest.approx(-0.0065, abs=1e-3)
     assert found.parameters[0] == pytest.approx(1.5, rel=0.005)
@@ -271,10 +347,15 @@ def test_accelerometer_of_another_clock():
 
 def test_static_poses():
     slow = simulate(
-        UR5.motion(stop_and_go(60.0, 1.0, dwell=1.0, move=1.0, seed=5)), body(1.5), noise=NOISE, on_sensor=True
+        UR5.motion(stop_and_go(60.0, 1.0, dwell=1.0, move=1.0, seed=5)),
+        body(1.5),
+        noise=NOISE,
+        on_sensor=True,
     )
     rows = np.arange(len(slow["wrench"]), dtype=float)
-    poses = {name: Stream(rows, slow[name].values) for name in ("orientation", "wrench")}
+    poses = {
+        name: Stream(rows, slow[name].values) for name in ("orientation", "wrench")
+    }
     found = condition(Recording(poses, static=True))
     assert not found.sign.on_object
     assert found.offset_std is None
@@ -290,7 +371,9 @@ def held(noise):
     streams = {
         "position": Stream(time, noise * rng.normal(size=(300, 3))),
         "orientation": Stream(time, q / np.linalg.norm(q, axis=1, keepdims=True)),
-        "wrench": Stream(time, (0.0, 0.0, 9.8, 0.0, 0.0, 0.0) + 0.1 * rng.normal(size=(300, 6))),
+        "wrench": Stream(
+            time, (0.0, 0.0, 9.8, 0.0, 0.0, 0.0) + 0.1 * rng.normal(size=(300, 6))
+        ),
     }
     return Recording(streams)
 
@@ -300,14 +383,29 @@ POOR = {
     "three samples": CLEAN.slice(1.0, 0.03),
     "a tenth of a second": CLEAN.slice(1.0, 0.1),
     "half a second": CLEAN.slice(1.0, 0.5),
-    "one wrench": with_wrench(CLEAN, CLEAN["wrench"].time[:1], CLEAN["wrench"].values[:1]),
-    "another time": with_wrench(CLEAN, CLEAN["wrench"].time + 100.0, CLEAN["wrench"].values),
-    "no wrench": with_wrench(CLEAN, CLEAN["wrench"].time, np.zeros((len(CLEAN["wrench"]), 6))),
-    "a constant wrench": with_wrench(CLEAN, CLEAN["wrench"].time, np.ones((len(CLEAN["wrench"]), 6))),
-    "noise": with_wrench(CLEAN, CLEAN["wrench"].time, np.random.default_rng(0).normal(size=(len(CLEAN["wrench"]), 6))),
+    "one wrench": with_wrench(
+        CLEAN, CLEAN["wrench"].time[:1], CLEAN["wrench"].values[:1]
+    ),
+    "another time": with_wrench(
+        CLEAN, CLEAN["wrench"].time + 100.0, CLEAN["wrench"].values
+    ),
+    "no wrench": with_wrench(
+        CLEAN, CLEAN["wrench"].time, np.zeros((len(CLEAN["wrench"]), 6))
+    ),
+    "a constant wrench": with_wrench(
+        CLEAN, CLEAN["wrench"].time, np.ones((len(CLEAN["wrench"]), 6))
+    ),
+    "noise": with_wrench(
+        CLEAN,
+        CLEAN["wrench"].time,
+        np.random.default_rng(0).normal(size=(len(CLEAN["wrench"]), 6)),
+    ),
     "held exactly": held(0.0),
     "held": held(1e-4),
-    "few poses": replace(CLEAN, streams={n: s if n == "wrench" else s[:5] for n, s in CLEAN.streams.items()}),
+    "few poses": replace(
+        CLEAN,
+        streams={n: s if n == "wrench" else s[:5] for n, s in CLEAN.streams.items()},
+    ),
 }
 
 
@@ -356,8 +454,12 @@ def test_a_sensor_at_its_limit():
 
 
 def test_outliers_of_a_long_recording_are_those_of_all_its_samples(monkeypatch):
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_SAMPLES", 800)
-    monkeypatch.setattr(import_module("hefting.ingest.condition"), "MOST_FITTED_BLOCKS", 400)
+    monkeypatch.setattr(
+        import_module("hefting.ingest.condition"), "MOST_FITTED_SAMPLES", 800
+    )
+    monkeypatch.setattr(
+        import_module("hefting.ingest.condition"), "MOST_FITTED_BLOCKS", 400
+    )
     d = disturbed("contact", 1.5, 0)
     found = condition(d.recording)
     assert len(found.rejected) == len(d.bad)
@@ -384,7 +486,13 @@ def test_exact_logs_of_tools_are_left_alone():
         ("panda-optoforce/run1", 9.81, 0.017, 0.001, (1.09, 1.17)),
         ("panda-optoforce/run3", 9.81, 0.017, 0.001, (1.09, 1.17)),
         ("kuka-ati/baseline", 9.82085, -0.0066, 0.0005, (0.9323 * 0.99, 0.9323 * 1.01)),
-        ("kuka-ati/vibrations", 9.82085, -0.0064, 0.0005, (0.9323 * 0.98, 0.9323 * 1.02)),
+        (
+            "kuka-ati/vibrations",
+            9.82085,
+            -0.0064,
+            0.0005,
+            (0.9323 * 0.98, 0.9323 * 1.02),
+        ),
         ("axia80/dwells", 9.80665, 0.513, 0.010, (1.14, 1.18)),
         ("kuka-ati/static_poses", 9.82085, 0.0, 0.0, (0.929, 0.936)),
         ("axia80/poses7", 9.80665, 0.0, 0.0, (1.09, 1.11)),
@@ -398,4 +506,6 @@ def test_real_recordings(log, g, offset, within, mass):
     assert mass[0] <= found.parameters[0] <= mass[1]
     assert found.sign.certain
     assert found.sign.on_object == log.startswith("panda")
-    assert len(measure(found.corrected(recording), found.gravity).measurements) > 0.9 * len(recording["wrench"])
+    assert len(
+        measure(found.corrected(recording), found.gravity).measurements
+    ) > 0.9 * len(recording["wrench"])

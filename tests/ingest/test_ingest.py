@@ -35,7 +35,9 @@ def test_weights_are_by_the_motion_s_errors_and_one_on_average(clean):
     motion = measure(found.conditioned.corrected(clean), GRAVITY).motion
     assert motion is not None
     noise = found.conditioned.noise
-    expected = sample_weights(found.conditioned.parameters, motion, noise.force, noise.torque)
+    expected = sample_weights(
+        found.conditioned.parameters, motion, noise.force, noise.torque
+    )
     np.testing.assert_allclose(weights, expected / expected.mean(), rtol=1e-6)
     assert np.ptp(weights) > 0.1
 
@@ -48,7 +50,10 @@ def test_a_bias_is_kept_where_it_counts(clean):
     np.testing.assert_allclose(beside.fit.bias, BIAS, atol=0.05)
     given = ingest(biased(clean), bias=BIAS)
     assert given.bias == "none"
-    np.testing.assert_allclose(given.measurements.wrench, without.measurements.wrench, atol=1e-12)  # rounding
+    # rounding
+    np.testing.assert_allclose(
+        given.measurements.wrench, without.measurements.wrench, atol=1e-12
+    )
 
 
 def test_a_drift_is_removed_unless_the_bias_is_given():
@@ -57,32 +62,44 @@ def test_a_drift_is_removed_unless_the_bias_is_given():
     assert free.conditioned.bias.kind == "linear"
     change = free.measurements.wrench - known.measurements.wrench
     expected = free.conditioned.bias.change(free.measurements.time)
-    np.testing.assert_allclose(np.abs(change), np.abs(expected), atol=0.02)  # either sign; one offset or another
+    # either sign; one offset or another
+    np.testing.assert_allclose(np.abs(change), np.abs(expected), atol=0.02)
 
 
 def test_the_tool_is_in_the_spread(clean):
     tool = calibrate(disturbed("clean", 0.3, 1, duration=4.0).recording)
     assert tool.covariance is not None
     alone, beside = ingest(clean), ingest(clean, tool=tool)
-    own = fit_freely(without_tool(alone.measurements, tool), False, alone.fit.inflation).covariance
+    own = fit_freely(
+        without_tool(alone.measurements, tool), False, alone.fit.inflation
+    ).covariance
     np.testing.assert_allclose(beside.fit.covariance, own + tool.covariance, rtol=1e-9)
 
 
 def test_a_shape_no_robot_holds(clean):
-    with pytest.raises(InputError, match="the shape is 200 m long; is its file in millimetres"):
+    with pytest.raises(
+        InputError, match="the shape is 200 m long; is its file in millimetres"
+    ):
         identify(clean, Shape(200.0 * np.eye(3)))
 
 
 def test_a_tilted_base_is_suspected_where_little_is_explained():
-    """With gravity 15° off a quarter of the force is left over; where contact is to blame, gravity is not."""
+    """With gravity 15° off a quarter of the force is left over; where contact is to
+    blame, gravity is not."""
     motion = UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=3))
-    gravity = 9.80665 * np.array([np.sin(np.radians(15.0)), 0.0, -np.cos(np.radians(15.0))])
+    gravity = 9.80665 * np.array(
+        [np.sin(np.radians(15.0)), 0.0, -np.cos(np.radians(15.0))]
+    )
     tilted = simulate(motion, hammer().parameters, gravity, noise=NOISE, seed=3)
     said = [line for line in ingest(tilted).warnings if "is the base tilted?" in line]
     assert len(said) == 1
     assert "15° off" in said[0]
-    assert not any("tilted" in line for line in ingest(tilted, gravity=gravity).warnings)
-    assert not any("tilted" in line for line in ingest(tilted, gravity="estimate").warnings)
+    assert not any(
+        "tilted" in line for line in ingest(tilted, gravity=gravity).warnings
+    )
+    assert not any(
+        "tilted" in line for line in ingest(tilted, gravity="estimate").warnings
+    )
     touched = disturbed("contact", 1.5, 1).recording
     assert condition(touched).rejected.mean() > 0.1
     assert not any("tilted" in line for line in ingest(touched).warnings)

@@ -23,7 +23,9 @@ def calls(work) -> Counter:
     def profile(frame, event, argument):
         code = frame.f_code
         if event == "call" and code.co_filename.startswith(str(ROOT)):
-            counted[f"{Path(code.co_filename).relative_to(ROOT)}:{code.co_qualname}"] += 1
+            counted[
+                f"{Path(code.co_filename).relative_to(ROOT)}:{code.co_qualname}"
+            ] += 1
 
     sys.setprofile(profile)
     try:
@@ -35,7 +37,12 @@ def calls(work) -> Counter:
 
 @pytest.fixture(scope="module")
 def recording():
-    return simulate(UR5.motion(random_smooth(6.0, 100.0, 1.0, 3)), hammer().parameters, noise=Noise(0.1, 0.005), seed=3)
+    return simulate(
+        UR5.motion(random_smooth(6.0, 100.0, 1.0, 3)),
+        hammer().parameters,
+        noise=Noise(0.1, 0.005),
+        seed=3,
+    )
 
 
 @pytest.mark.parametrize("method", ["Bayes", "OLS", "PMD"])
@@ -55,8 +62,11 @@ def test_one_identify(recording, method):
     ):
         assert counted[once] == 1, once
     assert counted["estimators/bayes/prior.py:Prior.of"] == (method == "Bayes")
-    assert counted["estimators/bayes/__init__.py:Bayes.posterior"] == (method == "Bayes")
-    assert counted["ingest/free_fit.py:free_fit"] <= 3  # with a bias, without, and with gravity reversed
+    assert counted["estimators/bayes/__init__.py:Bayes.posterior"] == (
+        method == "Bayes"
+    )
+    # with a bias, without, and with gravity reversed
+    assert counted["ingest/free_fit.py:free_fit"] <= 3
 
 
 def test_inspect_is_a_view_of_the_same(recording):

@@ -1,4 +1,5 @@
-"""Tool subtraction: what is left is the object's, with the tool's uncertainty in its own."""
+"""Tool subtraction: what is left is the object's, with the tool's uncertainty in its
+own."""
 
 import json
 from dataclasses import replace
@@ -21,7 +22,9 @@ BIAS = (3.0, -2.0, 5.0, 0.1, -0.2, 0.05)
 
 def block(mass, com, sides):
     x, y, z = np.square(sides)
-    return InertialParameters.from_com(mass, com, mass / 12 * np.diag([y + z, x + z, x + y]))
+    return InertialParameters.from_com(
+        mass, com, mass / 12 * np.diag([y + z, x + z, x + y])
+    )
 
 
 GRIPPER = block(1.0, (0.0, 0.005, 0.05), (0.1, 0.06, 0.1))
@@ -44,22 +47,33 @@ def errors(body):
 
 
 def beside_a_gripper(seed):
-    """Estimates of the object alone, and with a gripper that has a recording of its own, four times as long."""
+    """Estimates of the object alone, and with a gripper that has a recording of its
+    own, four times as long."""
     tool = calibrate(log(GRIPPER, 40.0, 3000 + seed))
     alone = identify(log(OBJECT, 10.0, seed), method="OLS", bias="estimate").estimate
-    return alone, identify(log(BOTH, 10.0, 1000 + seed), method="OLS", bias="estimate", tool=tool).estimate
+    return alone, identify(
+        log(BOTH, 10.0, 1000 + seed), method="OLS", bias="estimate", tool=tool
+    ).estimate
 
 
 def test_object_beside_a_gripper_is_nearly_as_well_known_as_alone():
     """At most 1.7 times the errors; two hundred seeds: `python -m benchmarks.tool`.
 
-    Of 7 seeds an RMS ratio scatters by a factor of 1.4 or so, and |z| < 1.96 in 85 to 100 % of 70 parameters that are
-    correlated within a seed.
+    Of 7 seeds an RMS ratio scatters by a factor of 1.4 or so, and |z| < 1.96 in 85 to
+    100 % of 70 parameters that are correlated within a seed.
     """
     pairs = [beside_a_gripper(seed) for seed in range(7)]
-    alone, beside = (np.sqrt(np.mean([np.square(errors(pair[i].parameters)) for pair in pairs], 0)) for i in (0, 1))
-    z = [(two.parameters.vector - OBJECT.vector) / np.sqrt(two.covariance.diagonal()) for _, two in pairs]
-    print(f"ratio {(beside / alone).round(2)}, rms z {np.sqrt(np.mean(np.square(z))):.2f}")
+    alone, beside = (
+        np.sqrt(np.mean([np.square(errors(pair[i].parameters)) for pair in pairs], 0))
+        for i in (0, 1)
+    )
+    z = [
+        (two.parameters.vector - OBJECT.vector) / np.sqrt(two.covariance.diagonal())
+        for _, two in pairs
+    ]
+    print(
+        f"ratio {(beside / alone).round(2)}, rms z {np.sqrt(np.mean(np.square(z))):.2f}"
+    )
     assert (beside <= 1.7 * alone).all()
     assert 0.7 < np.sqrt(np.mean(np.square(z))) < 1.35
     assert np.mean(np.abs(z) < 1.96) > 0.85
@@ -69,19 +83,25 @@ def test_subtraction_is_exact_without_noise():
     exact = {"noise": Noise(), "pose_noise": (0.0, 0.0), "exact": True}
     tool = calibrate(log(GRIPPER, 5.0, 1, **exact))
     found = identify(log(BOTH, 5.0, 2, **exact), method="OLS", tool=tool).estimate
-    np.testing.assert_allclose(found.parameters.vector, OBJECT.vector, atol=1e-9)  # rounding over 1 kg and 20 N
+    # rounding over 1 kg and 20 N
+    np.testing.assert_allclose(found.parameters.vector, OBJECT.vector, atol=1e-9)
     np.testing.assert_allclose(found.bias, BIAS, atol=1e-8)
 
 
 def test_the_sign_of_the_log_does_not_matter():
-    """Gripper and object may even be recorded with different signs: the tool is known in the project's."""
+    """Gripper and object may even be recorded with different signs: the tool is known
+    in the project's."""
     tool = calibrate(log(GRIPPER, 5.0, 1, on_sensor=True))
     one = identify(log(BOTH, 5.0, 2), method="OLS", tool=tool).estimate
     recording = log(BOTH, 5.0, 2)
     wrench = recording["wrench"]
-    flipped = replace(recording, streams={**recording.streams, "wrench": replace(wrench, values=-wrench.values)})
+    flipped = replace(
+        recording,
+        streams={**recording.streams, "wrench": replace(wrench, values=-wrench.values)},
+    )
     two = identify(flipped, method="OLS", tool=tool).estimate
-    np.testing.assert_allclose(two.parameters.vector, one.parameters.vector, atol=1e-9)  # the same equations
+    # the same equations
+    np.testing.assert_allclose(two.parameters.vector, one.parameters.vector, atol=1e-9)
     assert one.parameters.mass == pytest.approx(0.25, abs=0.01)
 
 
@@ -91,8 +111,12 @@ def test_covariances_add():
     sure = replace(tool, covariance=np.zeros((10, 10)))
     one = identify(recording, method="OLS", tool=tool).estimate
     two = identify(recording, method="OLS", tool=sure).estimate
-    np.testing.assert_allclose(one.covariance, two.covariance + tool.covariance, rtol=1e-12)
-    assert (one.std["mass"] ** 2) == pytest.approx(two.std["mass"] ** 2 + tool.std["mass"] ** 2)
+    np.testing.assert_allclose(
+        one.covariance, two.covariance + tool.covariance, rtol=1e-12
+    )
+    assert (one.std["mass"] ** 2) == pytest.approx(
+        two.std["mass"] ** 2 + tool.std["mass"] ** 2
+    )
 
 
 def test_every_method_takes_it():
@@ -102,8 +126,12 @@ def test_every_method_takes_it():
     shape = Shape.from_box(-0.02, 0.04, -0.025, 0.025, 0.08, 0.2)
     for method in ("Bayes", "PMD", "GEO", "LMI", "RTLS"):
         found = identify(recording, shape, method=method, tool=tool).estimate
-        assert found.parameters.mass == pytest.approx(OBJECT.mass, abs=0.01), method  # ten times what noise makes
-        assert np.linalg.norm(found.parameters.center_of_mass - OBJECT.center_of_mass) < 0.006, method
+        # ten times what noise makes
+        assert found.parameters.mass == pytest.approx(OBJECT.mass, abs=0.01), method
+        assert (
+            np.linalg.norm(found.parameters.center_of_mass - OBJECT.center_of_mass)
+            < 0.006
+        ), method
 
 
 def test_what_calibrate_keeps(tmp_path):
@@ -112,7 +140,8 @@ def test_what_calibrate_keeps(tmp_path):
     again = load_tool(tmp_path / "tool.json")
     np.testing.assert_array_equal(again.covariance, tool.covariance)
     np.testing.assert_allclose(again.bias, BIAS, atol=0.15)  # ten times its spread
-    assert again.provenance["noise"]["force"] == pytest.approx(NOISE.force, rel=0.2)  # with what the motion adds
+    # with what the motion adds
+    assert again.provenance["noise"]["force"] == pytest.approx(NOISE.force, rel=0.2)
     assert again.provenance["noise"]["torque"] == pytest.approx(NOISE.torque, rel=0.2)
 
 
@@ -121,7 +150,9 @@ def test_warnings_and_refusals(tmp_path):
     vague = replace(tool, covariance=None, method="PMD")
     found = identify(log(BOTH, 10.0, 2), method="OLS", tool=vague).estimate
     assert any("make it with hefting calibrate" in line for line in found.warnings)
-    with pytest.raises(NotIdentifiableError, match="beside the tool; check `tool`: was it in the hand"):
+    with pytest.raises(
+        NotIdentifiableError, match="beside the tool; check `tool`: was it in the hand"
+    ):
         identify(log(OBJECT, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()
     (tmp_path / "empty.json").write_text(json.dumps(data | {"vector": [0.0] * 10}))

@@ -1,4 +1,5 @@
-"""Inspection: figures beside independent ones, what is said of them, and that no log makes it fail."""
+"""Inspection: figures beside independent ones, what is said of them, and that no log
+makes it fail."""
 
 import io
 import json
@@ -37,8 +38,12 @@ def wielded(speed=1.0):
     return UR5.motion(random_smooth(DURATION, RATE, speed, seed=4))
 
 
-def log_of(bias=None, on_sensor=False, gravity=(0.0, 0.0, -9.80665), speed=1.0) -> Recording:
-    return simulate(wielded(speed), BODY, gravity, NOISE, bias=bias, on_sensor=on_sensor, seed=5)
+def log_of(
+    bias=None, on_sensor=False, gravity=(0.0, 0.0, -9.80665), speed=1.0
+) -> Recording:
+    return simulate(
+        wielded(speed), BODY, gravity, NOISE, bias=bias, on_sensor=on_sensor, seed=5
+    )
 
 
 @cache
@@ -48,7 +53,10 @@ def found_of(**settings) -> Inspection:
 
 def with_wrench(log: Recording, values=None, time=None) -> Recording:
     wrench = log["wrench"]
-    changed = Stream(wrench.time if time is None else time, wrench.values if values is None else values)
+    changed = Stream(
+        wrench.time if time is None else time,
+        wrench.values if values is None else values,
+    )
     return replace(log, streams={**log.streams, "wrench": changed})
 
 
@@ -62,11 +70,14 @@ def printed(found: Inspection, width=200) -> str:
 
 
 def test_a_stream_of_known_faults():
-    """100 Hz for 100 s: every tenth sample lost, 0.3 s without any, 3 % jitter, a value that is held for three."""
+    """100 Hz for 100 s: every tenth sample lost, 0.3 s without any, 3 % jitter, a value
+    that is held for three."""
     rng = np.random.default_rng(1)
     kept = np.arange(10_000) % 10 != 7
     kept[5000:5030] = False
-    time = 0.01 * np.flatnonzero(kept) + 3e-4 / np.sqrt(2.0) * rng.normal(size=kept.sum())
+    time = 0.01 * np.flatnonzero(kept) + 3e-4 / np.sqrt(2.0) * rng.normal(
+        size=kept.sum()
+    )
     values = np.repeat(rng.normal(size=(3400, 2)), 3, axis=0)[: len(time)]
     facts = stream_facts(Stream(time, values), static=False)
     assert facts.samples == len(time)
@@ -74,28 +85,45 @@ def test_a_stream_of_known_faults():
     assert facts.gaps == 1
     assert facts.longest_gap == facts.gap_time == pytest.approx(0.31, abs=0.002)
     assert facts.missing == pytest.approx(1.0 - kept.mean(), abs=0.002)
-    assert facts.jitter == pytest.approx(3e-4, rel=0.05)  # of 9,000 steps: 1 %; and of the median
+    # of 9,000 steps: 1 %; and of the median
+    assert facts.jitter == pytest.approx(3e-4, rel=0.05)
     assert facts.jitter_share == pytest.approx(facts.jitter * facts.rate)
     assert facts.repeated == pytest.approx(2.0 / 3.0, abs=0.001)
 
 
 def test_a_perfect_stream_and_one_sample():
-    facts = stream_facts(Stream(np.arange(500) / 128.0, np.arange(500.0)[:, None]), static=False)
-    assert (facts.rate, facts.gaps, facts.missing, facts.jitter, facts.repeated) == (128.0, 0, 0.0, 0.0, 0.0)
+    facts = stream_facts(
+        Stream(np.arange(500) / 128.0, np.arange(500.0)[:, None]), static=False
+    )
+    assert (facts.rate, facts.gaps, facts.missing, facts.jitter, facts.repeated) == (
+        128.0,
+        0,
+        0.0,
+        0.0,
+        0.0,
+    )
     one = stream_facts(Stream(np.array([3.0]), np.ones((1, 2))), static=False)
     assert (one.samples, one.rate, one.start, one.end) == (1, 0.0, 3.0, 3.0)
-    assert stream_facts(Stream(np.arange(4.0), np.ones((4, 1))), static=True).rate == 0.0
+    assert (
+        stream_facts(Stream(np.arange(4.0), np.ones((4, 1))), static=True).rate == 0.0
+    )
 
 
 # movement
 
 
 def test_time_above_a_limit():
-    """A rectified sine of 1 m/s is above 0.5 m/s for two thirds of its time; a gap counts as one step."""
+    """A rectified sine of 1 m/s is above 0.5 m/s for two thirds of its time; a gap
+    counts as one step."""
     time = np.arange(10_001) / 1000.0
-    assert time_above(time, np.abs(np.sin(2 * np.pi * time)), 0.5) == pytest.approx(20 / 3, abs=0.02)  # 40 crossings
+    # 40 crossings
+    assert time_above(time, np.abs(np.sin(2 * np.pi * time)), 0.5) == pytest.approx(
+        20 / 3, abs=0.02
+    )
     assert time_above(time, np.full(len(time), 0.3), 0.25) == pytest.approx(10.0)
-    assert time_above(np.array([0.0, 1.0, 2.0, 60.0]), np.ones(4), 0.5) == pytest.approx(3.0)
+    assert time_above(
+        np.array([0.0, 1.0, 2.0, 60.0]), np.ones(4), 0.5
+    ) == pytest.approx(3.0)
     assert time_above(time, np.full(len(time), 0.25), 0.25) == 0.0
 
 
@@ -107,7 +135,8 @@ def test_speeds_are_those_of_the_motion():
         (m.angular_speed, motion.angular_velocity),
     ):
         truth = np.linalg.norm(vectors, axis=1)
-        # smoothing poses of 0.1 mm and 0.02° at 50 Hz leaves velocities known to about 1 mm/s and 3 mrad/s
+        # smoothing poses of 0.1 mm and 0.02° at 50 Hz leaves velocities known to about
+        # 1 mm/s and 3 mrad/s
         assert mean == pytest.approx(truth.mean(), rel=0.01)
         assert largest == pytest.approx(truth.max(), rel=0.02)
     truth = np.linalg.norm(motion.linear_velocity, axis=1)
@@ -116,8 +145,10 @@ def test_speeds_are_those_of_the_motion():
 
 def test_the_speed_limit_of_iso_10218():
     fast, slow = found_of(), found_of(speed=0.3)
-    assert np.linalg.norm(wielded().linear_velocity, axis=1).max() > 0.3  # this motion exceeds it by far,
-    assert np.linalg.norm(wielded(0.3).linear_velocity, axis=1).max() < 0.24  # and this one keeps it
+    # this motion exceeds it by far,
+    assert np.linalg.norm(wielded().linear_velocity, axis=1).max() > 0.3
+    # and this one keeps it
+    assert np.linalg.norm(wielded(0.3).linear_velocity, axis=1).max() < 0.24
     assert not fast.movement.keeps_limit
     assert slow.movement.keeps_limit
     assert fast.to_dict()["speed_limit"]["above"] > 0.0
@@ -126,17 +157,23 @@ def test_the_speed_limit_of_iso_10218():
     assert "ISO 10218: kept" in printed(slow)
     assert any("slow down" in line for line in fast.advice)
     assert not any("slow down" in line for line in slow.advice)
-    blind = replace(log_of(), streams={k: s for k, s in log_of().streams.items() if k != "position"})
+    blind = replace(
+        log_of(), streams={k: s for k, s in log_of().streams.items() if k != "position"}
+    )
     assert movement(blind, measure(blind)).keeps_limit is None
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_how_far_gravity_turned(seed):
-    """Against all pairs; the ends are looked for in 200 directions, so may be missed by some degrees."""
+    """Against all pairs; the ends are looked for in 200 directions, so may be missed by
+    some degrees."""
     rng = np.random.default_rng(seed)
     turns = Rotation.from_rotvec(rng.uniform(0.1, 2.0) * rng.normal(size=(60, 3)))
     rows = np.arange(60.0)
-    streams = {"orientation": Stream(rows, turns.as_quat()), "wrench": Stream(rows, rng.normal(size=(60, 6)))}
+    streams = {
+        "orientation": Stream(rows, turns.as_quat()),
+        "wrench": Stream(rows, rng.normal(size=(60, 6))),
+    }
     log = Recording(streams, static=True)
     down = turns.inv().apply((0.0, 0.0, -1.0))
     widest = np.arccos(np.clip(down @ down.T, -1.0, 1.0)).max()
@@ -149,30 +186,54 @@ def test_how_far_gravity_turned(seed):
 def test_signal_to_noise_is_that_of_the_simulation():
     exact = wield(wielded(), BODY).wrench
     channels = found_of().facts.channels
-    for name, part, level in (("force", slice(0, 3), 0.1), ("torque", slice(3, 6), 0.005)):
+    for name, part, level in (
+        ("force", slice(0, 3), 0.1),
+        ("torque", slice(3, 6), 0.005),
+    ):
         signal = np.sqrt(np.mean(exact[:, part] ** 2, axis=0))
-        # a bias is free and takes up to 0.05 N (three standard deviations) of a signal of 3 to 5 N; 0.002 of 0.2 N m
-        np.testing.assert_allclose(channels[name].signal, signal, atol=0.02 * signal.max())
-        # 400 samples show a standard deviation to 3.5 %; errors of the motion, of the angular above all, add to it
+        # a bias is free and takes up to 0.05 N (three standard deviations) of a signal
+        # of 3 to 5 N; 0.002 of 0.2 N m
+        np.testing.assert_allclose(
+            channels[name].signal, signal, atol=0.02 * signal.max()
+        )
+        # 400 samples show a standard deviation to 3.5 %; errors of the motion, of the
+        # angular above all, add to it
         assert (0.85 * level < channels[name].noise).all()
         assert (channels[name].noise < 1.3 * level).all()
-        np.testing.assert_allclose(channels[name].snr, (channels[name].signal / channels[name].noise) ** 2)
+        np.testing.assert_allclose(
+            channels[name].snr, (channels[name].signal / channels[name].noise) ** 2
+        )
     out = found_of().to_dict()["signal_to_noise"]
-    assert set(out) == {"force", "torque", "linear acceleration", "angular velocity", "angular acceleration"}
+    assert set(out) == {
+        "force",
+        "torque",
+        "linear acceleration",
+        "angular velocity",
+        "angular acceleration",
+    }
     assert out["force"]["snr"] == pytest.approx(list(channels["force"].snr))
 
 
 def test_gravity_dominance_and_quick_mass():
     z = wield(wielded(), BODY)
-    still = replace(z, **{n: np.zeros_like(z.force) for n in ("linear_acceleration", "angular_velocity")})
+    still = replace(
+        z,
+        **{
+            n: np.zeros_like(z.force)
+            for n in ("linear_acceleration", "angular_velocity")
+        },
+    )
     still = replace(still, angular_acceleration=np.zeros_like(z.force))
     weight = -BODY.mass * still.gravity
     weight = np.hstack((weight, np.cross(BODY.center_of_mass, weight)))
     rest = z.wrench - weight
     f = found_of().facts
-    for ratio, part in zip(f.gravity_dominance, (slice(0, 3), slice(3, 6)), strict=True):
+    for ratio, part in zip(
+        f.gravity_dominance, (slice(0, 3), slice(3, 6)), strict=True
+    ):
         truth = np.sqrt(np.mean(weight[:, part] ** 2) / np.mean(rest[:, part] ** 2))
-        assert ratio == pytest.approx(truth, rel=0.05)  # the torque of motion is known to a few percent
+        # the torque of motion is known to a few percent
+        assert ratio == pytest.approx(truth, rel=0.05)
     quick = np.linalg.norm(z.force, axis=1).mean() / 9.80665
     assert found_of().quick_mass == pytest.approx(quick, rel=0.005)
     biased = found_of(bias=(20.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -191,8 +252,13 @@ def test_ratios_do_not_depend_on_unit_or_sign():
     for scale in (-1.0, 1e3):
         other = wrench_facts_of(log_of(), scale)
         for name, channels in one.channels.items():
-            np.testing.assert_allclose(other.channels[name].snr, channels.snr, rtol=1e-6)  # rounding of the solve
-        np.testing.assert_allclose(other.gravity_dominance, one.gravity_dominance, rtol=1e-6)
+            # rounding of the solve
+            np.testing.assert_allclose(
+                other.channels[name].snr, channels.snr, rtol=1e-6
+            )
+        np.testing.assert_allclose(
+            other.gravity_dominance, one.gravity_dominance, rtol=1e-6
+        )
         assert other.mass == pytest.approx(abs(scale) * one.mass, rel=1e-9)
 
 
@@ -208,11 +274,19 @@ def test_sign_bias_and_offset_are_found_and_said():
     assert (np.abs(found.facts.bias - bias) < 5.0 * std).all()
     assert std[:3].max() < 0.1
     assert found.conditioned.offset == pytest.approx(0.03, abs=0.004)
-    assert found.facts.noise[0] < 0.13  # the offset left in would add 0.2 N: 30 ms at 1 rad/s and 6.6 N
+    # the offset left in would add 0.2 N: 30 ms at 1 rad/s and 6.6 N
+    assert found.facts.noise[0] < 0.13
     assert found.to_dict()["clock_offset"]["offset"] == found.conditioned.offset
     assert any("ms late: identify shifts it by itself" in line for line in found.advice)
     text = printed(found)
-    for part in ("on-sensor (certain", "ms late", "bias as recorded (", "signal-to-noise", "least squares", "next: "):
+    for part in (
+        "on-sensor (certain",
+        "ms late",
+        "bias as recorded (",
+        "signal-to-noise",
+        "least squares",
+        "next: ",
+    ):
         assert part in text
 
 
@@ -241,14 +315,22 @@ def test_advice_names_what_to_do():
     n = len(found.conditioned.rejected)
 
     def of(**reasons):
-        changed = replace(found.conditioned, reasons={**found.conditioned.reasons, **reasons})
+        changed = replace(
+            found.conditioned, reasons={**found.conditioned.reasons, **reasons}
+        )
         return " | ".join(advice(replace(found, conditioned=changed), log))
 
     assert "does the object touch something" not in of()
-    assert "20 % of the samples do not fit one free body: does the object touch something" in of(contact=n // 5)
+    assert (
+        "20 % of the samples do not fit one free body: does the object touch something"
+        in of(contact=n // 5)
+    )
     assert "the sensor reached its limit" in of(saturation=30)
     assert "spikes" in of(spike=n // 10)
-    streams = {**found.streams, "orientation": replace(found.streams["orientation"], rate=10.0, missing=0.3)}
+    streams = {
+        **found.streams,
+        "orientation": replace(found.streams["orientation"], rate=10.0, missing=0.3),
+    }
     said = advice(replace(found, streams=streams), log)
     assert any("poses come at 10 Hz: record 100 Hz" in line for line in said)
     assert any("30 % of the poses are missing" in line for line in said)
@@ -257,11 +339,17 @@ def test_advice_names_what_to_do():
 
 
 def test_an_empty_hand():
-    """Noise alone, in many orientations: nothing is held, or the controller has subtracted it."""
+    """Noise alone, in many orientations: nothing is held, or the controller has
+    subtracted it."""
     log = log_of()
-    noise = np.repeat((0.1, 0.005), 3) * np.random.default_rng(8).normal(size=log["wrench"].values.shape)
+    noise = np.repeat((0.1, 0.005), 3) * np.random.default_rng(8).normal(
+        size=log["wrench"].values.shape
+    )
     found = inspect(with_wrench(log, noise))
-    assert any("is anything held, or does the controller subtract its payload?" in line for line in found.advice)
+    assert any(
+        "is anything held, or does the controller subtract its payload?" in line
+        for line in found.advice
+    )
     assert found.facts.bias is None
 
 
@@ -271,7 +359,11 @@ def test_an_empty_hand():
 def static(log: Recording, rows=slice(None)) -> Recording:
     streams = {k: log[k][rows] for k in ("orientation", "wrench")}
     count = np.arange(float(len(streams["wrench"])))
-    return Recording({k: Stream(count, s.values) for k, s in streams.items()}, static=True, source="poses")
+    return Recording(
+        {k: Stream(count, s.values) for k, s in streams.items()},
+        static=True,
+        source="poses",
+    )
 
 
 def odd_logs() -> dict[str, tuple[Recording, str]]:
@@ -281,21 +373,45 @@ def odd_logs() -> dict[str, tuple[Recording, str]]:
     joints = Stream(wrench.time, np.random.default_rng(9).normal(size=(len(wrench), 6)))
     held = Stream(wrench.time, np.repeat(orientation.values[:1], len(wrench), axis=0))
     return {
-        "joints": (Recording({"joint_positions": joints, "wrench": wrench}), "`urdf` robot.urdf `sensor_frame` NAME"),
+        "joints": (
+            Recording({"joint_positions": joints, "wrench": wrench}),
+            "`urdf` robot.urdf `sensor_frame` NAME",
+        ),
         "wrench": (Recording({"wrench": wrench}), "qx qy qz qw"),
         "poses": (Recording({"orientation": orientation}), "record the wrench"),
-        "three poses": (Recording({"orientation": orientation[:3], "wrench": wrench[:3]}), "too few"),
-        "one row": (Recording({"orientation": orientation[:1], "wrench": wrench[:1]}), "other orientations"),
-        "no overlap": (with_wrench(log, time=wrench.time + 100.0), "while the pose was"),
+        "three poses": (
+            Recording({"orientation": orientation[:3], "wrench": wrench[:3]}),
+            "too few",
+        ),
+        "one row": (
+            Recording({"orientation": orientation[:1], "wrench": wrench[:1]}),
+            "other orientations",
+        ),
+        "no overlap": (
+            with_wrench(log, time=wrench.time + 100.0),
+            "while the pose was",
+        ),
         "zero wrench": (with_wrench(log, 0.0 * wrench.values), "zero throughout"),
         "a million newtons": (with_wrench(log, 1e9 * wrench.values), "newtons"),
-        "one orientation": (Recording({"orientation": held, "wrench": wrench}), "other orientations"),
+        "one orientation": (
+            Recording({"orientation": held, "wrench": wrench}),
+            "other orientations",
+        ),
         "static": (static(log, slice(None, None, 20)), "--shape"),
         "two static poses": (static(log, slice(0, 400, 399)), "ten static poses"),
         "one static pose": (static(log, slice(1)), "other orientations"),
-        "turning only": (Recording({"orientation": orientation, "wrench": wrench}), "record positions"),
+        "turning only": (
+            Recording({"orientation": orientation, "wrench": wrench}),
+            "record positions",
+        ),
         "eight poses": (
-            Recording({"orientation": orientation[:8], "position": position[:8], "wrench": wrench[:8]}),
+            Recording(
+                {
+                    "orientation": orientation[:8],
+                    "position": position[:8],
+                    "wrench": wrench[:8],
+                }
+            ),
             "",
         ),
     }
@@ -338,7 +454,9 @@ def test_what_was_there_before_is_still_there():
 
 
 def test_notes_of_the_reader_are_printed():
-    log = replace(log_of(), notes=("wrench from topic /wrench",), warnings=("the file was cut",))
+    log = replace(
+        log_of(), notes=("wrench from topic /wrench",), warnings=("the file was cut",)
+    )
     text = printed(inspect(static(log)))  # a static copy has none
     assert "topic" not in text
     found = inspect(replace(static(log), notes=log.notes, warnings=log.warnings))
@@ -347,7 +465,9 @@ def test_notes_of_the_reader_are_printed():
     assert "warning: the file was cut" in printed(found)
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), (0.0, 9.8), (np.nan, 0.0, 0.0), "down"])
+@pytest.mark.parametrize(
+    "gravity", [(0.0, 0.0, 0.0), (0.0, 9.8), (np.nan, 0.0, 0.0), "down"]
+)
 def test_a_gravity_that_is_none(gravity):
     with pytest.raises(InputError, match="gravity"):
         inspect(log_of(), gravity)
@@ -365,12 +485,14 @@ def test_the_command_on_joint_angles(tmp_path, capsys, monkeypatch):
 
 @needs_recordings
 @pytest.mark.parametrize(
-    ("name", "gravity", "mass"), [("kuka-ati/static_poses", 9.82085, 0.9323), ("axia80/poses7", 9.80665, 1.1013)]
+    ("name", "gravity", "mass"),
+    [("kuka-ati/static_poses", 9.82085, 0.9323), ("axia80/poses7", 9.80665, 1.1013)],
 )
 def test_recorded_static_poses(name, gravity, mass):
     found = inspect(read_log(DATA / f"{name}.csv"), (0.0, 0.0, -gravity))
     assert not found.sign.on_object
-    assert found.facts.mass == pytest.approx(mass, rel=1e-3)  # the published figures have four digits
+    # the published figures have four digits
+    assert found.facts.mass == pytest.approx(mass, rel=1e-3)
     assert found.facts.quick_mass_less_bias == pytest.approx(mass, rel=1e-2)
     assert found.undetermined == ("Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
     assert found.movement.turn > 2.0

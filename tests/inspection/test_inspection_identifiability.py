@@ -1,4 +1,5 @@
-"""Inspection of a recording says what its motion determines, and why it does not the rest."""
+"""Inspection of a recording says what its motion determines, and why it does not the
+rest."""
 
 import io
 
@@ -20,14 +21,19 @@ def printed(found) -> str:
 
 
 def test_inspection_of_a_good_recording():
-    log = simulate(UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=1)), hammer().parameters, noise=Noise(0.05, 0.0025))
+    log = simulate(
+        UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=1)),
+        hammer().parameters,
+        noise=Noise(0.05, 0.0025),
+    )
     found = inspect(log)
     assert found.undetermined == ()
     assert found.to_dict()["identifiability"] == found.identifiability.to_dict()
     assert found.to_dict()["undetermined"] == []
     text = printed(found)
     assert (
-        f"rank 10 of 10, condition number {found.identifiability.condition_full:.3g}; by gravity alone 4 of 4" in text
+        f"rank 10 of 10, condition number {found.identifiability.condition_full:.3g}; by gravity alone 4 of 4"
+        in text
     )
     assert "all ten determined" in text
     assert "ready" in found.advice[0]
@@ -37,11 +43,14 @@ def test_inspection_says_why():
     """Static poses that turn about the vertical only."""
     rng = np.random.default_rng(11)
     turns = Rotation.from_euler("z", np.linspace(0.0, 3.0, 12)[:, None])
-    wrench = np.tile((0.0, 0.0, 10.0, 0.5, -0.2, 0.0), (12, 1)) + np.repeat((0.05, 0.0025), 3) * rng.normal(
-        size=(12, 6)
-    )
+    wrench = np.tile((0.0, 0.0, 10.0, 0.5, -0.2, 0.0), (12, 1)) + np.repeat(
+        (0.05, 0.0025), 3
+    ) * rng.normal(size=(12, 6))
     time = np.arange(12.0)
-    streams = {"orientation": Stream(time, turns.as_quat()), "wrench": Stream(time, wrench)}
+    streams = {
+        "orientation": Stream(time, turns.as_quat()),
+        "wrench": Stream(time, wrench),
+    }
     found = inspect(Recording(streams, static=True, source="poses"))
     assert "COM z not observable: sensor z never left the vertical" in found.advice
     assert found.advice[0].startswith("record other orientations")

@@ -1,4 +1,5 @@
-"""Column maps: the same recording through other names, units and forms, and logs as others write them."""
+"""Column maps: the same recording through other names, units and forms, and logs as
+others write them."""
 
 import itertools
 from pathlib import Path
@@ -45,21 +46,35 @@ SAID = {
 
 
 def renamed(recording: Recording, reunited: bool) -> tuple[pa.Table, str]:
-    """The recording's table with other names, in reverse order, perhaps in other units, and the map to it."""
+    """The recording's table with other names, in reverse order, perhaps in other units,
+    and the map to it."""
     table = table_from_recording(recording)
     scales, lines = {}, []
     for name, stream in recording.streams.items():
-        columns = [column for column in table.column_names if column not in ("time", *scales)]
+        columns = [
+            column for column in table.column_names if column not in ("time", *scales)
+        ]
         columns = columns[: stream.values.shape[1]]
         unit, scale = SAID.get(name, (None, 1.0)) if reunited else (None, 1.0)
         scales |= dict(zip(columns, np.broadcast_to(scale, len(columns)), strict=True))
         given = f", unit = {unit!r}" if unit else ""
-        lines.append(f"{name} = {{ columns = {['my ' + column for column in columns]}{given} }}")
+        lines.append(
+            f"{name} = {{ columns = {['my ' + column for column in columns]}{given} }}"
+        )
     if not recording.static:
-        lines.append('time = { column = "my time", unit = "ms" }' if reunited else "time = 'my time'")
+        lines.append(
+            'time = { column = "my time", unit = "ms" }'
+            if reunited
+            else "time = 'my time'"
+        )
         scales["time"] = 1e3 if reunited else 1.0
     names = table.column_names[::-1]
-    arrays = [pa.array(table[name].to_numpy() * scales[name], mask=table[name].is_null().to_numpy()) for name in names]
+    arrays = [
+        pa.array(
+            table[name].to_numpy() * scales[name], mask=table[name].is_null().to_numpy()
+        )
+        for name in names
+    ]
     return pa.table(arrays, [f"my {name}" for name in names]), "\n".join(lines)
 
 
@@ -85,7 +100,9 @@ def test_other_units_give_the_same_recording(tmp_path, suffix):
     assert got.streams.keys() == sent.streams.keys()
     for name, stream in sent.streams.items():
         # to another unit and back is three roundings, of 1.1e-16 each
-        np.testing.assert_allclose(got[name].values, stream.values, rtol=4.5e-16, atol=0)
+        np.testing.assert_allclose(
+            got[name].values, stream.values, rtol=4.5e-16, atol=0
+        )
         np.testing.assert_allclose(got[name].time, stream.time, rtol=4.5e-16, atol=0)
 
 
@@ -102,16 +119,29 @@ def test_the_canonical_map_is_the_canonical_reader(path, tmp_path):
 
 
 def test_units():
-    exact = {"mm": 0.001, "in": 0.0254, "us": 1e-6, "kgf": 9.80665, "N mm": 0.001, "lbf": 4.4482216152605, "min": 60.0}
+    exact = {
+        "mm": 0.001,
+        "in": 0.0254,
+        "us": 1e-6,
+        "kgf": 9.80665,
+        "N mm": 0.001,
+        "lbf": 4.4482216152605,
+        "min": 60.0,
+    }
     for kind, units in UNITS.items():
         for name in units.keys() & exact.keys():
             assert find_unit(name, kind, "here").to_si(np.ones(1))[0] == exact[name]
-        assert next(iter(units.values())).to_si(np.ones(1))[0] == 1.0  # the SI unit is first: the default
+        # the SI unit is first: the default
+        assert next(iter(units.values())).to_si(np.ones(1))[0] == 1.0
     assert find_unit("deg", "angle", "here").to_si(np.array([180.0]))[0] == np.pi
-    assert find_unit("lbf in", "torque", "here").to_si(np.ones(1))[0] == pytest.approx(0.1129848290276167, rel=1e-15)
+    assert find_unit("lbf in", "torque", "here").to_si(np.ones(1))[0] == pytest.approx(
+        0.1129848290276167, rel=1e-15
+    )
     for other in ("Nm", "N*m", "N·m", "N m"):
         assert find_unit(other, "torque", "here").name == "N m"
-    assert find_unit("m/s2", "acceleration", "here") == find_unit("m/s²", "acceleration", "here")
+    assert find_unit("m/s2", "acceleration", "here") == find_unit(
+        "m/s²", "acceleration", "here"
+    )
 
 
 # Orientations: products of turns about the axes, written out
@@ -137,20 +167,33 @@ def read_orientations(folder: Path, columns: np.ndarray, said: str) -> np.ndarra
     """Rotation matrices (N, 3, 3) that are read from columns (N, d)."""
     names = [f"o{j}" for j in range(columns.shape[1])]
     lines = [
-        ",".join(map(repr, [k / 10, *row.tolist(), 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])) for k, row in enumerate(columns)
+        ",".join(map(repr, [k / 10, *row.tolist(), 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+        for k, row in enumerate(columns)
     ]
-    path = log(folder, *lines, header=",".join(["time", *names, *HEADER.split(",")[5:]]))
-    got = mapped(path, TIME + WRENCH + f'orientation = {{ columns = "o{{0..{len(names) - 1}}}", {said} }}')
+    path = log(
+        folder, *lines, header=",".join(["time", *names, *HEADER.split(",")[5:]])
+    )
+    got = mapped(
+        path,
+        TIME
+        + WRENCH
+        + f'orientation = {{ columns = "o{{0..{len(names) - 1}}}", {said} }}',
+    )
     return rotation_matrices(got["orientation"].values)
 
 
 ANGLES = np.vstack(
     [
         np.random.default_rng(0).uniform(-np.pi, np.pi, (6, 3)),
-        [[0.3, np.pi / 2, -1.1], [0.3, 1e-9, 0.2], [0, 0, 1e-12]],  # gimbal lock and near nothing
+        # gimbal lock and near nothing
+        [[0.3, np.pi / 2, -1.1], [0.3, 1e-9, 0.2], [0, 0, 1e-12]],
     ]
 )
-ORDERS = ["".join(order) for order in itertools.product("xyz", repeat=3) if order[0] != order[1] != order[2]]
+ORDERS = [
+    "".join(order)
+    for order in itertools.product("xyz", repeat=3)
+    if order[0] != order[1] != order[2]
+]
 
 
 @pytest.mark.parametrize("unit", ["rad", "deg"])
@@ -158,22 +201,47 @@ ORDERS = ["".join(order) for order in itertools.product("xyz", repeat=3) if orde
 def test_euler_angles(tmp_path, order, unit):
     wanted = []
     for angles in ANGLES:
-        first, second, third = (about(axis, angle) for axis, angle in zip(order, angles, strict=True))
-        wanted.append(first @ second @ third if order.isupper() else third @ second @ first)
+        first, second, third = (
+            about(axis, angle) for axis, angle in zip(order, angles, strict=True)
+        )
+        wanted.append(
+            first @ second @ third if order.isupper() else third @ second @ first
+        )
     columns = ANGLES if unit == "rad" else np.rad2deg(ANGLES)
-    got = read_orientations(tmp_path, columns, f'form = "euler", order = "{order}", unit = "{unit}"')
-    np.testing.assert_allclose(got, wanted, atol=5e-15)  # some tens of roundings of 1.1e-16
+    got = read_orientations(
+        tmp_path, columns, f'form = "euler", order = "{order}", unit = "{unit}"'
+    )
+    # some tens of roundings of 1.1e-16
+    np.testing.assert_allclose(got, wanted, atol=5e-15)
 
 
 def test_the_other_forms(tmp_path):
-    """Each form of the same rotations, turns by nearly pi and by next to nothing included."""
-    rpy = np.array([about("z", yaw) @ about("y", pitch) @ about("x", roll) for roll, pitch, yaw in ANGLES])
+    """Each form of the same rotations, turns by nearly pi and by next to nothing
+    included."""
+    rpy = np.array(
+        [
+            about("z", yaw) @ about("y", pitch) @ about("x", roll)
+            for roll, pitch, yaw in ANGLES
+        ]
+    )
     got = read_orientations(tmp_path, np.rad2deg(ANGLES), 'form = "rpy", unit = "deg"')
     np.testing.assert_allclose(got, rpy, atol=5e-15)
     axis = np.array([0.6, 0.0, 0.8])
-    vectors = np.vstack([ANGLES[:6], *(axis * angle for angle in (np.pi - 1e-9, np.pi, np.pi + 1e-9, 1e-9, 2 * np.pi))])
+    vectors = np.vstack(
+        [
+            ANGLES[:6],
+            *(
+                axis * angle
+                for angle in (np.pi - 1e-9, np.pi, np.pi + 1e-9, 1e-9, 2 * np.pi)
+            ),
+        ]
+    )
     matrices = np.array([turned_by(vector) for vector in vectors])
-    np.testing.assert_allclose(read_orientations(tmp_path, vectors, 'form = "rotation-vector"'), matrices, atol=5e-15)
+    np.testing.assert_allclose(
+        read_orientations(tmp_path, vectors, 'form = "rotation-vector"'),
+        matrices,
+        atol=5e-15,
+    )
     nine = read_orientations(tmp_path, matrices.reshape(-1, 9), 'form = "matrix"')
     np.testing.assert_allclose(nine, matrices, atol=5e-15)
     xyzw = np.array([[0.1, 0.7, -0.5, 0.5], [0, 0, 0, -1.0]])
@@ -185,28 +253,45 @@ def test_the_other_forms(tmp_path):
 
 @pytest.mark.parametrize("form", ["matrix4", "matrix4-columns"])
 def test_homogeneous_matrices(tmp_path, form):
-    rotation, position = turned_by(np.array([0.4, -0.9, 2.0])), np.array([100.0, -200.0, 300.0])
+    rotation, position = (
+        turned_by(np.array([0.4, -0.9, 2.0])),
+        np.array([100.0, -200.0, 300.0]),
+    )
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, position
     cells = (pose if form == "matrix4" else pose.T).reshape(-1).tolist()
     row = ",".join(map(repr, [0.0, *cells, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
-    path = log(tmp_path, row, header="time," + ",".join(f"T[{j}]" for j in range(16)) + ",fx,fy,fz,tx,ty,tz")
+    path = log(
+        tmp_path,
+        row,
+        header="time," + ",".join(f"T[{j}]" for j in range(16)) + ",fx,fy,fz,tx,ty,tz",
+    )
     text = TIME + WRENCH + 'pose = { columns = "T[{0..15}]", unit = "mm", form = "%s" }'
     got = mapped(path, text % form)
     np.testing.assert_allclose(got["position"].values, [position / 1e3], rtol=1e-15)
-    np.testing.assert_allclose(rotation_matrices(got["orientation"].values)[0], rotation, atol=1e-15)
+    np.testing.assert_allclose(
+        rotation_matrices(got["orientation"].values)[0], rotation, atol=1e-15
+    )
     other = {"matrix4": "matrix4-columns", "matrix4-columns": "matrix4"}[form]
-    mapping_fails(path, text % other, "row 2, columns T[0]..T[15]", "last line", "0 0 0 1", form)
+    mapping_fails(
+        path, text % other, "row 2, columns T[0]..T[15]", "last line", "0 0 0 1", form
+    )
 
 
 def test_a_wrench_in_world_axes_is_turned_by_the_pose_of_its_row(tmp_path):
-    lines = ["0,0,0,0,1,1,2,3,4,5,6", "0.1,0,0,1,0,,,,,,", "0.2,0,0,0.5,0.5,1,2,3,4,5,6"]
+    lines = [
+        "0,0,0,0,1,1,2,3,4,5,6",
+        "0.1,0,0,1,0,,,,,,",
+        "0.2,0,0,0.5,0.5,1,2,3,4,5,6",
+    ]
     half = str(np.sqrt(0.5))
     path = log(tmp_path, *(line.replace("0.5", half) for line in lines))
     world = WRENCH.replace("= [", "= { columns = [").replace("]", '], axes = "world" }')
     got = mapped(path, TIME + POSE + world)["wrench"]
     # a quarter turn about z takes sensor axes to world axes: sensor x is world y
-    np.testing.assert_allclose(got.values, [[1, 2, 3, 4, 5, 6], [2, -1, 3, 5, -4, 6]], atol=2e-15)
+    np.testing.assert_allclose(
+        got.values, [[1, 2, 3, 4, 5, 6], [2, -1, 3, 5, -4, 6]], atol=2e-15
+    )
     assert got.time.tolist() == [0, 0.2]
     path = log(tmp_path, lines[0], "0.1,,,,,1,2,3,4,5,6")
     mapping_fails(path, TIME + POSE + world, "row 3", "no orientation in its row")
@@ -217,10 +302,20 @@ def test_a_wrench_in_world_axes_is_turned_by_the_pose_of_its_row(tmp_path):
 
 def test_franka(tmp_path):
     """libfranka: time in ms, matrices by columns, joints in brackets."""
-    names = [f"state.{n}[{j}]" for n, w in (("q", 7), ("O_T_EE", 16), ("K_F_ext_hat_K", 6)) for j in range(w)]
+    names = [
+        f"state.{n}[{j}]"
+        for n, w in (("q", 7), ("O_T_EE", 16), ("K_F_ext_hat_K", 6))
+        for j in range(w)
+    ]
     matrix = [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0.3, 0, 0.5, 1]
-    rows = [[1000 + k, 0.9, *range(7), *matrix, *(10, 20, 30, 1, 2, 3)] for k in range(3)]
-    path = log(tmp_path, *(",".join(map(str, row)) for row in rows), header=", ".join(["time", "rate", *names]))
+    rows = [
+        [1000 + k, 0.9, *range(7), *matrix, *(10, 20, 30, 1, 2, 3)] for k in range(3)
+    ]
+    path = log(
+        tmp_path,
+        *(",".join(map(str, row)) for row in rows),
+        header=", ".join(["time", "rate", *names]),
+    )
     text = """
         time = { column = "time", unit = "ms" }
         pose = { columns = "state.O_T_EE[{0..15}]", form = "matrix4-columns" }
@@ -230,7 +325,9 @@ def test_franka(tmp_path):
     got = mapped(path, text)
     assert got["wrench"].time.tolist() == [1.0, 1.001, 1.002]
     assert got["position"].values[0].tolist() == [0.3, 0, 0.5]
-    np.testing.assert_allclose(np.abs(got["orientation"].values[0]), [1, 0, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(
+        np.abs(got["orientation"].values[0]), [1, 0, 0, 0], atol=1e-15
+    )
     assert got["joint_positions"].values[0].tolist() == list(range(7))
     assert got.joint_names == ("j1", "j2", "j3", "j4", "j5", "j6", "j7")
     assert got.notes[1] == (
@@ -240,7 +337,11 @@ def test_franka(tmp_path):
 
 
 def test_kuka_with_decimal_commas(tmp_path):
-    path = log(tmp_path, "12;1000,5;0;-250;90;0;0;0,5;0;0;0;0;100", header="t;X;Y;Z;A;B;C;Fx;Fy;Fz;Tx;Ty;Tz")
+    path = log(
+        tmp_path,
+        "12;1000,5;0;-250;90;0;0;0,5;0;0;0;0;100",
+        header="t;X;Y;Z;A;B;C;Fx;Fy;Fz;Tx;Ty;Tz",
+    )
     text = """
         decimal = ","
         time = { column = "t", unit = "ms" }
@@ -252,14 +353,21 @@ def test_kuka_with_decimal_commas(tmp_path):
     got = mapped(path, text)
     assert got["wrench"].time.tolist() == [0.012]
     assert got["position"].values.tolist() == [[1.0005, 0, -0.25]]
-    np.testing.assert_allclose(got["orientation"].values, [[0, 0, np.sqrt(0.5), np.sqrt(0.5)]], atol=1e-15)
+    np.testing.assert_allclose(
+        got["orientation"].values, [[0, 0, np.sqrt(0.5), np.sqrt(0.5)]], atol=1e-15
+    )
     assert got["wrench"].values.tolist() == [[0.5, 0, 0, 0, 0, 0.1]]
-    bad = log(tmp_path, "12;1.5;0;-250;90;0;0;0,5;0;0;0;0;100", header="t;X;Y;Z;A;B;C;Fx;Fy;Fz;Tx;Ty;Tz")
+    bad = log(
+        tmp_path,
+        "12;1.5;0;-250;90;0;0;0,5;0;0;0;0;100",
+        header="t;X;Y;Z;A;B;C;Fx;Fy;Fz;Tx;Ty;Tz",
+    )
     mapping_fails(bad, text, "row 2, column X", "'1.5' is not a number")
 
 
 def test_motion_capture_with_several_header_lines(tmp_path):
-    """Frames instead of times, units under the names, names that repeat, gaps left blank."""
+    """Frames instead of times, units under the names, names that repeat, gaps left
+    blank."""
     lines = [
         "Format Version,1.23,Take Name,hammer",
         "",
@@ -280,12 +388,26 @@ def test_motion_capture_with_several_header_lines(tmp_path):
     """
     path = log(tmp_path, *lines[1:], header=lines[0])
     got = mapped(path, text % "9, 10, 11")
-    assert got["position"].values.tolist() == [[0.001, 0.002, 0.003], [0.004, 0.005, 0.006]]
+    assert got["position"].values.tolist() == [
+        [0.001, 0.002, 0.003],
+        [0.004, 0.005, 0.006],
+    ]
     assert got["position"].time.tolist() == [101 / 200, 104 / 200]
     assert got["position"].rows.tolist() == [6, 8]
     assert got["wrench"].rows.tolist() == [6, 7, 8]
-    mapping_fails(path, text % "'X', 'Y', 'Z'", "key position", "2 columns 'X'", "number of one of them: 3, 9")
-    mapping_fails(path, text.replace("skip = 1", "") % "9, 10, 11", "row 5, column RX", "'rad' is not a number")
+    mapping_fails(
+        path,
+        text % "'X', 'Y', 'Z'",
+        "key position",
+        "2 columns 'X'",
+        "number of one of them: 3, 9",
+    )
+    mapping_fails(
+        path,
+        text.replace("skip = 1", "") % "9, 10, 11",
+        "row 5, column RX",
+        "'rad' is not a number",
+    )
 
 
 def test_a_file_without_header(tmp_path):
@@ -294,15 +416,29 @@ def test_a_file_without_header(tmp_path):
     assert same(mapped(path, text), read_log(log(tmp_path, *ROWS)))
     path = log(tmp_path, *ROWS, header="made by hand," + "," * 9)
     assert mapped(path, text + "skip = 1")["wrench"].rows.tolist() == [2, 3, 4]
-    spaced = log(tmp_path, *(row.replace(",", "   ") for row in ROWS[1:]), header=ROWS[0].replace(",", "\t"))
+    spaced = log(
+        tmp_path,
+        *(row.replace(",", "   ") for row in ROWS[1:]),
+        header=ROWS[0].replace(",", "\t"),
+    )
     mapping_fails(spaced, text, "row 2", "1 cells under 11")
-    spaced = log(tmp_path, *(row.replace(",", "|") for row in ROWS[1:]), header=ROWS[0].replace(",", "|"))
+    spaced = log(
+        tmp_path,
+        *(row.replace(",", "|") for row in ROWS[1:]),
+        header=ROWS[0].replace(",", "|"),
+    )
     assert len(mapped(spaced, text + "separator = '|'")["wrench"]) == 3
     mapping_fails(
-        path.with_name("log.csv"), text.replace("11]", "12]") + "separator = '|'", "no column number 12", "has 11"
+        path.with_name("log.csv"),
+        text.replace("11]", "12]") + "separator = '|'",
+        "no column number 12",
+        "has 11",
     )
     mapping_fails(
-        spaced, text.replace("[2,", "['qx',") + "separator = '|'", "no column 'qx'", "no names: give their numbers"
+        spaced,
+        text.replace("[2,", "['qx',") + "separator = '|'",
+        "no column 'qx'",
+        "no names: give their numbers",
     )
 
 
@@ -324,19 +460,31 @@ def test_nan_means_not_measured_only_if_the_map_says_so(tmp_path):
     assert got["orientation"].time.tolist() == [0, 0.2]
     assert len(got["wrench"]) == 3
     mapping_fails(
-        log(tmp_path, lines[0], lines[1].replace("nan", "0")), text + "nan = 'blank'", "row 3", "cell is blank"
+        log(tmp_path, lines[0], lines[1].replace("nan", "0")),
+        text + "nan = 'blank'",
+        "row 3",
+        "cell is blank",
     )
-    table = {name: [0.0, float("nan")] for name in HEADER.split(",")} | {"time": [0.0, 1.0], "qw": [1.0, float("nan")]}
+    table = {name: [0.0, float("nan")] for name in HEADER.split(",")} | {
+        "time": [0.0, 1.0],
+        "qw": [1.0, float("nan")],
+    }
     parquet.write_table(pa.table(table), tmp_path / "log.parquet")
     assert len(mapped(tmp_path / "log.parquet", text + 'nan = "blank"')["wrench"]) == 1
 
 
 def test_times_since_1970(tmp_path):
-    lines = [f"{1_700_000_000_000_000_000 + k * 5_000_000}{ROWS[0][1:]}" for k in range(3)]
+    lines = [
+        f"{1_700_000_000_000_000_000 + k * 5_000_000}{ROWS[0][1:]}" for k in range(3)
+    ]
     path = log(tmp_path, *lines)
     got = mapped(path, POSE + WRENCH + 'time = { column = "time", unit = "ns" }')
     # doubles near 1.7e18 are 256 apart
     np.testing.assert_allclose(got["wrench"].time, [0, 0.005, 0.01], atol=256e-9)
-    assert got.warnings == ("time was shifted by 1700000000.000000 s to start at 0; it resolves 3e-07 s",)
+    assert got.warnings == (
+        "time was shifted by 1700000000.000000 s to start at 0; it resolves 3e-07 s",
+    )
     mapping_fails(path, POSE + WRENCH + TIME, "nanoseconds since 1970", "`column_map`")
-    mapping_fails(path, POSE + WRENCH + 'time = { column = "time", unit = "us" }', "cannot be us")
+    mapping_fails(
+        path, POSE + WRENCH + 'time = { column = "time", unit = "us" }', "cannot be us"
+    )

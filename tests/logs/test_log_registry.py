@@ -1,4 +1,5 @@
-"""The registry of log formats: one file and one line make a format known everywhere, and the shipped ones fit it."""
+"""The registry of log formats: one file and one line make a format known everywhere,
+and the shipped ones fit it."""
 
 import json
 import subprocess
@@ -96,7 +97,8 @@ FORMAT = Format(
 
 
 def add_format(monkeypatch, folder, name, text):
-    """Write the format's file, and its line into the registry; yield, and remove both."""
+    """Write the format's file, and its line into the registry; yield, and remove
+    both."""
     (folder / f"{name}.py").write_text(text)
     monkeypatch.syspath_prepend(folder)
     monkeypatch.setattr("hefting.logs.registry.MODULES", (*MODULES, name))
@@ -124,7 +126,11 @@ def swinging() -> Recording:
     orientation = np.stack((np.sin(tilt / 2), zero, zero, np.cos(tilt / 2)), axis=1)
     force = -gravity[2] * np.stack((zero, np.sin(tilt), np.cos(tilt)), axis=1)
     torque = np.cross((0.0, 0.01, 0.05), force)
-    values = {"position": np.zeros((400, 3)), "orientation": orientation, "wrench": np.hstack((force, torque))}
+    values = {
+        "position": np.zeros((400, 3)),
+        "orientation": orientation,
+        "wrench": np.hstack((force, torque)),
+    }
     return Recording({name: Stream(time, array) for name, array in values.items()})
 
 
@@ -139,12 +145,18 @@ def test_a_new_format_is_read_and_written(tmp_path):
     got = read_log(path)
     for name, stream in got.streams.items():
         np.testing.assert_array_equal(stream.values, sent[name].values)
-    np.testing.assert_array_equal(read_log(path, toy_sign="-")["wrench"].values, -sent["wrench"].values)
+    np.testing.assert_array_equal(
+        read_log(path, toy_sign="-")["wrench"].values, -sent["wrench"].values
+    )
     assert not is_bag(path)
     path.rename(tmp_path / "log.plaything")
     assert read_log(tmp_path / "log.plaything").has("wrench")
     fails(tmp_path / "absent.toy", "cannot be read")
-    fails(tmp_path / "log.plaything", "column map (`column_map`) is for CSV and Parquet", column_map="map.toml")
+    fails(
+        tmp_path / "log.plaything",
+        "column map (`column_map`) is for CSV and Parquet",
+        column_map="map.toml",
+    )
     fails(tmp_path / "log.plaything", "`wrench_topic` is for bags", wrench_topic="/ft")
     fails(log(tmp_path, *ROWS), "`toy_sign` is for toys", toy_sign="-")
 
@@ -152,13 +164,20 @@ def test_a_new_format_is_read_and_written(tmp_path):
 @pytest.mark.usefixtures("toy")
 def test_errors_name_a_new_format(tmp_path):
     recording = random_recording(0)
-    with pytest.raises(InputError, match=r"use \.csv, \.parquet, \.bag, \.mcap, \.toy, or no suffix"):
+    with pytest.raises(
+        InputError, match=r"use \.csv, \.parquet, \.bag, \.mcap, \.toy, or no suffix"
+    ):
         write_log(recording, tmp_path / "log.xlsx")
-    fails(log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"), ".db3, .toy, .plaything, or a bag's folder")
+    fails(
+        log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"),
+        ".db3, .toy, .plaything, or a bag's folder",
+    )
 
 
 @pytest.mark.usefixtures("toy")
-@pytest.mark.parametrize("command", ["inspect", "identify", "convert", "predict", "calibrate"])
+@pytest.mark.parametrize(
+    "command", ["inspect", "identify", "convert", "predict", "calibrate"]
+)
 def test_the_help_of_commands_names_a_new_format(run, command):
     words = " ".join(run(command, "--help")[1].split())
     assert ": .csv, .parquet, ROS bag, .mcap or .toy; see --map" in words
@@ -168,7 +187,10 @@ def test_the_help_of_commands_names_a_new_format(run, command):
 @pytest.mark.usefixtures("toy")
 def test_the_help_of_outputs_names_a_new_format(run):
     words = " ".join(run("convert", "--help")[1].split())
-    assert "canonical .csv or .parquet; a bag: .bag, .mcap, or a folder for no suffix; a toy: .toy" in words
+    assert (
+        "canonical .csv or .parquet; a bag: .bag, .mcap, or a folder for no suffix; a toy: .toy"
+        in words
+    )
     words = " ".join(run("simulate", "--help")[1].split())
     assert "log: .csv, .parquet, .bag, .mcap, .toy, or a folder for no suffix" in words
 
@@ -183,11 +205,17 @@ def test_commands_take_a_new_format(run, tmp_path):
     status, out, err = run("identify", path, "--json")
     assert (status, err) == (0, "")
     assert json.loads(out)
-    assert refused(run("identify", path, "--toy-sign", "-", "--wrench", "on-object"), "check the wrench's sign")
+    assert refused(
+        run("identify", path, "--toy-sign", "-", "--wrench", "on-object"),
+        "check the wrench's sign",
+    )
     assert run("convert", path, tmp_path / "log.csv")[0] == 0
     assert run("convert", tmp_path / "log.csv", tmp_path / "again.toy")[0] == 0
     assert same(read_log(tmp_path / "again.toy"), read_log(path))
-    assert refused(run("inspect", tmp_path / "log.csv", "--toy-sign", "-"), "--toy-sign is for toys")
+    assert refused(
+        run("inspect", tmp_path / "log.csv", "--toy-sign", "-"),
+        "--toy-sign is for toys",
+    )
 
 
 @pytest.mark.usefixtures("table")
@@ -196,12 +224,22 @@ def test_a_new_table_takes_maps_and_all_headers(run, tmp_path):
     assert write_log(sent, path) == ()
     assert same(read_log(path), sent)
     chosen = tmp_path / "map.toml"
-    chosen.write_text('orientation = ["qx", "qy", "qz", "qw"]\nwrench = ["fx", "fy", "fz", "tx", "ty", "tz"]\n')
+    chosen.write_text(
+        'orientation = ["qx", "qy", "qz", "qw"]\nwrench = ["fx", "fy", "fz", "tx", "ty", "tz"]\n'
+    )
     assert set(read_log(path, chosen).streams) == {"orientation", "wrench"}
-    names = ["timestamp", *(f"actual_TCP_pose_{i}" for i in range(6)), *(f"ft_raw_wrench_{i}" for i in range(6))]
+    names = [
+        "timestamp",
+        *(f"actual_TCP_pose_{i}" for i in range(6)),
+        *(f"ft_raw_wrench_{i}" for i in range(6)),
+    ]
     path.write_text(f"0.1,{'0,' * 11}2\n0,{'0,' * 11}1\n{','.join(names)}\n")
     assert "UR real-time record" in str(read_log(path).notes[0])
-    fails(path.rename(tmp_path / "log.bag"), "is for CSV, Parquet and Reversed", column_map=chosen)
+    fails(
+        path.rename(tmp_path / "log.bag"),
+        "is for CSV, Parquet and Reversed",
+        column_map=chosen,
+    )
     words = " ".join(run("convert", "--help")[1].split())
     assert "canonical .csv, .parquet or .vsc; a bag" in words
     assert "which columns of a CSV, Parquet or Reversed hold what" in words
@@ -211,27 +249,42 @@ def test_a_new_table_takes_maps_and_all_headers(run, tmp_path):
 
 
 def test_an_added_format_is_gone_after_its_test(tmp_path):
-    assert [each.name for each in formats()] == ["CSV", "Parquet", "UR real-time record", "bag"]
+    assert [each.name for each in formats()] == [
+        "CSV",
+        "Parquet",
+        "UR real-time record",
+        "bag",
+    ]
     assert find_format(tmp_path / "log.toy") is None
 
 
 @pytest.mark.parametrize("each", formats(), ids=lambda each: each.name)
 def test_each_format_is_complete(each: Format):
-    assert sum(way is not None for way in (each.open_table, each.read_table, each.read)) == 1
+    assert (
+        sum(way is not None for way in (each.open_table, each.read_table, each.read))
+        == 1
+    )
     assert (each.read_table is None) == (each.is_header is None)
     assert bool(each.written) == (each.write is not None)
     assert ("" not in each.written) or each.folder
     assert set(each.options) == set() or each.read is not None
-    assert all(suffix.startswith(".") and suffix == suffix.lower() for suffix in each.suffixes)
+    assert all(
+        suffix.startswith(".") and suffix == suffix.lower() for suffix in each.suffixes
+    )
 
 
 def test_no_two_formats_share_a_suffix():
-    for endings in ([s for each in formats() for s in each.suffixes], [s for each in formats() for s in each.written]):
+    for endings in (
+        [s for each in formats() for s in each.suffixes],
+        [s for each in formats() for s in each.written],
+    ):
         assert len(set(endings)) == len(endings)
 
 
 def test_the_docstring_of_reading_names_every_suffix():
-    rows = [line.strip().split("  ")[0] for line in (read_log.__doc__ or "").splitlines()]
+    rows = [
+        line.strip().split("  ")[0] for line in (read_log.__doc__ or "").splitlines()
+    ]
     for each in formats():
         names = [*each.suffixes, "or a folder"] if each.folder else each.suffixes
         assert not names or ", ".join(names) in rows
@@ -244,6 +297,8 @@ def test_the_registry_is_light():
         "import sys; from hefting.logs import formats; formats(); "
         "print(*{name.split('.')[0] for name in sys.modules}, 'hefting.logs.ros' in sys.modules)"
     )
-    out = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+    out = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout.split()
     assert not {"pyarrow", "rosbags", "scipy", "sqlite3", "pandas"} & set(out)
     assert out[-1] == "False"

@@ -47,8 +47,19 @@ finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.lists(st.tuples(st.floats(0, 100), *[finite] * 6), min_size=1, max_size=6, unique_by=lambda row: row[0]))
+@settings(
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 100), *[finite] * 6),
+        min_size=1,
+        max_size=6,
+        unique_by=lambda row: row[0],
+    )
+)
 def test_any_floats_survive(tmp_path, suffix, samples):
     table = np.array(sorted(samples))
     pose = Stream(np.zeros(1), np.array([[0.0, 0.0, 0.0, 1.0]]))
@@ -86,12 +97,22 @@ def test_joints_may_stand_for_the_orientation(tmp_path):
 
 def test_rows_without_time_are_static_poses(tmp_path):
     header = HEADER.removeprefix("time,")
-    got = read_log(log(tmp_path, *(row.split(",", 1)[1] for row in ROWS), header=header))
+    got = read_log(
+        log(tmp_path, *(row.split(",", 1)[1] for row in ROWS), header=header)
+    )
     assert got.static
     assert got.warnings == ()
     assert got["wrench"].time.tolist() == [0, 1, 2]
-    assert read_log(log(tmp_path, ROWS[0].split(",", 1)[1], header=header)).duration == 0
-    moving = read_log(log(tmp_path, "0,0,0,1,1,2,3,4,5,6,0,0,1", header=header + ",gyro_x,gyro_y,gyro_z"))
+    assert (
+        read_log(log(tmp_path, ROWS[0].split(",", 1)[1], header=header)).duration == 0
+    )
+    moving = read_log(
+        log(
+            tmp_path,
+            "0,0,0,1,1,2,3,4,5,6,0,0,1",
+            header=header + ",gyro_x,gyro_y,gyro_z",
+        )
+    )
     assert "static pose, although there is gyroscope" in moving.warnings[0]
 
 
@@ -106,7 +127,9 @@ def test_one_timed_sample_is_enough(tmp_path):
 @pytest.mark.parametrize("mark", ["", "\ufeff"])
 def test_line_ends_separators_and_byte_order_mark(tmp_path, end, separator, mark):
     lines = [line.replace(",", separator) for line in ROWS]
-    got = read_log(log(tmp_path, *lines, header=mark + HEADER.replace(",", separator), end=end))
+    got = read_log(
+        log(tmp_path, *lines, header=mark + HEADER.replace(",", separator), end=end)
+    )
     assert got["wrench"].values[2].tolist() == [1, 2, 3, 4, 5, 7]
     assert got["wrench"].rows.tolist() == [2, 3, 4]
     assert got["orientation"].values[2].tolist() == [0, 0, 0, -1]
@@ -139,7 +162,9 @@ def test_the_suffix_may_be_in_capitals(tmp_path):
 @pytest.mark.parametrize("suffix", [".csv", ".txt", ".tsv"])
 def test_text_may_be_separated_by_spaces_and_its_header_be_a_comment(tmp_path, suffix):
     lines = [row.replace(",", "  ") for row in ROWS]  # as a column is aligned
-    path = log(tmp_path, f" {lines[0]} ", *lines[1:], header="# " + HEADER.replace(",", " "))
+    path = log(
+        tmp_path, f" {lines[0]} ", *lines[1:], header="# " + HEADER.replace(",", " ")
+    )
     got = read_log(path.rename(tmp_path / f"log{suffix}"))
     assert got["wrench"].values[2].tolist() == [1, 2, 3, 4, 5, 7]
     assert got["wrench"].rows.tolist() == [2, 3, 4]
@@ -148,7 +173,8 @@ def test_text_may_be_separated_by_spaces_and_its_header_be_a_comment(tmp_path, s
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("block", [150, 151, 152, 153, 1000])
 def test_blocks_do_not_show(tmp_path, monkeypatch, end, block):
-    """Wherever a file is cut, in the middle of a line's end too, the samples and their rows are the same."""
+    """Wherever a file is cut, in the middle of a line's end too, the samples and their
+    rows are the same."""
     lines = [f"{k / 100},0,0,0,1,{k},2,3,4,5,6" for k in range(40)]
     lines[10:10] = ["", ""]
     path = log(tmp_path, *lines, header="\ufeff" + HEADER, end=end)
@@ -173,7 +199,10 @@ def test_streams_of_the_same_rows_share_their_times(tmp_path):
             assert array.base is None or not array.base.flags.writeable
 
 
-@pytest.mark.parametrize("text", ["1e-320", "1.", ".5", "-0.0", "12345678901234567890.1", "1E5", "0.1", "1e+22"])
+@pytest.mark.parametrize(
+    "text",
+    ["1e-320", "1.", ".5", "-0.0", "12345678901234567890.1", "1E5", "0.1", "1e+22"],
+)
 def test_numbers_are_read_to_the_last_bit(tmp_path, text):
     got = read_log(log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{text},2,3,4,5,6"))
     assert got["wrench"].values[1, 0].tobytes() == np.float64(text).tobytes()
@@ -181,7 +210,10 @@ def test_numbers_are_read_to_the_last_bit(tmp_path, text):
 
 @pytest.mark.parametrize("cell", ["1-2", "1.2.3", "--1", "1e", "e5", ".", "-", "1e5.5"])
 def test_what_only_looks_like_numbers(tmp_path, cell):
-    fails(log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{cell},2,3,4,5,6"), f"row 3, column fx: '{cell}' is not a number")
+    fails(
+        log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{cell},2,3,4,5,6"),
+        f"row 3, column fx: '{cell}' is not a number",
+    )
 
 
 # What is read with a warning
@@ -189,12 +221,20 @@ def test_what_only_looks_like_numbers(tmp_path, cell):
 
 def test_repeated_rows_are_dropped(tmp_path):
     again = "0.1,,,,,1,2,3,4,5,6"  # the wrench of the row before, and nothing else
-    got = read_log(log(tmp_path, ROWS[0], ROWS[0], ROWS[0], ROWS[1], again, ROWS[2], ROWS[2]))
-    assert got["wrench"].time.tolist() == got["orientation"].time.tolist() == [0, 0.1, 0.2]
+    got = read_log(
+        log(tmp_path, ROWS[0], ROWS[0], ROWS[0], ROWS[1], again, ROWS[2], ROWS[2])
+    )
+    assert (
+        got["wrench"].time.tolist() == got["orientation"].time.tolist() == [0, 0.1, 0.2]
+    )
     assert got["wrench"].rows.tolist() == [2, 5, 7]
-    assert got.warnings == ("dropped 4 repeated rows, time and values alike (the first: row 3)",)
+    assert got.warnings == (
+        "dropped 4 repeated rows, time and values alike (the first: row 3)",
+    )
     got = read_log(log(tmp_path, *ROWS, ROWS[2]))
-    assert got.warnings == ("dropped 1 repeated row, time and values alike (the first: row 5)",)
+    assert got.warnings == (
+        "dropped 1 repeated row, time and values alike (the first: row 5)",
+    )
     header = HEADER.removeprefix("time,")
     static = read_log(log(tmp_path, *[ROWS[0].split(",", 1)[1]] * 3, header=header))
     assert len(static["wrench"]) == 3  # poses without time repeat as often as they like
@@ -204,7 +244,9 @@ def test_unknown_columns_are_listed_and_ignored(tmp_path):
     lines = [row + ",hello,,1" for row in ROWS]
     got = read_log(log(tmp_path, *lines, header=HEADER + ",comment,temperature,"))
     assert len(got["wrench"]) == 3
-    assert got.warnings == ("ignored unknown columns: 'comment', 'temperature', number 14 without a name",)
+    assert got.warnings == (
+        "ignored unknown columns: 'comment', 'temperature', number 14 without a name",
+    )
     got = read_log(log(tmp_path, *lines, header=HEADER + ",gyrox_raw,b,c"))
     assert "'gyrox_raw' (did you mean 'gyro_" in got.warnings[0]
 
@@ -217,7 +259,9 @@ def test_a_column_of_row_numbers_may_lead(tmp_path):
 
 
 def test_an_optional_group_may_be_all_blank(tmp_path):
-    got = read_log(log(tmp_path, ROWS[0] + ",,,", header=HEADER + ",gyro_x,gyro_y,gyro_z"))
+    got = read_log(
+        log(tmp_path, ROWS[0] + ",,,", header=HEADER + ",gyro_x,gyro_y,gyro_z")
+    )
     assert not got.has("gyroscope")
     assert got.warnings == ("columns gyro_x..gyro_z are all blank",)
 
@@ -234,14 +278,25 @@ def test_epoch_seconds_are_shifted_with_their_precision(tmp_path):
     rows = [first, *(f"{t},,,,,1,2,3,4,5,6" for t in times[1:]), last]
     got = read_log(log(tmp_path, *rows))
     assert got["orientation"].time.tolist() == [0, 2]
-    assert got["wrench"].time.tolist() == [0.25, 0.5, 0.75, 1], "all streams are shifted alike"
+    assert got["wrench"].time.tolist() == [0.25, 0.5, 0.75, 1], (
+        "all streams are shifted alike"
+    )
 
 
 def test_implausible_steps(tmp_path):
     assert "milliseconds" in read_log(timed(tmp_path, range(0, 100, 10))).warnings[0]
-    assert "milliseconds" in read_log(timed(tmp_path, range(100))).warnings[0]  # 1 kHz in milliseconds
-    assert "is time in seconds" in read_log(timed(tmp_path, [k * 1e-6 for k in range(9)])).warnings[0]
-    fails(timed(tmp_path, range(0, 10**9, 10**7)), "column time", "step of orientation is 1e+07", "in seconds")
+    # 1 kHz in milliseconds
+    assert "milliseconds" in read_log(timed(tmp_path, range(100))).warnings[0]
+    assert (
+        "is time in seconds"
+        in read_log(timed(tmp_path, [k * 1e-6 for k in range(9)])).warnings[0]
+    )
+    fails(
+        timed(tmp_path, range(0, 10**9, 10**7)),
+        "column time",
+        "step of orientation is 1e+07",
+        "in seconds",
+    )
     for plausible in ([0.0, 2.5, 4.0], [53211.2, 53211.21], [-1.0, -0.9], [0, 1, 2]):
         assert read_log(timed(tmp_path, plausible)).warnings == ()
 
@@ -263,7 +318,10 @@ def test_parquet_takes_other_number_types_and_ignores_the_rest(tmp_path):
     )
     assert got["wrench"].values[:, :2].tolist() == [[1, 0.5], [2, 1], [3, 2]]
     assert got["wrench"].rows.tolist() == [1, 2, 3]
-    assert got.warnings == ("ignored unknown columns: 'note'", "columns gyro_x..gyro_z are all blank")
+    assert got.warnings == (
+        "ignored unknown columns: 'note'",
+        "columns gyro_x..gyro_z are all blank",
+    )
 
 
 def test_csv_and_parquet_say_the_same(tmp_path):
@@ -283,7 +341,10 @@ def test_reading_costs_little_more_than_parsing(tmp_path):
     orientation /= np.linalg.norm(orientation, axis=1)[:, None]
     clock = np.arange(count) / 1000
     names = ("position", "wrench", "gyroscope", "accelerometer")
-    streams = {name: Stream(clock, rng.normal(size=(count, len(COLUMNS[name])))) for name in names}
+    streams = {
+        name: Stream(clock, rng.normal(size=(count, len(COLUMNS[name]))))
+        for name in names
+    }
     path = tmp_path / "log.csv"
     write_log(Recording({**streams, "orientation": Stream(clock, orientation)}), path)
 
@@ -315,17 +376,33 @@ def test_recordings_of_others_hold_what_they_should():
     for name in ("baseline", "vibrations"):
         kuka = read_log(DATA / "kuka-ati" / f"{name}.csv")
         # nominal rates of its description, rounded to 1 Hz
-        assert kuka.rates() == pytest.approx({"orientation": 100, "wrench": 698, "accelerometer": 254}, abs=1)
-        assert kuka.duration == pytest.approx(6.3, abs=0.05)  # as described, to a decimal
+        assert kuka.rates() == pytest.approx(
+            {"orientation": 100, "wrench": 698, "accelerometer": 254}, abs=1
+        )
+        # as described, to a decimal
+        assert kuka.duration == pytest.approx(6.3, abs=0.05)
     first = read_log(DATA / "kuka-ati" / "baseline.csv")
     assert first["wrench"].rows[:3].tolist() == [3, 4, 6]
     assert first["orientation"].rows[:2].tolist() == [2, 12]
     assert len(read_log(DATA / "kuka-ati" / "static_poses.csv")["wrench"]) == 24
     assert len(read_log(DATA / "axia80" / "poses7.csv")["wrench"]) == 7
-    assert read_log(DATA / "axia80" / "dwells.csv").rates()["wrench"] == pytest.approx(10, rel=0.01)
+    assert read_log(DATA / "axia80" / "dwells.csv").rates()["wrench"] == pytest.approx(
+        10, rel=0.01
+    )
     panda = read_log(DATA / "panda-optoforce" / "run1.csv")
-    assert list(panda.streams) == ["position", "orientation", "wrench", "gyroscope", "linear_accelerometer"]
+    assert list(panda.streams) == [
+        "position",
+        "orientation",
+        "wrench",
+        "gyroscope",
+        "linear_accelerometer",
+    ]
     assert panda.rates()["wrench"] == pytest.approx(1000, rel=0.01)
     tool = read_log(DATA / "workshop-tools" / "ruler" / "log.csv")
-    assert tool.has("linear_velocity", "angular_velocity", "linear_acceleration", "angular_acceleration")
+    assert tool.has(
+        "linear_velocity",
+        "angular_velocity",
+        "linear_acceleration",
+        "angular_acceleration",
+    )
     assert len(tool["wrench"]) == 1000

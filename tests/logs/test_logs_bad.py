@@ -8,14 +8,28 @@ from pyarrow import parquet
 
 from hefting.core.errors import InputError
 from hefting.logs import read_log, write_log
-from log_files import HEADER, ROWS, fails, log, parquet_log, random_recording, reader_of_text, timed  # noqa: F401
+from log_files import (
+    HEADER,
+    ROWS,
+    fails,
+    log,
+    parquet_log,
+    random_recording,
+    timed,
+)
 
 # Rows
 
 
 @pytest.mark.parametrize(
     ("before", "between", "row"),
-    [("", "", 4), ("\n\n", "", 6), ("", "\n", 5), ("\n", "\n\n\n", 8), (" \n", "\n", 6)],
+    [
+        ("", "", 4),
+        ("\n\n", "", 6),
+        ("", "\n", 5),
+        ("\n", "\n\n\n", 8),
+        (" \n", "\n", 6),
+    ],
 )
 @pytest.mark.parametrize("bad", ["nan", "text", "inf"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
@@ -27,7 +41,8 @@ def test_row_numbers_are_those_of_an_editor(tmp_path, before, between, row, bad,
 
 
 def test_row_numbers_hold_far_into_a_large_file(tmp_path):
-    lines = [f"{k / 1000},0,0,0,1,1,2,3,4,5,6" for k in range(60_000)]  # several of the parser's blocks
+    # several of the parser's blocks
+    lines = [f"{k / 1000},0,0,0,1,1,2,3,4,5,6" for k in range(60_000)]
     lines[777:777] = [""]
     for bad in ("nan", "x"):
         lines[54_321] = f"{54.32},0,0,0,1,1,{bad},3,4,5,6"
@@ -65,8 +80,18 @@ def test_bad_times(tmp_path):
     fails(log(tmp_path, ROWS[0], ROWS[1][3:]), "row 3, column time", "time is blank")
     fails(log(tmp_path, ROWS[0], "nan" + ROWS[1][3:]), "row 3, column time", "nan")
     fails(log(tmp_path, ROWS[0], "inf" + ROWS[1][3:]), "row 3, column time", "inf")
-    fails(log(tmp_path, *ROWS, ROWS[1]), "row 5", "0.1 s is before 0.2 s of row 4", "sort the rows")
-    fails(log(tmp_path, *ROWS, ROWS[2][:-1] + "8"), "row 5", "repeats that of row 4", "keep one")
+    fails(
+        log(tmp_path, *ROWS, ROWS[1]),
+        "row 5",
+        "0.1 s is before 0.2 s of row 4",
+        "sort the rows",
+    )
+    fails(
+        log(tmp_path, *ROWS, ROWS[2][:-1] + "8"),
+        "row 5",
+        "repeats that of row 4",
+        "keep one",
+    )
 
 
 def test_decimal_commas_are_named(tmp_path):
@@ -81,9 +106,19 @@ def test_decimal_commas_are_named(tmp_path):
 
 
 def test_quaternions(tmp_path):
-    fails(log(tmp_path, ROWS[0], "0.1,0,0,0.5,1,1,2,3,4,5,6"), "row 3", "norm 1.118", "unit quaternions")
+    fails(
+        log(tmp_path, ROWS[0], "0.1,0,0,0.5,1,1,2,3,4,5,6"),
+        "row 3",
+        "norm 1.118",
+        "unit quaternions",
+    )
     fails(log(tmp_path, ROWS[0], "0.1,0,0,0,0,1,2,3,4,5,6"), "row 3", "norm 0")
-    fails(log(tmp_path, ROWS[0], "0.1,0,,0,1,1,2,3,4,5,6"), "row 3, column qy", "blank", "qx qy qz qw")
+    fails(
+        log(tmp_path, ROWS[0], "0.1,0,,0,1,1,2,3,4,5,6"),
+        "row 3, column qy",
+        "blank",
+        "qx qy qz qw",
+    )
     fails(log(tmp_path, ROWS[0], "0.1,,0,0,1,1,2,3,4,5,6"), "row 3, column qx", "blank")
     got = read_log(log(tmp_path, "0,0,0,0,1.005,1,2,3,4,5,6"))
     assert got["orientation"].values.tolist() == [[0, 0, 0, 1]]
@@ -92,14 +127,26 @@ def test_quaternions(tmp_path):
 @pytest.mark.parametrize(
     ("header", "words"),
     [
-        (HEADER.replace("fy", "aux"), ("column 'fy' is missing beside fx fz tx ty tz", "give all of")),
-        (HEADER.replace("fy", "f_y"), ("'fy' is missing", "'f_y'", "did you mean 'fy'")),
-        (HEADER.replace("qw", "q_w"), ("'qw' is missing", "'q_w'", "did you mean 'qw'")),
+        (
+            HEADER.replace("fy", "aux"),
+            ("column 'fy' is missing beside fx fz tx ty tz", "give all of"),
+        ),
+        (
+            HEADER.replace("fy", "f_y"),
+            ("'fy' is missing", "'f_y'", "did you mean 'fy'"),
+        ),
+        (
+            HEADER.replace("qw", "q_w"),
+            ("'qw' is missing", "'q_w'", "did you mean 'qw'"),
+        ),
         (HEADER + ",px,py", ("'pz' is missing beside px py",)),
         (HEADER + ",q1,q2,q4", ("'q3' is missing beside q1 q2 q4",)),
         (HEADER + ",q2", ("'q1' is missing beside q2",)),
         (HEADER + ",GyroX,GyroY,GyroZ", ("'GyroX'", "did you mean 'gyro_x'", "rename")),
-        (HEADER.replace("time", "timestamp"), ("'timestamp'", "did you mean 'time'", "in seconds")),
+        (
+            HEADER.replace("time", "timestamp"),
+            ("'timestamp'", "did you mean 'time'", "in seconds"),
+        ),
         (HEADER.replace("time", "Time"), ("'Time'", "did you mean 'time'")),
         (HEADER.replace("time", "tiem"), ("'tiem'", "did you mean 'time'")),
         (HEADER.replace("time", "t"), ("'t'", "did you mean 'time'")),
@@ -108,7 +155,10 @@ def test_quaternions(tmp_path):
             "time,qx,qy,qz,qw,force_x,moment_x",
             ("there is no wrench", "unknown columns: 'force_x', 'moment_x'"),
         ),
-        ("time,fx,fy,fz,tx,ty,tz", ("there is no orientation", "qx qy qz qw", "q1..qn")),
+        (
+            "time,fx,fy,fz,tx,ty,tz",
+            ("there is no orientation", "qx qy qz qw", "q1..qn"),
+        ),
         ("time,px,py,pz,fx,fy,fz,tx,ty,tz", ("there is no orientation",)),
         (HEADER + ",fx", ("column 'fx' is there 2 times",)),
         (HEADER + ",note,note", ("column 'note' is there 2 times",)),
@@ -116,7 +166,10 @@ def test_quaternions(tmp_path):
         ("0,0,0,0,1,1,2,3,4,5,6", ("row 1", "numbers, not column names", "header row")),
         (HEADER + ',"', ("row 2", "11 cells under 12 column names")),
         (HEADER + ",note" * 2000, ("2011 columns, more than 1000",)),
-        (HEADER + "," + "x" * 1_000_000, ("row 1", "the header has more than 1,000,000 bytes")),
+        (
+            HEADER + "," + "x" * 1_000_000,
+            ("row 1", "the header has more than 1,000,000 bytes"),
+        ),
         (HEADER + ",q1,q2,dq1,dq2,dq3", ("differ in number",)),
     ],
 )
@@ -127,8 +180,16 @@ def test_bad_headers(tmp_path, header, words):
 
 
 def test_ragged_rows(tmp_path):
-    fails(log(tmp_path, ROWS[0], ROWS[1][:-2], ROWS[2]), "row 3", "10 cells under 11 column names")
-    fails(log(tmp_path, ROWS[0], ROWS[1], ROWS[2] + ",1"), "row 4", "12 cells under 11 column names")
+    fails(
+        log(tmp_path, ROWS[0], ROWS[1][:-2], ROWS[2]),
+        "row 3",
+        "10 cells under 11 column names",
+    )
+    fails(
+        log(tmp_path, ROWS[0], ROWS[1], ROWS[2] + ",1"),
+        "row 4",
+        "12 cells under 11 column names",
+    )
 
 
 @pytest.mark.parametrize(
@@ -144,11 +205,17 @@ def test_ragged_rows(tmp_path):
         (bytes(range(256)) * 40, ("binary",)),
         (b"PK\x03\x04\x00" + b"\x00" * 40, ("binary",)),
         (b"\x80\x81\xff" * 50, ("not CSV text in UTF-8",)),
-        ("\ufeff".encode("utf-16-le") + HEADER.encode("utf-16-le"), ("UTF-16", "UTF-8")),
+        (
+            "\ufeff".encode("utf-16-le") + HEADER.encode("utf-16-le"),
+            ("UTF-16", "UTF-8"),
+        ),
         (b"hello", ("one column",)),
         (b'"' + b"x" * 300_000, ("not CSV text",)),
         (HEADER.encode() + b"\n" + b"9" * 100_000, ("row 2", "1 cells under 11")),
-        (HEADER.encode() + b',note\n0,0,0,0,1,1,2,3,4,5,6,"a\nb"\n', ("several lines",)),
+        (
+            HEADER.encode() + b',note\n0,0,0,0,1,1,2,3,4,5,6,"a\nb"\n',
+            ("several lines",),
+        ),
         (
             HEADER.encode() + b",note\n0,0,0,0,1,1,2,3,4,5,6," + b"a" * 3_000_000,
             ("row 2", "is no row of cells"),
@@ -176,7 +243,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 22)
     fails(log(tmp_path, *ROWS), "more than 2 rows, too many")
     with monkeypatch.context() as patch:
-        patch.setattr("hefting.logs.csv_file.BLOCK", 100)  # rows are counted over all blocks
+        # rows are counted over all blocks
+        patch.setattr("hefting.logs.csv_file.BLOCK", 100)
         fails(log(tmp_path, *ROWS), "more than 2 rows, too many")
     monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 33)
     assert len(read_log(log(tmp_path, *ROWS))["wrench"]) == 3
@@ -187,7 +255,10 @@ def test_writing_says_where_it_cannot(tmp_path):
     with pytest.raises(InputError, match=r"absent.*cannot be written"):
         write_log(recording, tmp_path / "absent" / "log.csv")
     for name in ("log.xlsx", "log.txt", "log.db3"):
-        with pytest.raises(InputError, match=r"not a log format to write; use \.csv, \.parquet, \.bag, \.mcap"):
+        with pytest.raises(
+            InputError,
+            match=r"not a log format to write; use \.csv, \.parquet, \.bag, \.mcap",
+        ):
             write_log(recording, tmp_path / name)
 
 
@@ -197,7 +268,11 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
     fails(path, "`wrench_topic` is for bags", wrench_topic="/ft")
     fails(path, "`sensor_frame` is for bags", sensor_frame="ft")
     bag = path.rename(tmp_path / "log.bag")
-    fails(bag, "column map (`column_map`) is for CSV and Parquet", column_map=tmp_path / "map.toml")
+    fails(
+        bag,
+        "column map (`column_map`) is for CSV and Parquet",
+        column_map=tmp_path / "map.toml",
+    )
 
 
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):
@@ -206,20 +281,35 @@ def test_lines_too_long_to_hold(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor", "name"), [(10**3, "1e3", "milli"), (10**6, "1e6", "micro"), (10**9, "1e9", "nano")]
+    ("unit", "factor", "name"),
+    [(10**3, "1e3", "milli"), (10**6, "1e6", "micro"), (10**9, "1e9", "nano")],
 )
 def test_epoch_times_in_other_units_are_refused(tmp_path, unit, factor, name):
     times = [1_700_000_000 * unit + k * unit // 100 for k in range(5)]
-    fails(timed(tmp_path, times), "column time", f"{name}seconds since 1970", f"divide by {factor}")
+    fails(
+        timed(tmp_path, times),
+        "column time",
+        f"{name}seconds since 1970",
+        f"divide by {factor}",
+    )
 
 
 def test_bad_parquet(tmp_path):
     fails(parquet_log(tmp_path, fy=[0.0, float("nan"), 0.0]), "row 2, column fy", "nan")
     fails(parquet_log(tmp_path, fy=[0.0, None, 0.0]), "row 2, column fy", "blank")
     fails(parquet_log(tmp_path, time=[0.0, 1.0, 1.0]), "row 3", "repeats")
-    fails(parquet_log(tmp_path, fy=["a", "b", "c"]), "column fy", "holds string, not numbers")
+    fails(
+        parquet_log(tmp_path, fy=["a", "b", "c"]),
+        "column fy",
+        "holds string, not numbers",
+    )
     times = pa.array([1, 2, 3], pa.timestamp("ns"))
-    fails(parquet_log(tmp_path, time=times), "column time", "timestamp", "give seconds as numbers")
+    fails(
+        parquet_log(tmp_path, time=times),
+        "column time",
+        "timestamp",
+        "give seconds as numbers",
+    )
     whole = parquet_log(tmp_path).read_bytes()
     for broken in (
         b"PAR1",

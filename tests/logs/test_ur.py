@@ -1,4 +1,5 @@
-"""Real-time records of Universal Robots, written from known flange poses and wrenches by their definitions."""
+"""Real-time records of Universal Robots, written from known flange poses and wrenches
+by their definitions."""
 
 import numpy as np
 import pytest
@@ -30,17 +31,27 @@ from ur_records import (
 @pytest.mark.parametrize("separator", [" ", ","])
 @pytest.mark.parametrize("offset", [NO_OFFSET, OFFSET])
 @pytest.mark.parametrize("suffix", [".csv", ".txt"])
-def test_pose_velocity_and_wrench_are_those_of_the_flange(tmp_path, separator, offset, suffix):
-    got = read_log(record(tmp_path / f"log{suffix}", *ALL, offset=offset, separator=separator))
+def test_pose_velocity_and_wrench_are_those_of_the_flange(
+    tmp_path, separator, offset, suffix
+):
+    got = read_log(
+        record(tmp_path / f"log{suffix}", *ALL, offset=offset, separator=separator)
+    )
     assert got.warnings == ()
     np.testing.assert_array_equal(got["wrench"].time, TIME)
     np.testing.assert_array_equal(got["wrench"].values, WRENCH)
     # some tens of roundings of 1.1e-16
-    np.testing.assert_allclose(rotation_matrices(got["orientation"].values), FLANGE, atol=4e-15)
+    np.testing.assert_allclose(
+        rotation_matrices(got["orientation"].values), FLANGE, atol=4e-15
+    )
     np.testing.assert_allclose(got["position"].values, ORIGIN, atol=4e-15)
     np.testing.assert_allclose(got["linear_velocity"].values, MOVING, atol=4e-15)
     np.testing.assert_allclose(got["angular_velocity"].values, TURNING, atol=4e-15)
-    assert got["joint_positions"].values.shape == got["joint_velocities"].values.shape == (COUNT, 6)
+    assert (
+        got["joint_positions"].values.shape
+        == got["joint_velocities"].values.shape
+        == (COUNT, 6)
+    )
     assert got.joint_names == ()
     assert "UR real-time record" in got.notes[0]
     assert "flange" in got.notes[1]
@@ -50,7 +61,8 @@ def test_pose_velocity_and_wrench_are_those_of_the_flange(tmp_path, separator, o
 
 def test_forces_in_base_axes_are_turned_into_the_flange(tmp_path):
     got = read_log(record(tmp_path / "log.csv", *FORCE_ONLY))
-    np.testing.assert_allclose(got["wrench"].values, WRENCH, atol=2e-14)  # ten times as large, hence roundings too
+    # ten times as large, hence roundings too
+    np.testing.assert_allclose(got["wrench"].values, WRENCH, atol=2e-14)
     assert got.warnings == ()
     got = read_log(record(tmp_path / "log.csv", *FORCE_ONLY, offset=OFFSET))
     np.testing.assert_allclose(got["wrench"].values, WRENCH, atol=2e-14)
@@ -62,8 +74,13 @@ def test_forces_in_base_axes_are_turned_into_the_flange(tmp_path):
 def test_without_the_offset_the_tcp_is_the_sensor(tmp_path):
     got = read_log(record(tmp_path / "log.csv", "actual_TCP_pose", "ft_raw_wrench"))
     np.testing.assert_allclose(got["position"].values, ORIGIN, atol=0)
-    assert "tcp_offset is not recorded: the TCP is taken to be at the flange, where axes" in got.warnings[0]
-    got = read_log(record(tmp_path / "log.csv", "actual_TCP_pose", "actual_TCP_force", "payload"))
+    assert (
+        "tcp_offset is not recorded: the TCP is taken to be at the flange, where axes"
+        in got.warnings[0]
+    )
+    got = read_log(
+        record(tmp_path / "log.csv", "actual_TCP_pose", "actual_TCP_force", "payload")
+    )
     np.testing.assert_allclose(got["wrench"].values, WRENCH, atol=2e-14)
     assert "where the origin of its torques" in got.warnings[0]
 
@@ -71,33 +88,64 @@ def test_without_the_offset_the_tcp_is_the_sensor(tmp_path):
 def test_a_payload_that_the_controller_has_removed_is_refused(tmp_path):
     payload = np.where(np.arange(COUNT) < 5, 0.0, 1.25)[:, None]
     path = record(tmp_path / "log.csv", *FORCE_ONLY, payload=payload)
-    fails(path, "row 7, column payload", "already removed a payload of 1.25 kg", "record ft_raw_wrench, or set", "to 0")
-    raw = read_log(record(path, *FORCE_ONLY, "ft_raw_wrench", payload=payload))  # that one is not compensated
+    fails(
+        path,
+        "row 7, column payload",
+        "already removed a payload of 1.25 kg",
+        "record ft_raw_wrench, or set",
+        "to 0",
+    )
+    # that one is not compensated
+    raw = read_log(record(path, *FORCE_ONLY, "ft_raw_wrench", payload=payload))
     np.testing.assert_array_equal(raw["wrench"].values, WRENCH)
     assert raw.warnings == ()
-    unknown = read_log(record(path, "actual_TCP_pose", "actual_TCP_force", "tcp_offset"))
+    unknown = read_log(
+        record(path, "actual_TCP_pose", "actual_TCP_force", "tcp_offset")
+    )
     assert len(unknown.warnings) == 1
-    assert "payload is not recorded: whatever is set in the controller is already removed" in unknown.warnings[0]
+    assert (
+        "payload is not recorded: whatever is set in the controller is already removed"
+        in unknown.warnings[0]
+    )
 
 
 def test_a_sensor_that_reads_nothing_is_not_used(tmp_path):
     """Simulators, and robots without a sensor, write a constant."""
     constant = np.tile([1.0, 2, 3, 4, 5, 6], (COUNT, 1))
-    got = read_log(record(tmp_path / "log.csv", *FORCE_ONLY, "ft_raw_wrench", ft_raw_wrench=constant))
+    got = read_log(
+        record(
+            tmp_path / "log.csv", *FORCE_ONLY, "ft_raw_wrench", ft_raw_wrench=constant
+        )
+    )
     np.testing.assert_allclose(got["wrench"].values, WRENCH, atol=2e-14)
     alone = read_log(
-        record(tmp_path / "log.csv", "actual_TCP_pose", "tcp_offset", "ft_raw_wrench", ft_raw_wrench=constant)
+        record(
+            tmp_path / "log.csv",
+            "actual_TCP_pose",
+            "tcp_offset",
+            "ft_raw_wrench",
+            ft_raw_wrench=constant,
+        )
     )
     np.testing.assert_array_equal(alone["wrench"].values, constant)
 
 
 def test_rotation_vectors_jump_at_half_a_turn_and_rotations_do_not(tmp_path):
     angles = np.linspace(np.pi - 0.01, np.pi + 0.01, COUNT)
-    wrapped = np.where(angles > np.pi, angles - 2 * np.pi, angles)  # as the controller gives it
+    # as the controller gives it
+    wrapped = np.where(angles > np.pi, angles - 2 * np.pi, angles)
     assert np.abs(np.diff(wrapped)).max() > 6
     axis = np.array([0.48, 0.6, 0.64])
     pose = np.concatenate([ORIGIN, wrapped[:, None] * axis], axis=1)
-    got = read_log(record(tmp_path / "log.csv", "actual_TCP_pose", "ft_raw_wrench", "tcp_offset", actual_TCP_pose=pose))
+    got = read_log(
+        record(
+            tmp_path / "log.csv",
+            "actual_TCP_pose",
+            "ft_raw_wrench",
+            "tcp_offset",
+            actual_TCP_pose=pose,
+        )
+    )
     matrices = rotation_matrices(got["orientation"].values)
     assert np.abs(np.diff(matrices, axis=0)).max() < 0.0011  # the step of the angle
 
@@ -105,7 +153,12 @@ def test_rotation_vectors_jump_at_half_a_turn_and_rotations_do_not(tmp_path):
 def test_joints_can_stand_for_the_pose_if_the_wrench_is_in_flange_axes(tmp_path):
     got = read_log(record(tmp_path / "log.csv", "actual_q", "ft_raw_wrench"))
     assert list(got.streams) == ["joint_positions", "wrench"]
-    fails(record(tmp_path / "log.csv", "actual_q", "actual_TCP_force", "payload"), "in base axes", "no pose", "record")
+    fails(
+        record(tmp_path / "log.csv", "actual_q", "actual_TCP_force", "payload"),
+        "in base axes",
+        "no pose",
+        "record",
+    )
 
 
 def test_repeated_rows_and_a_canonical_copy(tmp_path):
@@ -114,10 +167,16 @@ def test_repeated_rows_and_a_canonical_copy(tmp_path):
     path.write_text("\n".join([*lines[:5], lines[4], *lines[5:]]))
     got = read_log(path)
     assert len(got["wrench"]) == COUNT
-    assert got.warnings == ("dropped 1 repeated row, time and values alike (the first: row 6)",)
+    assert got.warnings == (
+        "dropped 1 repeated row, time and values alike (the first: row 6)",
+    )
     write_log(got, tmp_path / "copy.csv")
     copy = read_log(tmp_path / "copy.csv")
-    assert all(np.array_equal(copy[name].values, got[name].values) for name in got.streams if name != "orientation")
+    assert all(
+        np.array_equal(copy[name].values, got[name].values)
+        for name in got.streams
+        if name != "orientation"
+    )
 
 
 def test_a_column_map_comes_first(tmp_path):
@@ -134,22 +193,46 @@ def test_a_column_map_comes_first(tmp_path):
 
 
 def test_an_object_is_found_beside_the_bias_of_the_raw_wrench(tmp_path):
-    """A real UR5e reads 25 kN along z with nothing in its hand: a constant in flange axes, as any bias."""
+    """A real UR5e reads 25 kN along z with nothing in its hand: a constant in flange
+    axes, as any bias."""
     body = hammer().parameters
     held = simulate(
-        UR5.motion(sinusoids(4.0, 50.0, 1.5)), body, noise=Noise(0.05, 0.002), pose_noise=(1e-4, 1e-4), seed=1
+        UR5.motion(sinusoids(4.0, 50.0, 1.5)),
+        body,
+        noise=Noise(0.05, 0.002),
+        pose_noise=(1e-4, 1e-4),
+        seed=1,
     )
     bias = np.array([1794, 393, 25406, -7.9, -17.5, -76.0])
-    turned = [rotation_vector(matrix) for matrix in rotation_matrices(held["orientation"].values)]
+    turned = [
+        rotation_vector(matrix)
+        for matrix in rotation_matrices(held["orientation"].values)
+    ]
     pose = np.column_stack([held["position"].values, turned])
-    table = np.column_stack([held["wrench"].time, pose, np.zeros((len(pose), 6)), bias - held["wrench"].values])
-    names = [f"{field}_{j}" for field in ("actual_TCP_pose", "tcp_offset", "ft_raw_wrench") for j in range(6)]
+    table = np.column_stack(
+        [
+            held["wrench"].time,
+            pose,
+            np.zeros((len(pose), 6)),
+            bias - held["wrench"].values,
+        ]
+    )
+    names = [
+        f"{field}_{j}"
+        for field in ("actual_TCP_pose", "tcp_offset", "ft_raw_wrench")
+        for j in range(6)
+    ]
     lines = [" ".join(map(repr, row)) for row in table.tolist()]
-    (tmp_path / "log.csv").write_text("\n".join([" ".join(["timestamp", *names]), *lines]))
+    (tmp_path / "log.csv").write_text(
+        "\n".join([" ".join(["timestamp", *names]), *lines])
+    )
     found = identify(read_log(tmp_path / "log.csv"), method="OLS").estimate
-    # 200 samples of 0.05 N against some 6 N: 0.1 %, and two to three times as much beside a bias
+    # 200 samples of 0.05 N against some 6 N: 0.1 %, and two to three times as much
+    # beside a bias
     assert found.parameters.mass == pytest.approx(body.mass, rel=0.01)
-    np.testing.assert_allclose(found.parameters.center_of_mass, body.center_of_mass, atol=0.005)
+    np.testing.assert_allclose(
+        found.parameters.center_of_mass, body.center_of_mass, atol=0.005
+    )
 
 
 def test_is_ur():
@@ -160,8 +243,14 @@ def test_is_ur():
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        (("actual_TCP_pose", "actual_q"), ("there is no wrench", "record ft_raw_wrench")),
-        (("ft_raw_wrench", "payload"), ("neither a pose nor joint angles", "record actual_TCP_pose")),
+        (
+            ("actual_TCP_pose", "actual_q"),
+            ("there is no wrench", "record ft_raw_wrench"),
+        ),
+        (
+            ("ft_raw_wrench", "payload"),
+            ("neither a pose nor joint angles", "record actual_TCP_pose"),
+        ),
     ],
 )
 def test_records_that_lack_something(tmp_path, fields, words):
@@ -172,9 +261,20 @@ def test_records_that_lack_something(tmp_path, fields, words):
     ("old", "new", "words"),
     [
         ("timestamp", "stamp", ("no column timestamp",)),
-        ("tcp_offset_3", "note", ("column tcp_offset_3 is missing beside tcp_offset_0", "record all of tcp_offset")),
+        (
+            "tcp_offset_3",
+            "note",
+            (
+                "column tcp_offset_3 is missing beside tcp_offset_0",
+                "record all of tcp_offset",
+            ),
+        ),
         ("robot_mode", "payload", ("column payload is there 2 times",)),
-        ("\r\n1234.508 ", "\r\nnoon ", ("row 3, column timestamp", "'noon' is not a number")),
+        (
+            "\r\n1234.508 ",
+            "\r\nnoon ",
+            ("row 3, column timestamp", "'noon' is not a number"),
+        ),
         ("\r\n1234.508 ", "\r\nnan ", ("row 3, column timestamp", "nan")),
     ],
 )

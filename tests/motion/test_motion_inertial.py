@@ -1,4 +1,5 @@
-"""Gyroscope and accelerometer beside the poses: better motion, believable spreads, their own faults found."""
+"""Gyroscope and accelerometer beside the poses: better motion, believable spreads,
+their own faults found."""
 
 import re
 from dataclasses import replace
@@ -20,13 +21,17 @@ NOISE = 0.005, 0.03
 
 
 def readings(make, seed, duration=5.0, rate=200.0, noise=NOISE):
-    """Gyroscope and accelerometer, biased, late and off the origin, on the motion `make` with this seed."""
+    """Gyroscope and accelerometer, biased, late and off the origin, on the motion
+    `make` with this seed."""
     time, rng = np.arange(0, duration, 1 / rate), np.random.default_rng(seed + 100)
     truth = make(time, np.random.default_rng(seed))
     w, alpha = truth.angular_velocity, truth.angular_acceleration
     lever = np.cross(alpha, LEVER) + np.cross(w, np.cross(w, LEVER))
     force = truth.linear_acceleration - truth.gravity() + lever
-    values = (x + b + n * rng.normal(size=x.shape) for x, b, n in zip((w, force), BIASES, noise, strict=True))
+    values = (
+        x + b + n * rng.normal(size=x.shape)
+        for x, b, n in zip((w, force), BIASES, noise, strict=True)
+    )
     return [Stream(time + CLOCK, v) for v in values]
 
 
@@ -47,9 +52,12 @@ def rms(x):
     return float(np.sqrt(np.mean(np.square(x))))
 
 
-@pytest.mark.parametrize(("make", "bound"), [(random_smooth, 0.75), (stop_and_go, 0.65)])
+@pytest.mark.parametrize(
+    ("make", "bound"), [(random_smooth, 0.75), (stop_and_go, 0.65)]
+)
 def test_errors_shrink_and_stay_believable(make, bound):
-    """Measured over these seeds: .3 to .56 of the errors without the sensors, squared error over variance .4 to 1.2."""
+    """Measured over these seeds: .3 to .56 of the errors without the sensors, squared
+    error over variance .4 to 1.2."""
     before, after, normalised = [], [], []
     for seed in range(3):
         truth, (p, q) = poses_of(make, seed)
@@ -62,7 +70,9 @@ def test_errors_shrink_and_stay_believable(make, bound):
         errors = deviations(motion, truth)
         after.append([rms(e) for e in errors])
         stds = motion.linear_acceleration_std, motion.angular_acceleration_std
-        normalised.append([np.mean((e / s[:, None]) ** 2) for e, s in zip(errors, stds, strict=True)])
+        normalised.append(
+            [np.mean((e / s[:, None]) ** 2) for e, s in zip(errors, stds, strict=True)]
+        )
     assert (np.mean(after, axis=0) <= bound * np.mean(before, axis=0)).all()
     assert (np.mean(normalised, axis=0) > 0.3).all()
     assert (np.mean(normalised, axis=0) < 1.4).all()
@@ -71,9 +81,15 @@ def test_errors_shrink_and_stay_believable(make, bound):
 def test_faults_of_the_sensors_are_found_and_said():
     truth, (p, q) = poses_of(stop_and_go, 1)
     _, notes, _ = fuse(fit_poses(truth.time, p, q), GRAVITY, *readings(stop_and_go, 1))
-    gyroscope, accelerometer = ([float(x) for x in re.findall(r"-?\d+\.?\d*(?:e[+-]\d+)?", note)] for note in notes)
-    # 1,000 readings: spreads of the means 1.6e-4 rad/s and 1e-3 m/s², of place and clock over seeds 0.4 mm and 0.2 ms
-    np.testing.assert_allclose(gyroscope, [NOISE[0], *BIASES[0], 4.0], rtol=0.15, atol=5e-4)
+    gyroscope, accelerometer = (
+        [float(x) for x in re.findall(r"-?\d+\.?\d*(?:e[+-]\d+)?", note)]
+        for note in notes
+    )
+    # 1,000 readings: spreads of the means 1.6e-4 rad/s and 1e-3 m/s², of place and
+    # clock over seeds 0.4 mm and 0.2 ms
+    np.testing.assert_allclose(
+        gyroscope, [NOISE[0], *BIASES[0], 4.0], rtol=0.15, atol=5e-4
+    )
     np.testing.assert_allclose(accelerometer[1:4], BIASES[1], atol=5e-3)
     np.testing.assert_allclose(accelerometer[4:7], 1e3 * LEVER, atol=1.5)
     assert accelerometer[7] == pytest.approx(4.0, abs=0.6)
@@ -102,7 +118,11 @@ def test_foreign_readings_are_left_out(spoil):
     elif spoil == "g":
         accelerometer = replace(accelerometer, values=accelerometer.values / 9.81)
     sensors = (None, accelerometer) if spoil.startswith("g") else (gyroscope, None)
-    gravity = Rotation.from_euler("x", 20, degrees=True).apply(GRAVITY) if spoil == "gravity" else GRAVITY
+    gravity = (
+        Rotation.from_euler("x", 20, degrees=True).apply(GRAVITY)
+        if spoil == "gravity"
+        else GRAVITY
+    )
     fused, notes, warnings = fuse(plain, gravity, *sensors)
     assert not notes
     assert "contradicts the poses: not used; is it in sensor axes" in warnings[0]
@@ -118,9 +138,12 @@ def test_gravity_may_have_been_removed():
     linear = replace(force, values=force.values + at.gravity())
     one, *_ = fuse(plain, GRAVITY, None, force)
     two, *_ = fuse(plain, GRAVITY, None, linear, gravity_removed=True)
-    difference = one.at(truth.time).linear_acceleration - two.at(truth.time).linear_acceleration
+    difference = (
+        one.at(truth.time).linear_acceleration - two.at(truth.time).linear_acceleration
+    )
     gain = rms(plain.at(truth.time).linear_acceleration - truth.linear_acceleration)
-    assert rms(difference) < 0.1 * gain  # they differ by how gravity turned with noisy orientation
+    # they differ by how gravity turned with noisy orientation
+    assert rms(difference) < 0.1 * gain
 
 
 def test_a_recording_with_sensors_is_measured_with_them():
@@ -139,5 +162,8 @@ def test_a_recording_with_sensors_is_measured_with_them():
     assert not live.notes, "the filter heeds no such sensor"
     without = Recording({k: s for k, s in recording.streams.items() if k in streams})
     error = rms(measured.measurements.linear_acceleration - truth.linear_acceleration)
-    assert error < 0.75 * rms(measure(without, GRAVITY).measurements.linear_acceleration - truth.linear_acceleration)
+    assert error < 0.75 * rms(
+        measure(without, GRAVITY).measurements.linear_acceleration
+        - truth.linear_acceleration
+    )
     assert measure(without, GRAVITY).source == "smooth"

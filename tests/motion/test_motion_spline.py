@@ -1,4 +1,5 @@
-"""The spline smoother: exact laws, believable variances, gaps, held values, bad input."""
+"""The spline smoother: exact laws, believable variances, gaps, held values, bad
+input."""
 
 from dataclasses import fields
 
@@ -15,17 +16,25 @@ from hefting.motion.spline import smooth
 from motions import Truth, normalised_errors, random_smooth, stop_and_go
 
 
-def noisy(seed, duration=3.0, rate=100.0, make=random_smooth, **options) -> tuple[Truth, np.ndarray, np.ndarray]:
+def noisy(
+    seed, duration=3.0, rate=100.0, make=random_smooth, **options
+) -> tuple[Truth, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     truth = make(np.arange(0, duration, 1 / rate), rng, **options)
     return truth, *truth.poses(rng)
 
 
 def assert_same(one, other):
-    """Equal up to rounding: 1e-16 over h², and what the search for the bandwidth makes of it."""
+    """Equal up to rounding: 1e-16 over h², and what the search for the bandwidth makes
+    of it."""
     for field in fields(one):
         if field.name not in ("time", "position", "orientation", "bandwidth"):
-            np.testing.assert_allclose(getattr(one, field.name), getattr(other, field.name), atol=1e-6, rtol=1e-4)
+            np.testing.assert_allclose(
+                getattr(one, field.name),
+                getattr(other, field.name),
+                atol=1e-6,
+                rtol=1e-4,
+            )
 
 
 # --- laws ---
@@ -36,13 +45,17 @@ def test_polynomial_positions_and_steady_rotation_are_recovered():
     t, c = np.linspace(0, 3, 301), rng.normal(size=(4, 3))
     w = np.array([0.3, -0.5, 0.8])
     rotation = Rotation.from_rotvec(t[:, None] * w)
-    motion = smooth(t, sum(c[k] * t[:, None] ** k for k in range(4)), rotation.as_quat())
-    # a cubic costs no penalty of order 4: what is left is rounding, 1e-15 m over h², times the condition
+    motion = smooth(
+        t, sum(c[k] * t[:, None] ** k for k in range(4)), rotation.as_quat()
+    )
+    # a cubic costs no penalty of order 4: what is left is rounding, 1e-15 m over h²,
+    # times the condition
     a = rotation.inv().apply(2 * c[2] + 6 * c[3] * t[:, None])
     np.testing.assert_allclose(motion.linear_acceleration, a, atol=1e-6)
     v = rotation.inv().apply(c[1] + 2 * c[2] * t[:, None] + 3 * c[3] * t[:, None] ** 2)
     np.testing.assert_allclose(motion.linear_velocity, v, atol=1e-7)
-    # a quaternion turning at 0.5 rad/s is a sinusoid, matched by quintics 0.01 s long to (0.5 h)^4
+    # a quaternion turning at 0.5 rad/s is a sinusoid, matched by quintics 0.01 s long
+    # to (0.5 h)^4
     np.testing.assert_allclose(motion.angular_velocity, np.tile(w, (301, 1)), atol=1e-6)
     np.testing.assert_allclose(motion.angular_acceleration, 0, atol=1e-5)
 
@@ -50,24 +63,35 @@ def test_polynomial_positions_and_steady_rotation_are_recovered():
 def test_exact_poses_give_nearly_exact_motion():
     truth = random_smooth(np.arange(0, 3, 0.01), np.random.default_rng(1))
     motion = smooth(truth.time, *truth.poses())
-    # sinusoids up to 1.2 Hz on knots of 10 ms: (2 pi 1.2 h)^4 = 3e-5 of up to 20; more at the ends
+    # sinusoids up to 1.2 Hz on knots of 10 ms: (2 pi 1.2 h)^4 = 3e-5 of up to 20; more
+    # at the ends
     inner = slice(15, -15)
-    np.testing.assert_allclose(motion.linear_acceleration[inner], truth.linear_acceleration[inner], atol=1e-4)
-    np.testing.assert_allclose(motion.angular_acceleration[inner], truth.angular_acceleration[inner], atol=1e-3)
-    np.testing.assert_allclose(motion.angular_acceleration, truth.angular_acceleration, atol=2e-2)
+    np.testing.assert_allclose(
+        motion.linear_acceleration[inner], truth.linear_acceleration[inner], atol=1e-4
+    )
+    np.testing.assert_allclose(
+        motion.angular_acceleration[inner], truth.angular_acceleration[inner], atol=1e-3
+    )
+    np.testing.assert_allclose(
+        motion.angular_acceleration, truth.angular_acceleration, atol=2e-2
+    )
 
 
 def test_constant_rotation_of_the_world_changes_nothing_in_sensor_axes():
     truth, p, q = noisy(2)
     world = Rotation.from_euler("xyz", [0.4, -1.1, 2.0])
-    turned = smooth(truth.time, world.apply(p), (world * Rotation.from_quat(q)).as_quat())
+    turned = smooth(
+        truth.time, world.apply(p), (world * Rotation.from_quat(q)).as_quat()
+    )
     assert_same(smooth(truth.time, p, q), turned)
 
 
 def test_signs_and_lengths_of_quaternions_do_not_matter():
     truth, p, q = noisy(3)
     rng = np.random.default_rng(3)
-    factor = rng.choice([-1.0, 1.0], size=(len(q), 1)) * rng.uniform(0.5, 2.0, (len(q), 1))
+    factor = rng.choice([-1.0, 1.0], size=(len(q), 1)) * rng.uniform(
+        0.5, 2.0, (len(q), 1)
+    )
     assert_same(smooth(truth.time, p, q), smooth(truth.time, p, q * factor))
 
 
@@ -75,7 +99,8 @@ def test_time_may_start_anywhere():
     truth, p, q = noisy(4)
     one = smooth(truth.time, p, q)
     assert_same(one, smooth(truth.time + 16.0, p, q))
-    # a clock's stamps, near 1.7e9 s, are rounded to 2e-7 s, and the search ends 2 % elsewhere
+    # a clock's stamps, near 1.7e9 s, are rounded to 2e-7 s, and the search ends 2 %
+    # elsewhere
     other = smooth(truth.time + 1.7e9, p, q)
     change = np.abs(one.angular_acceleration - other.angular_acceleration)
     assert (change < 0.3 * one.angular_acceleration_std[:, None]).all()
@@ -84,16 +109,23 @@ def test_time_may_start_anywhere():
 def test_slower_clock_scales_derivatives():
     truth, p, q = noisy(5)
     one, slow = smooth(truth.time, p, q), smooth(truth.time * 2.0, p, q)
-    # the knots need not come out alike (their spacing starts at 20 ms), so a thousandth of the signal is left
-    np.testing.assert_allclose(slow.angular_velocity * 2.0, one.angular_velocity, atol=3e-3)
-    np.testing.assert_allclose(slow.linear_acceleration * 4.0, one.linear_acceleration, atol=1e-2)
+    # the knots need not come out alike (their spacing starts at 20 ms), so a thousandth
+    # of the signal is left
+    np.testing.assert_allclose(
+        slow.angular_velocity * 2.0, one.angular_velocity, atol=3e-3
+    )
+    np.testing.assert_allclose(
+        slow.linear_acceleration * 4.0, one.linear_acceleration, atol=1e-2
+    )
 
 
 # --- variances ---
 
 
 @pytest.mark.parametrize("make", [random_smooth, stop_and_go])
-@pytest.mark.parametrize(("rate", "duration"), [(100.0, 1.5), (100.0, 5.0), (1000.0, 1.5)])
+@pytest.mark.parametrize(
+    ("rate", "duration"), [(100.0, 1.5), (100.0, 5.0), (1000.0, 1.5)]
+)
 def test_variances_are_believable(make, rate, duration):
     found = []
     for seed in range(6):
@@ -110,10 +142,16 @@ def test_variances_are_believable_at_the_ends():
         truth, p, q = noisy(seed, 1.5)
         motion = smooth(truth.time, p, q)
         ends = [0, -1]
-        errors.append((motion.angular_acceleration - truth.angular_acceleration)[ends] ** 2)
+        errors.append(
+            (motion.angular_acceleration - truth.angular_acceleration)[ends] ** 2
+        )
         claimed.append(motion.angular_acceleration_std[ends] ** 2)
-        assert motion.angular_acceleration_std[0] > 3 * motion.angular_acceleration_std[75]  # 5 to 10 in theory
-    # 72 values, correlated three by three: their mean is within a factor 1.5 of its expectation
+        # 5 to 10 in theory
+        assert (
+            motion.angular_acceleration_std[0] > 3 * motion.angular_acceleration_std[75]
+        )
+    # 72 values, correlated three by three: their mean is within a factor 1.5 of its
+    # expectation
     assert 0.2 < np.mean(errors) / np.mean(claimed) < 3.0
 
 
@@ -122,9 +160,19 @@ def test_variance_has_the_closed_form_in_the_interior():
     motion = smooth(truth.time, p, q)
     rotation, _, dt = tune((Observation(truth.time, q),), ORDERS, "orientation")
     m, wc = rotation.order, rotation.bandwidth
-    for k, std in ((1, motion.angular_velocity_std), (2, motion.angular_acceleration_std)):
-        # a continuous smoother of m-fold integrated white noise, times 4 for the half angle
-        variance = 4 * rotation.variance * dt * wc ** (2 * k + 1) / (2 * m * np.sin(np.pi * (2 * k + 1) / (2 * m)))
+    for k, std in (
+        (1, motion.angular_velocity_std),
+        (2, motion.angular_acceleration_std),
+    ):
+        # a continuous smoother of m-fold integrated white noise, times 4 for the half
+        # angle
+        variance = (
+            4
+            * rotation.variance
+            * dt
+            * wc ** (2 * k + 1)
+            / (2 * m * np.sin(np.pi * (2 * k + 1) / (2 * m)))
+        )
         # knots h wc <= 1 apart hold the spline back by up to a tenth
         assert std[500] ** 2 == pytest.approx(variance, rel=0.15)
 
@@ -152,21 +200,31 @@ def test_band_algebra_equals_dense(m):
     penalty = 2.0 * h_wc ** (-2 * m)
     n = knots.size
     per_interval, first = np.nonzero(normal.weight)
-    weight, y = normal.weight[per_interval, first], normal.values[:, per_interval, first].T
+    weight, y = (
+        normal.weight[per_interval, first],
+        normal.values[:, per_interval, first].T,
+    )
     B = np.zeros((len(weight), n))
     for a in range(6):
         B[np.arange(len(B)), first + a] = normal.rows[a, per_interval, first]
     D = block_diag(*[np.diff(np.eye(k + 5), m, axis=0) for k in knots.intervals])
     A = B.T @ (weight[:, None] * B) + penalty * D.T @ D
     c, factor = normal.solve(m, penalty)
-    np.testing.assert_allclose(c, np.linalg.solve(A, B.T @ (weight[:, None] * y)), atol=1e-7)
+    np.testing.assert_allclose(
+        c, np.linalg.solve(A, B.T @ (weight[:, None] * y)), atol=1e-7
+    )
     assert normal.averages == len(weight)
-    objective = np.sum(weight[:, None] * (y - B @ c) ** 2) + penalty * np.sum((D @ c) ** 2)
+    objective = np.sum(weight[:, None] * (y - B @ c) ** 2) + penalty * np.sum(
+        (D @ c) ** 2
+    )
     assert normal.objective(c, m, penalty) == pytest.approx(objective, rel=1e-9)
     inverse, bands = np.linalg.inv(A), inverse_bands(factor, int(12 / h_wc))
-    for b in range(6):  # cut into stretches: a few times exp(-2 * 12 sin(pi/2m)), 0.06 % for m = 5
+    # cut into stretches: a few times exp(-2 * 12 sin(pi/2m)), 0.06 % for m = 5
+    for b in range(6):
         scale = np.sqrt(np.diag(inverse)[b:] * np.diag(inverse)[: n - b])
-        np.testing.assert_allclose(bands[b, : n - b] / scale, np.diag(inverse, -b) / scale, atol=5e-3)
+        np.testing.assert_allclose(
+            bands[b, : n - b] / scale, np.diag(inverse, -b) / scale, atol=5e-3
+        )
 
 
 @pytest.mark.parametrize("m", ORDERS)
@@ -191,7 +249,8 @@ def test_likelihood_equals_that_of_the_dense_gaussian():
         place, first = np.nonzero(normal.weight.T)[::-1]
         B[np.arange(len(t)), first + a] = normal.rows[a, place, first]
     D = np.diff(np.eye(knots.size), m, axis=0)
-    contrasts = np.linalg.svd(np.vander(t, m).T)[2][m:]  # orthonormal, blind to polynomials of degree < m
+    # orthonormal, blind to polynomials of degree < m
+    contrasts = np.linalg.svd(np.vander(t, m).T)[2][m:]
 
     def dense(log_h_wc):
         found = likelihood.at(log_h_wc)
@@ -199,11 +258,15 @@ def test_likelihood_equals_that_of_the_dense_gaussian():
         S = contrasts @ (np.eye(len(t)) + B @ prior @ B.T) @ contrasts.T
         z = contrasts @ y[:, 0]
         r2 = z @ np.linalg.solve(S, z) / len(z)
-        assert found.variance == pytest.approx(r2, rel=1e-6)  # rounding of the pseudo-inverse
-        return -0.5 * (len(z) * (np.log(r2) + 1) + np.linalg.slogdet(S)[1]), found.log_likelihood
+        # rounding of the pseudo-inverse
+        assert found.variance == pytest.approx(r2, rel=1e-6)
+        return -0.5 * (
+            len(z) * (np.log(r2) + 1) + np.linalg.slogdet(S)[1]
+        ), found.log_likelihood
 
     one, other = dense(np.log(0.4)), dense(np.log(1.2))
-    assert other[1] - one[1] == pytest.approx(other[0] - one[0], abs=1e-5)  # the same up to a constant
+    # the same up to a constant
+    assert other[1] - one[1] == pytest.approx(other[0] - one[0], abs=1e-5)
     assert one[1] - likelihood.free_score == pytest.approx(one[0], abs=1e-5)
 
 
@@ -225,7 +288,9 @@ def test_short_gaps_are_bridged_and_long_ones_are_not():
 
 
 def test_irregular_stamps_and_missing_samples_are_harmless():
-    truth = random_smooth(np.sort(np.random.default_rng(10).uniform(0, 5, 450)), np.random.default_rng(10))
+    truth = random_smooth(
+        np.sort(np.random.default_rng(10).uniform(0, 5, 450)), np.random.default_rng(10)
+    )
     motion = smooth(truth.time, *truth.poses(np.random.default_rng(11)))
     assert all(0.2 < e < 3.0 for e in normalised_errors(motion, truth))
 
@@ -238,8 +303,11 @@ def test_held_values_count_once():
     at = truth.time[:-10]
     slow = smooth(truth.time[::10], p[::10], q[::10], at=at[at <= truth.time[-10]])
     motion = smooth(truth.time, p[held], q[held], at=slow.time)
-    np.testing.assert_allclose(motion.linear_acceleration[:-10], slow.linear_acceleration[:-10], atol=0.02)
-    assert np.isfinite(smooth(truth.time, p[held], q[held]).linear_acceleration).all()  # the last hold included
+    np.testing.assert_allclose(
+        motion.linear_acceleration[:-10], slow.linear_acceleration[:-10], atol=0.02
+    )
+    # the last hold included
+    assert np.isfinite(smooth(truth.time, p[held], q[held]).linear_acceleration).all()
 
 
 def test_single_repeats_and_rests_are_kept():
@@ -253,8 +321,11 @@ def test_single_repeats_and_rests_are_kept():
 
 def test_at_rest_nothing_moves():
     t = np.linspace(0, 3, 301)
-    motion = smooth(t, np.tile([0.1, 0.2, 0.3], (301, 1)), np.tile([0, 0, 0, 1.0], (301, 1)))
-    assert np.abs(motion.linear_acceleration).max() < 1e-9  # rounding of 0.3 m over (10 ms)²
+    motion = smooth(
+        t, np.tile([0.1, 0.2, 0.3], (301, 1)), np.tile([0, 0, 0, 1.0], (301, 1))
+    )
+    # rounding of 0.3 m over (10 ms)²
+    assert np.abs(motion.linear_acceleration).max() < 1e-9
     assert np.abs(motion.angular_velocity).max() < 1e-9
 
 
@@ -263,7 +334,9 @@ def test_orientation_alone():
     motion = smooth(truth.time, None, q)
     assert motion.position is None
     assert motion.linear_acceleration is None
-    np.testing.assert_array_equal(motion.angular_velocity, smooth(truth.time, p, q).angular_velocity)
+    np.testing.assert_array_equal(
+        motion.angular_velocity, smooth(truth.time, p, q).angular_velocity
+    )
 
 
 def test_results_are_read_only_and_can_be_cut():
@@ -271,16 +344,26 @@ def test_results_are_read_only_and_can_be_cut():
     motion = smooth(truth.time, p, q)
     with pytest.raises(ValueError, match="read-only"):
         motion.angular_velocity[0] = 0.0
-    np.testing.assert_array_equal(motion[10:20].linear_acceleration, motion.linear_acceleration[10:20])
+    np.testing.assert_array_equal(
+        motion[10:20].linear_acceleration, motion.linear_acceleration[10:20]
+    )
 
 
 def test_a_long_recording_is_tuned_on_parts_of_it():
     t = np.arange(0, 600, 0.02)
     rng = np.random.default_rng(16)
     p = 0.1 * np.column_stack((np.sin(t), np.cos(0.7 * t), np.sin(1.3 * t)))
-    R = Rotation.from_euler("xyz", np.column_stack((0.3 * np.sin(t), np.sin(0.5 * t), np.cos(t))))
-    motion = smooth(t, p + 1e-4 * rng.normal(size=p.shape), R.as_quat() + 2e-4 * rng.normal(size=(len(t), 4)))
-    ddp = 0.1 * np.column_stack((-np.sin(t), -0.49 * np.cos(0.7 * t), -1.69 * np.sin(1.3 * t)))
+    R = Rotation.from_euler(
+        "xyz", np.column_stack((0.3 * np.sin(t), np.sin(0.5 * t), np.cos(t)))
+    )
+    motion = smooth(
+        t,
+        p + 1e-4 * rng.normal(size=p.shape),
+        R.as_quat() + 2e-4 * rng.normal(size=(len(t), 4)),
+    )
+    ddp = 0.1 * np.column_stack(
+        (-np.sin(t), -0.49 * np.cos(0.7 * t), -1.69 * np.sin(1.3 * t))
+    )
     error = motion.linear_acceleration - R.inv().apply(ddp)
     assert 0.2 < np.mean(error**2 / motion.linear_acceleration_std[:, None] ** 2) < 3.0
 
@@ -292,7 +375,11 @@ def test_a_long_recording_is_tuned_on_parts_of_it():
         (lambda t, p, q: (t, p, q[:-1]), r"orientation: has shape"),
         (lambda t, p, q: (t[::-1], p, q), r"time: row 1 is not later"),
         (
-            lambda t, p, q: (t, np.where(np.arange(len(t))[:, None] == 7, np.nan, p), q),
+            lambda t, p, q: (
+                t,
+                np.where(np.arange(len(t))[:, None] == 7, np.nan, p),
+                q,
+            ),
             r"position: row 7 is not",
         ),
         (
@@ -302,7 +389,14 @@ def test_a_long_recording_is_tuned_on_parts_of_it():
         (lambda t, p, q: (t[:5], p[:5], q[:5]), r"5 poses are too few"),
         (lambda t, p, q: (t[:0], p[:0], q[:0]), r"0 poses are too few"),
         (lambda t, p, q: (t, p, q, [t[-1] + 0.01]), r"ask only for times inside"),
-        (lambda t, p, q: (np.cumsum(np.where(np.arange(len(t)) % 7, 0.001, 5.0)), p, q), r"gaps leave no"),
+        (
+            lambda t, p, q: (
+                np.cumsum(np.where(np.arange(len(t)) % 7, 0.001, 5.0)),
+                p,
+                q,
+            ),
+            r"gaps leave no",
+        ),
     ],
 )
 def test_bad_input_is_named(change, message):
@@ -312,19 +406,32 @@ def test_bad_input_is_named(change, message):
 
 
 def test_positions_at_times_of_their_own():
-    """At a third of the orientations' rate and starting later: as near the truth as their noise allows."""
+    """At a third of the orientations' rate and starting later: as near the truth as
+    their noise allows."""
     truth, position, orientation = noisy(5, duration=4.0)
     apart = slice(7, None, 3)
-    at = truth.time[(truth.time >= truth.time[7]) & (truth.time <= truth.time[apart][-1])]
-    motion = smooth(truth.time, position[apart], orientation, at=at, position_time=truth.time[apart])
+    at = truth.time[
+        (truth.time >= truth.time[7]) & (truth.time <= truth.time[apart][-1])
+    ]
+    motion = smooth(
+        truth.time, position[apart], orientation, at=at, position_time=truth.time[apart]
+    )
     index = np.searchsorted(truth.time, at)
     error = motion.linear_acceleration - truth.linear_acceleration[index]
     square = np.mean((error / motion.linear_acceleration_std[:, None]) ** 2)
     assert 0.1 < square < 4.0  # one window: few independent errors
     together = smooth(truth.time, position, orientation)
     np.testing.assert_array_equal(  # the orientation is smoothed alone
-        smooth(truth.time, position[apart], orientation, at=at, position_time=truth.time[apart]).angular_velocity,
+        smooth(
+            truth.time,
+            position[apart],
+            orientation,
+            at=at,
+            position_time=truth.time[apart],
+        ).angular_velocity,
         together[index].angular_velocity,
     )
     with pytest.raises(InputError, match="known from"):
-        smooth(truth.time, position[apart], orientation, position_time=truth.time[apart])
+        smooth(
+            truth.time, position[apart], orientation, position_time=truth.time[apart]
+        )

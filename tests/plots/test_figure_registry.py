@@ -1,11 +1,14 @@
-"""A figure is one file and one line: its public name and the list in the docs follow from them."""
+"""A figure is one file and one line: its public name and the list in the docs follow
+from them."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-pytest.importorskip("matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')")
+pytest.importorskip(
+    "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+)
 
 import hefting.plots
 from hefting.plots import FIGURES
@@ -29,7 +32,9 @@ def plot_toy(values):
 
 
 def test_each_file_is_listed_and_draws_what_it_says():
-    assert {file for file, _ in FIGURES.values()} == {p.stem for p in (PACKAGE / "plots").glob("*.py")} - NOT_FIGURES
+    assert {file for file, _ in FIGURES.values()} == {
+        p.stem for p in (PACKAGE / "plots").glob("*.py")
+    } - NOT_FIGURES
     for name in FIGURES:
         draw = getattr(hefting.plots, name)
         assert draw.__name__ == name
@@ -47,7 +52,9 @@ def test_the_docs_list_the_figures():
 def test_a_new_figure(tmp_path):
     copy = Copy(tmp_path)
     copy.add("plots/toy.py", TOY)
-    copy.add_line("plots/__init__.py", "FIGURES = {", '    "plot_toy": ("toy", "a line"),')
+    copy.add_line(
+        "plots/__init__.py", "FIGURES = {", '    "plot_toy": ("toy", "a line"),'
+    )
     code = (
         "from hefting.plots import FIGURES, plot_toy, save_figure; "
         "figure = plot_toy([1.0, 3.0]); save_figure(figure, 'toy'); "

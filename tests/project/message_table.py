@@ -14,12 +14,16 @@ LONGEST = 160
 
 
 def flat(node: ast.expr | None, names: dict[str, ast.expr]) -> str | None:
-    """The text of an expression, with an ellipsis where something is filled in; None for none that can be read."""
+    """The text of an expression, with an ellipsis where something is filled in; None
+    for none that can be read."""
     match node:
         case ast.Constant(value=str(text)):
             return text
         case ast.JoinedStr(values=values):
-            return "".join(flat(v, names) or "…" if isinstance(v, ast.Constant) else "…" for v in values)
+            return "".join(
+                flat(v, names) or "…" if isinstance(v, ast.Constant) else "…"
+                for v in values
+            )
         case ast.BinOp(left=left, op=ast.Add(), right=right):
             return (flat(left, names) or "…") + (flat(right, names) or "…")
         case ast.Name(id=name) if name in names:
@@ -29,7 +33,8 @@ def flat(node: ast.expr | None, names: dict[str, ast.expr]) -> str | None:
 
 
 def messages() -> list[tuple[str, str, str, str]]:
-    """Code, severity, package and text of every message made in the source, in order of the codes."""
+    """Code, severity, package and text of every message made in the source, in order of
+    the codes."""
     found = {}
     for path in sorted(SOURCE.rglob("*.py")):
         package = path.relative_to(SOURCE).parts[0]
@@ -40,17 +45,26 @@ def messages() -> list[tuple[str, str, str, str]]:
             assigned = [
                 (node.lineno, node.targets[0].id, node.value)
                 for node in ast.walk(function)
-                if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+                if isinstance(node, ast.Assign)
+                and isinstance(node.targets[0], ast.Name)
             ]
             for node in ast.walk(function):
-                if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in MAKERS):
+                if not (
+                    isinstance(node, ast.Call)
+                    and isinstance(node.func, ast.Name)
+                    and node.func.id in MAKERS
+                ):
                     continue
                 names = {
-                    name: value for line, name, value in sorted(assigned, key=lambda a: a[0]) if line <= node.lineno
+                    name: value
+                    for line, name, value in sorted(assigned, key=lambda a: a[0])
+                    if line <= node.lineno
                 }
                 if len(node.args) < 2 or (code := flat(node.args[0], names)) is None:
                     continue
-                text = re.sub(r"\s+", " ", flat(node.args[1], names) or "…").replace("|", "/")
+                text = re.sub(r"\s+", " ", flat(node.args[1], names) or "…").replace(
+                    "|", "/"
+                )
                 text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
                 found.setdefault(code, (code, MAKERS[node.func.id], package, text))
     return [found[code] for code in sorted(found)]
@@ -58,8 +72,14 @@ def messages() -> list[tuple[str, str, str, str]]:
 
 def table() -> str:
     """The table as Markdown."""
-    rows = [f"| `{code}` | {severity} | `{package}/` | {text} |" for code, severity, package, text in messages()]
-    return "\n".join(["| code | severity | from | text |", "|---|---|---|---|", *rows]) + "\n"
+    rows = [
+        f"| `{code}` | {severity} | `{package}/` | {text} |"
+        for code, severity, package, text in messages()
+    ]
+    return (
+        "\n".join(["| code | severity | from | text |", "|---|---|---|---|", *rows])
+        + "\n"
+    )
 
 
 if __name__ == "__main__":

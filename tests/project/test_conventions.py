@@ -1,4 +1,5 @@
-"""What the source must hold to: one-way imports, small files, docstrings, a light `import hefting`."""
+"""What the source must hold to: one-way imports, small files, docstrings, a light
+`import hefting`."""
 
 import ast
 import importlib
@@ -25,15 +26,28 @@ LAYERS = [
     {"reproduction"},
     {"cli"},
 ]
-"""Data flows one way: a part imports from layers above its own in this list, never from below or beside."""
+"""Data flows one way: a part imports from layers above its own in this list, never from
+below or beside."""
 EDGE = {"simulation", "reproduction", "plots", "cli"}
 HEIGHT = {name: height for height, layer in enumerate(LAYERS) for name in layer}
 NEVER = {"estimators": {"logs", "motion", "export"}}
-HEAVY = {"trimesh", "pyarrow", "matplotlib", "pinocchio", "mujoco", "viser", "plotly", "distributed", "rosbags", "rich"}
+HEAVY = {
+    "trimesh",
+    "pyarrow",
+    "matplotlib",
+    "pinocchio",
+    "mujoco",
+    "viser",
+    "plotly",
+    "distributed",
+    "rosbags",
+    "rich",
+}
 
 
 def part(path: Path) -> str:
-    """The module or package right under `hefting` a file belongs to; empty for `hefting` itself."""
+    """The module or package right under `hefting` a file belongs to; empty for
+    `hefting` itself."""
     relative = path.relative_to(ROOT)
     name = relative.parts[0].removesuffix(".py")
     return "" if name == "__init__" else name
@@ -46,19 +60,27 @@ def imported(tree: ast.AST) -> set[str]:
         if isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"line {node.lineno}: imports are absolute"
             modules = (
-                [f"{node.module}.{alias.name}" for alias in node.names] if node.module == "hefting" else [node.module]
+                [f"{node.module}.{alias.name}" for alias in node.names]
+                if node.module == "hefting"
+                else [node.module]
             )
         elif isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
         else:
             continue
-        names |= {module.split(".")[1] for module in modules if module and module.startswith("hefting.")}
+        names |= {
+            module.split(".")[1]
+            for module in modules
+            if module and module.startswith("hefting.")
+        }
     return names - {"__version__"}
 
 
 def test_the_list_of_layers_names_each_part_once():
     assert len(HEIGHT) == sum(len(layer) for layer in LAYERS)
-    assert {part(path) for path in FILES} - {"", "__main__"} <= set(HEIGHT), "place new parts in LAYERS"
+    assert {part(path) for path in FILES} - {"", "__main__"} <= set(HEIGHT), (
+        "place new parts in LAYERS"
+    )
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -67,25 +89,29 @@ def test_imports_point_one_way(path):
     if own in ("", "__main__"):
         return
     for name in names - {own}:
-        assert HEIGHT[name] < HEIGHT[own], f"{own} imports {name}, which is not above it"
+        assert HEIGHT[name] < HEIGHT[own], (
+            f"{own} imports {name}, which is not above it"
+        )
         assert own in EDGE or name not in EDGE, f"{own} imports {name} from the edge"
         assert name not in NEVER.get(own, ()), f"{own} must not know {name}"
 
 
 def test_imports_of_every_kind_are_seen():
     """The check itself: nested, plain, and from-imports all count."""
-    source = (
-        "import hefting.logs\nfrom hefting import demo\ndef f():\n    from hefting.cli.app import x\n    import numpy\n"
-    )
+    source = "import hefting.logs\nfrom hefting import demo\ndef f():\n    from hefting.cli.app import x\n    import numpy\n"
     assert imported(ast.parse(source)) == {"logs", "demo", "cli"}
 
 
 def public(body: list[ast.stmt], prefix: str = ""):
     """Every class, function and method whose name does not start with an underscore."""
     for node in body:
-        if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and not node.name.startswith("_"):
+        if isinstance(
+            node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+        ) and not node.name.startswith("_"):
             yield f"{prefix}{node.name}", node
-            if isinstance(node, ast.ClassDef) and not any(getattr(b, "id", None) == "Protocol" for b in node.bases):
+            if isinstance(node, ast.ClassDef) and not any(
+                getattr(b, "id", None) == "Protocol" for b in node.bases
+            ):
                 yield from public(node.body, f"{node.name}.")
 
 
@@ -100,7 +126,9 @@ def test_everything_public_is_documented_and_files_are_small(path):
 
 
 def run(code: str) -> str:
-    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    return subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
 
 
 def test_importing_hefting_imports_nothing():
@@ -126,14 +154,23 @@ def test_public_names_exist_and_are_those_of_the_stub():
     for name in public_names():
         assert getattr(hefting, name) is not None
     stub = ast.parse((ROOT / "__init__.pyi").read_text())
-    named = [(node.module, a.name) for node in stub.body if isinstance(node, ast.ImportFrom) for a in node.names]
+    named = [
+        (node.module, a.name)
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for a in node.names
+    ]
     typed = {(f"{module}.{name}", name) for module, name in named if name != "*"}
-    assert [module for module, name in named if name == "*"] == ["hefting.estimators.methods"]
+    assert [module for module, name in named if name == "*"] == [
+        "hefting.estimators.methods"
+    ]
     typed |= {(f"hefting.estimators.methods.{name}", name) for name in METHODS}
     assert {name for _, name in typed} == public_names()
     for path, name in typed:  # the stub takes each from where it is
         module, attribute = path.rsplit(".", 1)
-        assert getattr(importlib.import_module(module), attribute) is getattr(hefting, name)
+        assert getattr(importlib.import_module(module), attribute) is getattr(
+            hefting, name
+        )
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         hefting.nothing  # type: ignore[attr-defined]  # noqa: B018
 
@@ -145,5 +182,6 @@ def test_public_names_are_found_by_the_star_and_submodules_cost_nothing_else():
 
 
 def test_public_names_do_not_depend_on_what_was_imported_before():
-    """A name that is also a submodule's would be the module once something has imported that."""
+    """A name that is also a submodule's would be the module once something has imported
+    that."""
     assert not {part(path) for path in FILES} & public_names()

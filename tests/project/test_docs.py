@@ -1,4 +1,5 @@
-"""The docs' maps are read as written, their commands are commands, their links lead somewhere."""
+"""The docs' maps are read as written, their commands are commands, their links lead
+somewhere."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""The map in CONTRIBUTING is complete and says what the packages say of themselves; its ten changes name real files."""
+"""The map in CONTRIBUTING is complete and says what the packages say of themselves; its
+ten changes name real files."""
 
 import ast
 import re
@@ -31,9 +32,16 @@ def summary(package: Path) -> str:
 
 def test_the_map_is_complete_and_in_the_order_of_the_flow():
     parts = {part(path) for path in SOURCE.rglob("*.py")} - {"", "__main__"}
-    expected = [[f"`{name}/`", summary(SOURCE / name)] for layer in LAYERS for name in layer if name in parts]
+    expected = [
+        [f"`{name}/`", summary(SOURCE / name)]
+        for layer in LAYERS
+        for name in layer
+        if name in parts
+    ]
     table = rows("Where things are")
-    assert sorted(table) == sorted(expected), "\n".join(f"| {' | '.join(row)} |" for row in expected)
+    assert sorted(table) == sorted(expected), "\n".join(
+        f"| {' | '.join(row)} |" for row in expected
+    )
     heights = {name: height for height, layer in enumerate(LAYERS) for name in layer}
     order = [heights[row[0].strip("`/")] for row in table]
     assert order == sorted(order)
@@ -48,4 +56,6 @@ def test_the_changes_name_files_that_exist_and_few_of_them():
         assert len(named) <= MOST_FILES, what
         for name in named:
             pattern = re.sub(r"<\w+>", "*", name)
-            assert list(ROOT.glob(pattern)) or list(SOURCE.glob(pattern)), f"{what}: {name}"
+            assert list(ROOT.glob(pattern)) or list(SOURCE.glob(pattern)), (
+                f"{what}: {name}"
+            )

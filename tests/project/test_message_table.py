@@ -9,7 +9,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "messages.md"
 
 def test_the_page_has_the_table():
     shown = PAGE.read_text()
-    assert shown[shown.index("| code") :] == table(), "write it anew: python tests/project/message_table.py"
+    assert shown[shown.index("| code") :] == table(), (
+        "write it anew: python tests/project/message_table.py"
+    )
 
 
 def test_codes_are_short_names():

@@ -1,4 +1,5 @@
-"""The README's commands and code run as written, one after the other, in a folder where the demo has been made."""
+"""The README's commands and code run as written, one after the other, in a folder where
+the demo has been made."""
 
 import re
 import shlex
@@ -30,7 +31,12 @@ def folder(tmp_path_factory):
 
 def test_commands(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    commands = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("hefting")]
+    commands = [
+        line
+        for block in blocks("sh")
+        for line in block.splitlines()
+        if line.startswith("hefting")
+    ]
     assert len(commands) >= 4
     for command in commands:
         monkeypatch.setattr(sys, "argv", shlex.split(command))
@@ -47,7 +53,8 @@ def test_python(folder, monkeypatch, capsys):
     assert "hefting.identify" in code
     names: dict = {}
     exec(compile(code, str(README), "exec"), names)
-    # the whole demo's answer, and one that was sure enough before its end, to 1 %: the same object
+    # the whole demo's answer, and one that was sure enough before its end, to 1 %: the
+    # same object
     whole, live = names["body"], names["estimate"]
     assert live.sufficient
     assert live.samples < 1000
@@ -56,31 +63,48 @@ def test_python(folder, monkeypatch, capsys):
 
 
 def test_the_table_of_methods_is_as_they_say():
-    """One row a method, in their order; what each needs, and whether its body can always exist."""
+    """One row a method, in their order; what each needs, and whether its body can
+    always exist."""
     rows = [
         [cell.strip() for cell in row]
-        for row in re.findall(r"^\| \*\*(.*)\|(.*)\|(.*)\|(.*)\|$", README.read_text(), re.M)
+        for row in re.findall(
+            r"^\| \*\*(.*)\|(.*)\|(.*)\|(.*)\|$", README.read_text(), re.M
+        )
     ]
     found = {row[0].split("**")[0]: (row[2], row[3] == "always") for row in rows}
     described = describe_methods()
-    expected = {name: (re.sub(r"^an? ", "", of["needs"]), of["consistent"]) for name, of in described.items()}
+    expected = {
+        name: (re.sub(r"^an? ", "", of["needs"]), of["consistent"])
+        for name, of in described.items()
+    }
     new = [
         f"| **{name}** | {described[name]['summary']} | {expected[name][0]} | |"
         for name in expected
         if name not in found
     ]
-    assert list(found.items()) == list(expected.items()), f"make the README's table agree; new rows: {new}"
+    assert list(found.items()) == list(expected.items()), (
+        f"make the README's table agree; new rows: {new}"
+    )
 
 
 def test_links_lead_somewhere():
     for target in re.findall(r"\]\(([^)]+)\)", README.read_text()):
-        assert target.startswith("https://") or (README.parent / target).exists(), target
+        assert target.startswith("https://") or (README.parent / target).exists(), (
+            target
+        )
 
 
 def test_the_table_of_log_formats_is_the_registry():
     rows = []
     for each in formats():
-        read = [f"`{suffix}`" for suffix in each.suffixes] + ["folder"] * bool(each.folder)
+        read = [f"`{suffix}`" for suffix in each.suffixes] + ["folder"] * bool(
+            each.folder
+        )
         written = [f"`{suffix}`" if suffix else "folder" for suffix in each.written]
-        rows.append(f"| {each.description} | {' '.join(read) or 'any table'} | {' '.join((*written, '|'))}")
-    assert "\n".join(("| log | read | written |", "|---|---|---|", *rows)) + "\n\n" in README.read_text()
+        rows.append(
+            f"| {each.description} | {' '.join(read) or 'any table'} | {' '.join((*written, '|'))}"
+        )
+    assert (
+        "\n".join(("| log | read | written |", "|---|---|---|", *rows)) + "\n\n"
+        in README.read_text()
+    )

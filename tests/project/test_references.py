@@ -1,4 +1,5 @@
-"""Names of modules, classes and functions in docstrings, comments and pages lead to what they name."""
+"""Names of modules, classes and functions in docstrings, comments and pages lead to
+what they name."""
 
 import importlib
 import re
@@ -9,7 +10,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FILES = sorted(
     [
-        *(path for folder in ("src", "benchmarks") for path in (ROOT / folder).rglob("*.py")),
+        *(
+            path
+            for folder in ("src", "benchmarks")
+            for path in (ROOT / folder).rglob("*.py")
+        ),
         *(ROOT / "docs").glob("*.md"),
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
@@ -20,7 +25,8 @@ REFERENCE = re.compile(r"`+((?:hefting|benchmarks)(?:\.\w+)+)`+")
 
 
 def resolves(dotted: str) -> bool:
-    """Whether a dotted name is a module, or an attribute of one, or of a class in one."""
+    """Whether a dotted name is a module, or an attribute of one, or of a class in
+    one."""
     parts = dotted.split(".")
     for cut in range(len(parts), 0, -1):
         try:

@@ -1,4 +1,5 @@
-"""Running the paper's experiments: whole and in part, interrupted, on processes and on a cluster, and the page."""
+"""Running the paper's experiments: whole and in part, interrupted, on processes and on
+a cluster, and the page."""
 
 import json
 import multiprocessing
@@ -24,7 +25,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 
 def tables(folder: Path) -> dict[str, str]:
     """Contents of all tables, but for the times of density, which are measured."""
-    found = {str(path.relative_to(folder)): path.read_text() for path in folder.glob("*/*.csv")}
+    found = {
+        str(path.relative_to(folder)): path.read_text()
+        for path in folder.glob("*/*.csv")
+    }
     assert len(found) > 15
     return {name: text for name, text in found.items() if name != "density/times.csv"}
 
@@ -33,7 +37,17 @@ def tables(folder: Path) -> dict[str, str]:
 def folder(tmp_path_factory):
     """A quick run of everything, by the command."""
     folder = tmp_path_factory.mktemp("reproduction")
-    command = [sys.executable, "-m", "hefting", "reproduce", "--quick", "--jobs", "2", "--output", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "hefting",
+        "reproduce",
+        "--quick",
+        "--jobs",
+        "2",
+        "--output",
+        str(folder),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout == f"wrote {folder / 'index.html'}\n"
     assert done.stderr == ""
@@ -63,7 +77,11 @@ def test_the_page_shows_every_experiment_and_its_files_are_there(folder):
     page = Page(text)
     assert len(page.links) > 60
     for link in page.links:
-        assert link[1:] in page.anchors if link.startswith("#") else (folder / link).stat().st_size > 50, link
+        assert (
+            link[1:] in page.anchors
+            if link.startswith("#")
+            else (folder / link).stat().st_size > 50
+        ), link
     for experiment in EXPERIMENTS.values():
         assert f'<h2 id="{experiment.name}">' in text
     assert "A reduced run" in text
@@ -71,7 +89,9 @@ def test_the_page_shows_every_experiment_and_its_files_are_there(folder):
     assert "4 jobs: object hammer, half-n-half; speed 1, 2; seed 1" in text
     for block in text.split("<h2")[1:]:
         details = block.find("<details>")
-        assert details < 0 or 0 < block.find("<table>") < details, "the first table is not folded away"
+        assert details < 0 or 0 < block.find("<table>") < details, (
+            "the first table is not folded away"
+        )
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
@@ -83,14 +103,38 @@ def test_the_page_in_a_browser(folder, tmp_path):
         "broken: [...document.images].filter(i => !i.naturalWidth).length, pictures: document.images.length}))</script>"
     )
     page = folder / "checked.html"
-    page.write_text((folder / "index.html").read_text().replace("</body>", script + "</body>"))
-    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-    command += ["--no-first-run", "--disable-component-update", "--disable-sync", "--disable-quic"]
-    command += [f"--user-data-dir={tmp_path}", "--window-size=1000,800", "--virtual-time-budget=5000", "--dump-dom"]
-    done = subprocess.run([*command, page.as_uri()], capture_output=True, text=True, check=True)
+    page.write_text(
+        (folder / "index.html").read_text().replace("</body>", script + "</body>")
+    )
+    command = [
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-background-networking",
+    ]
+    command += [
+        "--no-first-run",
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-quic",
+    ]
+    command += [
+        f"--user-data-dir={tmp_path}",
+        "--window-size=1000,800",
+        "--virtual-time-budget=5000",
+        "--dump-dom",
+    ]
+    done = subprocess.run(
+        [*command, page.as_uri()], capture_output=True, text=True, check=True
+    )
     page.unlink()
     found = json.loads(re.search(r"<title>(.*?)</title>", done.stdout)[1])
-    assert found == {"wide": False, "broken": 0, "pictures": len(list(folder.glob("*/*.png")))}
+    assert found == {
+        "wide": False,
+        "broken": 0,
+        "pictures": len(list(folder.glob("*/*.png"))),
+    }
 
 
 def test_published_figures_stand_beside_ours(folder):
@@ -101,7 +145,12 @@ def test_published_figures_stand_beside_ours(folder):
 
 def test_a_second_run_does_nothing_again(folder):
     counts = []
-    run_experiments(EXPERIMENTS.values(), folder, quick=True, progress=lambda *seen: counts.append(seen))
+    run_experiments(
+        EXPERIMENTS.values(),
+        folder,
+        quick=True,
+        progress=lambda *seen: counts.append(seen),
+    )
     assert len(counts) == len(EXPERIMENTS)  # each told once, as done
     assert all(done == total > 0 for _, done, total in counts)
 
@@ -113,7 +162,13 @@ def test_a_stopped_run_goes_on(folder, tmp_path):
     kept[1].write_text('{"job"')  # cut short
     counts = []
     experiment = EXPERIMENTS["noise"]
-    again = run_experiments([experiment], tmp_path, quick=True, workers=1, progress=lambda *seen: counts.append(seen))
+    again = run_experiments(
+        [experiment],
+        tmp_path,
+        quick=True,
+        workers=1,
+        progress=lambda *seen: counts.append(seen),
+    )
     total = len(experiment.jobs(True))
     assert [done for _, done, _ in counts] == [total - 2, total - 1, total]
     assert again == run_experiments([experiment], folder, quick=True)
@@ -128,27 +183,40 @@ def test_a_killed_worker_costs_nothing_but_time(folder, tmp_path):
             killed[0].kill()
 
     experiment = EXPERIMENTS["noise"]
-    results = run_experiments([experiment], tmp_path, quick=True, workers=2, progress=kill_one)
+    results = run_experiments(
+        [experiment], tmp_path, quick=True, workers=2, progress=kill_one
+    )
     assert killed
     assert results == run_experiments([experiment], folder, quick=True)
 
 
 def test_a_cluster_gives_the_same_tables(folder, tmp_path):
-    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+    distributed = pytest.importorskip(
+        "distributed", reason="distributed is not installed"
+    )
     names = ("condition", "density", "noise", "stop-and-go")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1", silence_logs=50
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        host="127.0.0.1",
+        silence_logs=50,
     ) as cluster:
         reproduce(names, tmp_path, quick=True, scheduler=cluster.scheduler_address)
     ours = tables(folder)
-    theirs = {str(p.relative_to(tmp_path)): p.read_text() for p in tmp_path.glob("*/*.csv")}
+    theirs = {
+        str(p.relative_to(tmp_path)): p.read_text() for p in tmp_path.glob("*/*.csv")
+    }
     theirs.pop("density/times.csv")
     assert len(theirs) > 5
     assert theirs == {name: ours[name] for name in theirs}
 
 
 def test_what_cannot_be_run(tmp_path, monkeypatch, capsys):
-    with pytest.raises(InputError, match=r"no experiment 'nois' \(did you mean 'noise'\?\); use objects, "):
+    with pytest.raises(
+        InputError,
+        match=r"no experiment 'nois' \(did you mean 'noise'\?\); use objects, ",
+    ):
         reproduce(["nois"], tmp_path)
     with pytest.raises(InputError, match="at least one process"):
         reproduce(["noise"], tmp_path, workers=0)
@@ -157,21 +225,31 @@ def test_what_cannot_be_run(tmp_path, monkeypatch, capsys):
         reproduce(["noise"], tmp_path / "file" / "folder")
     monkeypatch.setattr(sys, "argv", ["hefting", "reproduce", "--list"])
     main()
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXPERIMENTS)
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(
+        EXPERIMENTS
+    )
 
 
 @pytest.mark.parametrize("taken", ["results", "results/objects", "objects"])
 def test_a_folder_that_cannot_be_made_is_said(tmp_path, taken):
     (tmp_path / taken).parent.mkdir(exist_ok=True)
     (tmp_path / taken).write_text("")
-    with pytest.raises(InputError, match=rf"^{re.escape(str(tmp_path / taken))}: cannot be made"):
+    with pytest.raises(
+        InputError, match=rf"^{re.escape(str(tmp_path / taken))}: cannot be made"
+    ):
         reproduce(["objects"], tmp_path, workers=1)
 
 
 def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
-    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+    distributed = pytest.importorskip(
+        "distributed", reason="distributed is not installed"
+    )
     cluster = distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1", silence_logs=60
+        n_workers=1,
+        threads_per_worker=1,
+        dashboard_address=None,
+        host="127.0.0.1",
+        silence_logs=60,
     )
 
     def close_at_first(name, done, total):
@@ -179,8 +257,16 @@ def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
             cluster.close()
 
     address = cluster.scheduler_address
-    with pytest.raises(HeftingError, match="the Dask scheduler was lost; the same command goes on"):
-        run_experiments([EXPERIMENTS["noise"]], tmp_path, True, scheduler=address, progress=close_at_first)
+    with pytest.raises(
+        HeftingError, match="the Dask scheduler was lost; the same command goes on"
+    ):
+        run_experiments(
+            [EXPERIMENTS["noise"]],
+            tmp_path,
+            True,
+            scheduler=address,
+            progress=close_at_first,
+        )
     assert len(list((tmp_path / "results" / "noise").iterdir())) == 1
     assert "Traceback" not in capfd.readouterr().err
 
@@ -200,14 +286,29 @@ def test_threads_are_left_as_they_were(folder, monkeypatch):
 
 @pytest.mark.parametrize(
     ("cell", "text"),
-    [(25e3, "25000"), (4543.2, "4540"), (999.6, "1000"), (1.22e6, "1.22e+06"), (3.5e-10, "3.5e-10"), (1500, "1500")],
+    [
+        (25e3, "25000"),
+        (4543.2, "4540"),
+        (999.6, "1000"),
+        (1.22e6, "1.22e+06"),
+        (3.5e-10, "3.5e-10"),
+        (1500, "1500"),
+    ],
 )
 def test_cells_as_they_are_read(cell, text):
     assert shown(cell) == text
 
 
 def test_tables_in_three_forms():
-    table = Table("t", "A table", ("name", "x %", "y"), (("a", 1.23456, None), ("b, c", 2.0, "> 500")))
+    table = Table(
+        "t",
+        "A table",
+        ("name", "x %", "y"),
+        (("a", 1.23456, None), ("b, c", 2.0, "> 500")),
+    )
     assert table.csv() == 'name,x %,y\na,1.23456,\n"b, c",2.0,> 500\n'
     assert json.loads(table.json())[1] == {"name": "b, c", "x %": 2.0, "y": "> 500"}
-    assert table.markdown() == "| name | x % | y |\n| --- | --- | --- |\n| a | 1.23 |  |\n| b, c | 2 | > 500 |\n"
+    assert (
+        table.markdown()
+        == "| name | x % | y |\n| --- | --- | --- |\n| a | 1.23 |  |\n| b, c | 2 | > 500 |\n"
+    )

@@ -1,4 +1,5 @@
-"""The experiments on 1.5 s of filtered motion: the filters' laws, the claims on few windows, the objects."""
+"""The experiments on 1.5 s of filtered motion: the filters' laws, the claims on few
+windows, the objects."""
 
 import json
 from dataclasses import replace
@@ -7,12 +8,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
+pytest.importorskip(
+    "mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')"
+)
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.regressor import full_regressor
 from hefting.estimators import OLS
-from hefting.reproduction import objects, observations, observations_notes, observations_report, prediction, robot
+from hefting.reproduction import (
+    objects,
+    observations,
+    observations_notes,
+    observations_report,
+    prediction,
+    robot,
+)
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
     WEAK,
@@ -54,7 +64,9 @@ def done():
     """Results of the quick runs, by experiment, as they are read back from a file."""
     return {
         e.name: [(job, json.loads(json.dumps(e.run(job)))) for job in e.jobs(True)]
-        for e in (module.EXPERIMENT for module in (observations, robot, prediction, objects))
+        for e in (
+            module.EXPERIMENT for module in (observations, robot, prediction, objects)
+        )
     }
 
 
@@ -67,32 +79,52 @@ def changed(observed, samples):
 
 
 def same(first, second):
-    names = ("time", "gravity", "linear_acceleration", "angular_velocity", "angular_acceleration", "force", "torque")
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
+    names = (
+        "time",
+        "gravity",
+        "linear_acceleration",
+        "angular_velocity",
+        "angular_acceleration",
+        "force",
+        "torque",
+    )
+    return all(
+        np.array_equal(getattr(first, name), getattr(second, name)) for name in names
+    )
 
 
 def test_noise_has_the_levels_asked_for(exact):
     noisy = Observed.of(exact, NOISE, (1,), (1e-3, 2e-3))
     wrench = (noisy.wrench - exact.measurements.wrench).std(axis=0)
-    np.testing.assert_allclose(wrench, NOISE, rtol=0.15)  # 600 samples: four standard errors are 12 %
-    assert np.std(noisy.position - exact.motion.position) == pytest.approx(1e-3, rel=0.1)
+    # 600 samples: four standard errors are 12 %
+    np.testing.assert_allclose(wrench, NOISE, rtol=0.15)
+    assert np.std(noisy.position - exact.motion.position) == pytest.approx(
+        1e-3, rel=0.1
+    )
     turn = np.abs(np.sum(noisy.orientation * exact.motion.orientation, axis=1))
     angle = 2.0 * np.arccos(np.minimum(turn, 1.0))
-    assert np.sqrt(np.mean(angle**2) / 3.0) == pytest.approx(2e-3, rel=0.1)  # three axes
+    # three axes
+    assert np.sqrt(np.mean(angle**2) / 3.0) == pytest.approx(2e-3, rel=0.1)
     again = Observed.of(exact, NOISE, (1,), (1e-3, 2e-3))
     assert np.array_equal(again.wrench, noisy.wrench)
     assert np.array_equal(again.orientation, noisy.orientation)
 
 
-@pytest.mark.parametrize(("duration", "count"), [(35.0, 20), (6.0, 2), (3.6, 1), (3.0, 0)])
+@pytest.mark.parametrize(
+    ("duration", "count"), [(35.0, 20), (6.0, 2), (3.6, 1), (3.0, 0)]
+)
 def test_windows_lie_in_the_motion_and_apart(duration, count):
     chosen = windows(duration)
     assert len(chosen) == count
-    assert all(w.stop - w.start == OBSERVATIONS and w.stop <= RATE * duration for w in chosen)
+    assert all(
+        w.stop - w.start == OBSERVATIONS and w.stop <= RATE * duration for w in chosen
+    )
     assert all(after.start >= before.stop for before, after in pairwise(chosen))
 
 
-def test_every_kind_of_motion_gives_all_observations_with_their_own_wrench(observed, live):
+def test_every_kind_of_motion_gives_all_observations_with_their_own_wrench(
+    observed, live
+):
     for each in (warm(observed, live), cold(observed, live), smoothed(observed)):
         found = list(each)
         assert len(found) == len(windows(DURATION))
@@ -101,7 +133,9 @@ def test_every_kind_of_motion_gives_all_observations_with_their_own_wrench(obser
             assert np.array_equal(z.wrench, observed.wrench[window])
 
 
-def test_the_warm_filter_knows_the_past_alone_and_the_others_their_window_alone(observed, live):
+def test_the_warm_filter_knows_the_past_alone_and_the_others_their_window_alone(
+    observed, live
+):
     first, second = windows(DURATION)
     later = changed(observed, slice(first.stop, None))
     assert same(next(warm(observed, live)), next(warm(later, live)))
@@ -111,16 +145,24 @@ def test_the_warm_filter_knows_the_past_alone_and_the_others_their_window_alone(
     assert same(list(smoothed(observed))[1], list(smoothed(earlier))[1])
 
 
-def test_a_cold_start_spoils_the_first_accelerations_and_only_those(exact, observed, live):
+def test_a_cold_start_spoils_the_first_accelerations_and_only_those(
+    exact, observed, live
+):
     window = windows(DURATION)[0]
     true = exact.measurements[window].angular_acceleration
     wrong = {
         name: np.sqrt(np.mean((next(each).angular_acceleration - true) ** 2, axis=1))
-        for name, each in {"warm": warm(observed, live), "cold": cold(observed, live)}.items()
+        for name, each in {
+            "warm": warm(observed, live),
+            "cold": cold(observed, live),
+        }.items()
     }
     assert wrong["cold"][:50].mean() > 5.0 * wrong["warm"][:50].mean()
-    # both filters are one once the start is forgotten, here after 1 s or 37 times the inverse bandwidth
-    np.testing.assert_allclose(wrong["cold"][100:], wrong["warm"][100:], rtol=0.05, atol=0.02)
+    # both filters are one once the start is forgotten, here after 1 s or 37 times the
+    # inverse bandwidth
+    np.testing.assert_allclose(
+        wrong["cold"][100:], wrong["warm"][100:], rtol=0.05, atol=0.02
+    )
 
 
 def test_scores_of_the_exact_motion_are_zero(exact):
@@ -131,16 +173,34 @@ def test_scores_of_the_exact_motion_are_zero(exact):
 
 def test_weak_geo_has_a_thousandth_of_the_rule(exact):
     A = full_regressor(exact.measurements)
-    trace = np.sum(A * A, axis=tuple(range(A.ndim - 1))) @ (1, 1, 1, 1, 1, 0.5, 0.5, 1, 0.5, 1)
-    assert weak_geo(thing("tee").shape, exact.measurements).gamma == pytest.approx(WEAK * 1e-5 * trace, rel=1e-9)
+    trace = np.sum(A * A, axis=tuple(range(A.ndim - 1))) @ (
+        1,
+        1,
+        1,
+        1,
+        1,
+        0.5,
+        0.5,
+        1,
+        0.5,
+        1,
+    )
+    assert weak_geo(thing("tee").shape, exact.measurements).gamma == pytest.approx(
+        WEAK * 1e-5 * trace, rel=1e-9
+    )
 
 
 def test_the_doubled_prior_has_the_parallel_axis_term_twice(exact):
     subject = thing("tee")
-    right, wrong = subject.shape.homogeneous, observations.doubled(subject, exact.measurements).prior
+    right, wrong = (
+        subject.shape.homogeneous,
+        observations.doubled(subject, exact.measurements).prior,
+    )
     mass, c = subject.held.parameters.mass, right.center_of_mass
     term = mass * (c @ c * np.eye(3) - np.outer(c, c))
-    np.testing.assert_allclose(wrong.inertia_at_com, mass * right.inertia_at_com + term, rtol=1e-6)
+    np.testing.assert_allclose(
+        wrong.inertia_at_com, mass * right.inertia_at_com + term, rtol=1e-6
+    )
     np.testing.assert_allclose(wrong.center_of_mass, c, rtol=1e-9)
 
 
@@ -148,7 +208,10 @@ def test_the_claims_on_150_observations(done):
     scores = pooled(done["observations"])
     for (quantity, place), theirs in np.ndenumerate(PUBLISHED["PMD"]):
         speed = list(SPEEDS)[place]
-        warmed, started, first = (scores[kind, "PMD", speed][:, quantity].mean() for kind in ("warm", "cold", FIRST))
+        warmed, started, first = (
+            scores[kind, "PMD", speed][:, quantity].mean()
+            for kind in ("warm", "cold", FIRST)
+        )
         assert warmed < theirs
         assert warmed < started
         if quantity > 0:  # the published masses are not explained
@@ -162,7 +225,10 @@ def test_the_claims_on_150_observations(done):
 
 def test_sharper_poses_make_other_motion_of_the_same_wrench(done):
     for _, result in done["observations"]:
-        assert result["kinds"][SHARP]["accelerations"] != result["kinds"][FIRST]["accelerations"]
+        assert (
+            result["kinds"][SHARP]["accelerations"]
+            != result["kinds"][FIRST]["accelerations"]
+        )
 
 
 @pytest.mark.parametrize(
@@ -182,20 +248,32 @@ def test_what_counts_as_the_published_figure(ratio, theirs, alike):
 
 
 def test_the_papers_order_is_pmd_then_geo_then_both_others():
-    inertia = {"PMD": 1.0, "GEO, weak": 2.0, "GEO, literature": 3.5, "GEO, noise found": 0.5, "OLS": 4.0, "RTLS": 3.0}
+    inertia = {
+        "PMD": 1.0,
+        "GEO, weak": 2.0,
+        "GEO, literature": 3.5,
+        "GEO, noise found": 0.5,
+        "OLS": 4.0,
+        "RTLS": 3.0,
+    }
     scores = {
         (kind, method, 1.0): np.full((3, 5), value)
         for kind in observations_report.KINDS
         for method, value in inertia.items()
     }
     note = observations_notes._ordering(scores, [1.0])
-    assert note.count("weak 1, literature 0, noise found 0") == len(observations_report.COMPARED)
+    assert note.count("weak 1, literature 0, noise found 0") == len(
+        observations_report.COMPARED
+    )
 
 
 def made_up(**inertia) -> dict:
-    """Scores of methods with these inertia errors [%] and a thousandth of them in mass and COM, in every window."""
+    """Scores of methods with these inertia errors [%] and a thousandth of them in mass
+    and COM, in every window."""
     return {
-        (kind, method, speed): np.tile((value / 1e3, value / 1e3, value, value, 1.0), (4, 1))
+        (kind, method, speed): np.tile(
+            (value / 1e3, value / 1e3, value, value, 1.0), (4, 1)
+        )
         for kind in observations_report.KINDS
         for method, value in inertia.items()
         for speed in (1.0, 2.0)
@@ -220,9 +298,13 @@ def test_what_is_no_body_is_named_and_counted():
 
 def test_cells_that_are_worse_than_the_published_are_counted():
     scores = made_up(PMD=20.0)
-    assert "warm: none; cold: none" in observations_notes._against_the_published(scores, [1.0, 2.0])
+    assert "warm: none; cold: none" in observations_notes._against_the_published(
+        scores, [1.0, 2.0]
+    )
     scores["cold", "PMD", 2.0][:, 2] = 44.0  # published: 43.6
-    assert "warm: none; cold: 1;" in observations_notes._against_the_published(scores, [1.0, 2.0])
+    assert "warm: none; cold: 1;" in observations_notes._against_the_published(
+        scores, [1.0, 2.0]
+    )
 
 
 def test_the_motion_most_like_the_published_is_named():
@@ -233,7 +315,10 @@ def test_the_motion_most_like_the_published_is_named():
             for name in observations_report.GEOS if method == "GEO" else (method,):
                 scores[FIRST, name, speed] = np.tile((*values, 0.0, 1.0), (4, 1))
     note = observations_notes._alike(scores, [1.0, 2.0])
-    assert f"warm: 0; cold: 0; {FIRST}: 30; {SHARP}: 0. Most are with the motion '{FIRST}'" in note
+    assert (
+        f"warm: 0; cold: 0; {FIRST}: 30; {SHARP}: 0. Most are with the motion '{FIRST}'"
+        in note
+    )
     assert "none of ours are 0 of mass, 0 of COM, 0 of inertia" in note
 
 
@@ -263,20 +348,28 @@ def test_faults_do_what_they_say(exact):
     every = troubled["all"]
     assert every[0] is troubled["pose"][0]
     assert np.array_equal(every[1].time, late.time)
-    np.testing.assert_allclose(every[1].wrench, 1.04 * z.wrench[:-2] + bias[0], atol=1e-12)
+    np.testing.assert_allclose(
+        every[1].wrench, 1.04 * z.wrench[:-2] + bias[0], atol=1e-12
+    )
     mass = OLS().fit(troubled["gain"][1]).parameters.mass
-    assert mass == pytest.approx(1.04 * subject.held.parameters.mass, rel=1e-6)  # exact motion
+    # exact motion
+    assert mass == pytest.approx(1.04 * subject.held.parameters.mass, rel=1e-6)
 
 
 def test_a_moved_shape_moves_as_a_body():
     shape, rng = thing("tee").shape, np.random.default_rng(4)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), (0.01, -0.02, 0.03)
+    pose[:3, :3], pose[:3, 3] = (
+        ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        (0.01, -0.02, 0.03),
+    )
     masses, moved = rng.uniform(size=shape.n), robot._moved(shape, pose)
     body = InertialParameters(shape.matrix @ masses).moved(pose)
     np.testing.assert_allclose(moved.matrix @ masses, body.vector, atol=1e-12)
     center = moved.homogeneous.center_of_mass
-    assert moved.margin(center) == pytest.approx(shape.margin(shape.homogeneous.center_of_mass))
+    assert moved.margin(center) == pytest.approx(
+        shape.margin(shape.homogeneous.center_of_mass)
+    )
 
 
 def test_robot_figures_of_few_windows(done):
@@ -287,8 +380,12 @@ def test_robot_figures_of_few_windows(done):
         for cause, methods in causes.items()
         for method, values in methods.items()
     }
-    assert errors["warm", "gain", "OLS"][0] == pytest.approx(4.0, abs=0.5)  # noise alone makes 0.1 %
-    np.testing.assert_array_equal(errors["warm", "pose", "OLS"], errors["warm", "none", "OLS"])  # knows no shape
+    # noise alone makes 0.1 %
+    assert errors["warm", "gain", "OLS"][0] == pytest.approx(4.0, abs=0.5)
+    # knows no shape
+    np.testing.assert_array_equal(
+        errors["warm", "pose", "OLS"], errors["warm", "none", "OLS"]
+    )
     for name, theirs in robot.PUBLISHED.items():
         if name.startswith("PMD"):
             assert (errors["warm", "none", name][:3] < theirs).all()
@@ -299,21 +396,30 @@ def test_predicted_torques(done):
     true, found = np.array(result["true"]), np.array(result["warm"]["torque"])
     assert true.shape == found.shape == (len(result["time"]), 3)
     rms = np.sqrt(np.mean(np.sum((found - true) ** 2, axis=1)))
-    assert rms == pytest.approx(result["warm"]["error"][1], rel=0.02)  # a quarter of the samples
+    # a quarter of the samples
+    assert rms == pytest.approx(result["warm"]["error"][1], rel=0.02)
     assert rms < 0.1 * result["size"][1]
     assert result["inertial"] < 0.5 * result["size"][1]
     body = held_modular(job["object"]).parameters
-    assert result["size"][0] == pytest.approx(9.81 * body.mass, rel=0.05)  # slow: the force is its weight
+    # slow: the force is its weight
+    assert result["size"][0] == pytest.approx(9.81 * body.mass, rel=0.05)
 
 
 def test_true_parameters_of_the_objects(done):
     found = {job["object"]: result for job, result in done["objects"]}
     assert len(found) == 8
-    assert found["uniform"]["mass"] - found["empty"]["mass"] == pytest.approx(10 * 0.101, abs=1e-3)  # published
-    assert found["half-n-half"]["mass"] - found["empty"]["mass"] == pytest.approx(5 * 0.118, abs=1e-3)
+    # published
+    assert found["uniform"]["mass"] - found["empty"]["mass"] == pytest.approx(
+        10 * 0.101, abs=1e-3
+    )
+    assert found["half-n-half"]["mass"] - found["empty"]["mass"] == pytest.approx(
+        5 * 0.118, abs=1e-3
+    )
     for name, result in found.items():
         body = held_modular(name).in_object
-        np.testing.assert_allclose(result["center_of_mass"], body.center_of_mass, atol=1e-12)
+        np.testing.assert_allclose(
+            result["center_of_mass"], body.center_of_mass, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("module", [observations, robot, prediction, objects])
@@ -327,7 +433,11 @@ def test_reports_have_whole_tables_and_labelled_figures(module, done):
     for figure in report.figures.values():
         assert figure.get_size_inches()[0] in (3.5, 7.2)
         assert any(axes.get_xlabel() for axes in figure.axes)
-        assert all("[" in axes.get_ylabel() for axes in figure.axes if axes.get_subplotspec().is_first_col())
+        assert all(
+            "[" in axes.get_ylabel()
+            for axes in figure.axes
+            if axes.get_subplotspec().is_first_col()
+        )
         assert figure.legends
 
 
@@ -343,5 +453,9 @@ def test_the_table_stands_beside_the_published_rows(done):
     for row in differences.rows:
         if row[0] == "PMD":
             ours = main.rows[[r[:2] for r in main.rows].index(("warm", "PMD"))]
-            place = 2 + 3 * ("mass", "COM", "inertia").index(row[1]) + (1.0, 1.5, 2.0).index(row[2])
+            place = (
+                2
+                + 3 * ("mass", "COM", "inertia").index(row[1])
+                + (1.0, 1.5, 2.0).index(row[2])
+            )
             assert row[4] == pytest.approx(ours[place] / row[3])

@@ -1,4 +1,5 @@
-"""Point clouds: their hull is filled, their own points are kept, and files of clouds and of parts are read."""
+"""Point clouds: their hull is filled, their own points are kept, and files of clouds
+and of parts are read."""
 
 import struct
 
@@ -16,7 +17,8 @@ def test_hull_of_a_surface_cloud_is_filled():
     assert np.linalg.norm(shape.positions, axis=1).min() < 0.02
     np.testing.assert_allclose(shape.homogeneous.center_of_mass, 0, atol=1e-12)
     ring = Shape.from_hull(SOLIDS["ring"], points=200)
-    assert np.linalg.norm(ring.positions[:, :2], axis=1).min() < 0.02  # the hole is filled
+    # the hole is filled
+    assert np.linalg.norm(ring.positions[:, :2], axis=1).min() < 0.02
 
 
 def test_flat_hull_is_refused():
@@ -27,13 +29,15 @@ def test_flat_hull_is_refused():
 def test_cloud_keeps_its_own_points():
     cloud = np.random.default_rng(8).uniform(-0.05, 0.05, (5000, 3)) * [1, 2, 1]
     shape = Shape.from_cloud(cloud, points=100)
-    assert abs(shape.n - 100) <= 15  # the number of occupied voxels jumps with the pitch
+    # the number of occupied voxels jumps with the pitch
+    assert abs(shape.n - 100) <= 15
     assert {tuple(p) for p in shape.positions} <= {tuple(p) for p in cloud}
     assert Shape.from_cloud(cloud[:20]).n == 20
     dense = Shape.from_cloud(cloud, points_per_cm3=0.1)
     assert abs(dense.n - 200) <= 100  # in 2000 cm³; voxels on the border count whole
     body = Shape.from_cloud(cloud, points=1000).homogeneous
-    np.testing.assert_allclose(body.center_of_mass, 0, atol=0.003)  # 3 % of the half side
+    # 3 % of the half side
+    np.testing.assert_allclose(body.center_of_mass, 0, atol=0.003)
 
 
 @pytest.mark.parametrize("suffix", [".xyz", ".csv", ".txt", ".npy"])
@@ -42,23 +46,32 @@ def test_cloud_files(tmp_path, suffix):
     if suffix == ".npy":
         np.save(path, cloud)
     elif suffix == ".csv":
-        rows = "\n".join(f"{i},{z!r},{y!r},{x!r}" for i, (x, y, z) in enumerate(cloud.tolist()))
+        rows = "\n".join(
+            f"{i},{z!r},{y!r},{x!r}" for i, (x, y, z) in enumerate(cloud.tolist())
+        )
         path.write_text("id,z,y,x\r\n" + rows)
     else:
         np.savetxt(path, cloud, header="x y z", fmt="%.17g")
-    np.testing.assert_allclose(load_shape(path, unit="cm").positions, cloud / 100, rtol=1e-15)
+    np.testing.assert_allclose(
+        load_shape(path, unit="cm").positions, cloud / 100, rtol=1e-15
+    )
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
 def test_parts_file(tmp_path, form):
     rows = [(0.0, 0.1, 0.2, 2.0, 1), (0.3, 0.4, 0.5, 6.0, 4)]
     header = f"ply\r\nformat {form} 1.0\r\ncomment made by hand\r\nelement vertex 2\r\n"
-    header += "".join(f"property double {name}\r\n" for name in ("x", "y", "z", "volume"))
+    header += "".join(
+        f"property double {name}\r\n" for name in ("x", "y", "z", "volume")
+    )
     header += "property uchar segmentation\r\nend_header\r\n"
     if form == "ascii":
         body = "\r\n".join(" ".join(map(str, row)) for row in rows).encode()
     else:
-        body = b"".join(struct.pack(("<" if "little" in form else ">") + "ddddB", *row) for row in rows)
+        body = b"".join(
+            struct.pack(("<" if "little" in form else ">") + "ddddB", *row)
+            for row in rows
+        )
     path = tmp_path / "parts.ply"
     path.write_bytes(header.encode() + body)
     shape = load_shape(path, pose=POSE)

@@ -1,4 +1,5 @@
-"""Grids and random points in solids: inside, regular or uniform, as many as wished, and in the limit the body."""
+"""Grids and random points in solids: inside, regular or uniform, as many as wished, and
+in the limit the body."""
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ def test_points_are_inside(name, sampling):
     shape = Shape.from_mesh(mesh, sampling=sampling, seed=4)
     if sampling == "random":
         assert shape.n == 56
-    else:  # whole rows of cells come and go, so that symmetric shapes leave gaps in the counts
+    # whole rows of cells come and go, so that symmetric shapes leave gaps in the counts
+    else:
         assert 50 <= shape.n <= 64
     assert (winding(mesh.triangles, shape.positions) > 0.5).all()
 
@@ -24,9 +26,13 @@ def test_points_are_inside_in_closed_form():
     for sampling in ("grid", "random"):
         box = Shape.from_mesh(SOLIDS["box"], points=300, sampling=sampling).positions
         assert (np.abs(box) < [0.05, 0.1, 0.025]).all()
-        sphere = Shape.from_mesh(SOLIDS["sphere"], points=300, sampling=sampling).positions
+        sphere = Shape.from_mesh(
+            SOLIDS["sphere"], points=300, sampling=sampling
+        ).positions
         assert (np.linalg.norm(sphere, axis=1) < 0.05).all()
-        assert in_ell(Shape.from_mesh(SOLIDS["ell"], points=300, sampling=sampling).positions).all()
+        assert in_ell(
+            Shape.from_mesh(SOLIDS["ell"], points=300, sampling=sampling).positions
+        ).all()
 
 
 def test_grid_is_regular():
@@ -34,7 +40,8 @@ def test_grid_is_regular():
     for axis in range(3):
         layers = np.unique(np.round(shape.positions[:, axis], 9))
         steps = np.diff(layers) / np.diff(layers).min()
-        np.testing.assert_allclose(steps, np.round(steps), atol=1e-5)  # positions were rounded to 1e-9 of 1e-2
+        # positions were rounded to 1e-9 of 1e-2
+        np.testing.assert_allclose(steps, np.round(steps), atol=1e-5)
 
 
 def test_thin_plate_has_a_layer_through_its_middle():
@@ -47,13 +54,16 @@ def test_thin_plate_has_a_layer_through_its_middle():
 @pytest.mark.parametrize("name", ["ell", "sphere", "tilted plate"])
 def test_count_is_near_the_wish(name, target):
     n = Shape.from_mesh(SOLIDS[name], points=target).n
-    assert abs(n - target) <= max(2, 0.1 * target)  # a whole row of cells comes or goes at once
+    # a whole row of cells comes or goes at once
+    assert abs(n - target) <= max(2, 0.1 * target)
 
 
 def test_density_is_points_over_volume():
     n = Shape.from_mesh(SOLIDS["box"], points_per_cm3=0.5).n  # 1000 cm³
     assert abs(n - 500) <= 25
-    assert Shape.from_mesh(SOLIDS["box"], points_per_cm3=0.5, sampling="random").n == 500
+    assert (
+        Shape.from_mesh(SOLIDS["box"], points_per_cm3=0.5, sampling="random").n == 500
+    )
 
 
 @pytest.mark.parametrize("sampling", ["grid", "random"])
@@ -63,16 +73,24 @@ def test_points_converge_to_the_homogeneous_body(name, sampling):
     size = np.linalg.norm(mesh.extents)
     for points in (100, 20_000):
         shape = Shape.from_mesh(mesh, points=points, sampling=sampling)
-        body = InertialParameters(shape.matrix.mean(axis=1))  # equal masses, mere points
-        c, J = body.center_of_mass - mesh.center_mass, body.inertia_at_com - mesh.moment_inertia / mesh.volume
+        # equal masses, mere points
+        body = InertialParameters(shape.matrix.mean(axis=1))
+        c, J = (
+            body.center_of_mass - mesh.center_mass,
+            body.inertia_at_com - mesh.moment_inertia / mesh.volume,
+        )
         errors.append(max(np.abs(c).max() / size, np.abs(J).max() / size**2))
-    # 20,000 random points leave a standard error of 0.3 / sqrt(20000) = 0.002 of the size; grids do better
+    # 20,000 random points leave a standard error of 0.3 / sqrt(20000) = 0.002 of the
+    # size; grids do better
     assert errors[1] < (2e-3 if sampling == "grid" else 6e-3)
     assert errors[1] < max(errors[0], 1e-3)
 
 
 def test_same_seed_same_points():
-    draw = [Shape.from_mesh(SOLIDS["ring"], sampling="random", seed=s).positions for s in (1, 1, 2)]
+    draw = [
+        Shape.from_mesh(SOLIDS["ring"], sampling="random", seed=s).positions
+        for s in (1, 1, 2)
+    ]
     np.testing.assert_array_equal(draw[0], draw[1])
     assert not np.array_equal(draw[0], draw[2])
     grids = [Shape.from_mesh(SOLIDS["ring"]).positions for _ in range(2)]

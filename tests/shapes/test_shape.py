@@ -1,4 +1,5 @@
-"""Point masses as a body: their inertia, the exact one of the solid, pose, units, and bad arrays."""
+"""Point masses as a body: their inertia, the exact one of the solid, pose, units, and
+bad arrays."""
 
 import subprocess
 import sys
@@ -26,9 +27,13 @@ def test_positions_alone_are_enough():
 def test_matrix_is_the_sum_of_point_inertias():
     rng = np.random.default_rng(0)
     p, m = rng.normal(size=(9, 3)), rng.uniform(size=9)
-    J = sum(mi * (pi @ pi * np.eye(3) - np.outer(pi, pi)) for pi, mi in zip(p, m, strict=True))
+    J = sum(
+        mi * (pi @ pi * np.eye(3) - np.outer(pi, pi))
+        for pi, mi in zip(p, m, strict=True)
+    )
     expected = [m.sum(), *(m @ p), *J[np.triu_indices(3)]]
-    np.testing.assert_allclose(Shape(p).matrix @ m, expected, atol=1e-13)  # sums of 9 numbers of order 1
+    # sums of 9 numbers of order 1
+    np.testing.assert_allclose(Shape(p).matrix @ m, expected, atol=1e-13)
 
 
 def test_arrays_are_copies_and_read_only():
@@ -36,7 +41,14 @@ def test_arrays_are_copies_and_read_only():
     shape = Shape(source, volumes=np.ones(3), labels=[0, 1, 1])
     source[:] = 7
     assert not shape.positions.any()
-    for array in (shape.positions, shape.volumes, shape.labels, shape.matrix, shape.pose, shape.extents):
+    for array in (
+        shape.positions,
+        shape.volumes,
+        shape.labels,
+        shape.matrix,
+        shape.pose,
+        shape.extents,
+    ):
         assert not array.flags.writeable
 
 
@@ -61,20 +73,25 @@ def test_bad_arrays_are_refused(arguments):
 def test_import_is_light():
     heavy = "('trimesh', 'scipy.spatial', 'scipy.sparse', 'rtree')"
     code = f"import sys, hefting.shapes; print([name for name in {heavy} if name in sys.modules])"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert found.stdout.strip() == "[]"
 
 
 # the body
 
 
-@pytest.mark.parametrize("name", ["box", "sphere", "ell", "plate", "tilted plate", "tilted ring"])
+@pytest.mark.parametrize(
+    "name", ["box", "sphere", "ell", "plate", "tilted plate", "tilted ring"]
+)
 def test_homogeneous_is_the_exact_body(name):
     mesh = SOLIDS[name]
     body = Shape.from_mesh(mesh, points=20, pose=POSE).homogeneous
     rotation = POSE[:3, :3]
     com = rotation @ mesh.center_mass + POSE[:3, 3]
-    # trimesh integrates in absolute coordinates: far from its origin (1 m) it loses some digits of 1e-16
+    # trimesh integrates in absolute coordinates: far from its origin (1 m) it loses
+    # some digits of 1e-16
     np.testing.assert_allclose(body.center_of_mass, com, atol=1e-10)
     inertia = rotation @ (mesh.moment_inertia / mesh.volume) @ rotation.T
     np.testing.assert_allclose(body.inertia_at_com, inertia, atol=1e-9)
@@ -82,9 +99,13 @@ def test_homogeneous_is_the_exact_body(name):
 
 def test_box_in_closed_form():
     shape = Shape.from_box(-0.05, 0.05, 0, 0.2, 0.1, 0.15)
-    com, J = [0, 0.1, 0.125], np.diag([0.2**2 + 0.05**2, 0.1**2 + 0.05**2, 0.1**2 + 0.2**2]) / 12
+    com, J = (
+        [0, 0.1, 0.125],
+        np.diag([0.2**2 + 0.05**2, 0.1**2 + 0.05**2, 0.1**2 + 0.2**2]) / 12,
+    )
     for shares in (np.full(shape.n, 1 / shape.n), shape.volumes):
-        body = InertialParameters(shape.cell_matrix @ shares)  # the cells fill the box: exact but for rounding
+        # the cells fill the box: exact but for rounding
+        body = InertialParameters(shape.cell_matrix @ shares)
         np.testing.assert_allclose(body.center_of_mass, com, atol=1e-12)
         np.testing.assert_allclose(body.inertia_at_com, J, atol=1e-12)
     np.testing.assert_allclose(shape.extents, [0.1, 0.2, 0.05])
@@ -94,7 +115,8 @@ def test_box_in_closed_form():
 
 @pytest.mark.parametrize(
     ("name", "gain"),
-    [("ell", 0.5), ("ring", 0.5), ("tilted ring", 0.5), ("torus", 1.0)],  # one layer cannot meet the torus' height
+    # one layer cannot meet the torus' height
+    [("ell", 0.5), ("ring", 0.5), ("tilted ring", 0.5), ("torus", 1.0)],
 )
 def test_volumes_bring_the_points_nearer_to_the_body(name, gain):
     shape = Shape.from_mesh(SOLIDS[name], points=30)
@@ -104,17 +126,32 @@ def test_volumes_bring_the_points_nearer_to_the_body(name, gain):
     scale = np.append(np.sqrt(np.diag(whole)[:3]), 1)
 
     def mismatch(shares):
-        found = InertialParameters(shape.cell_matrix @ shares).moved(_centring(shape)).pseudo_inertia
+        found = (
+            InertialParameters(shape.cell_matrix @ shares)
+            .moved(_centring(shape))
+            .pseudo_inertia
+        )
         return np.linalg.norm((found - whole) / np.outer(scale, scale))
 
-    # the shares have ten moments to meet and thirty points to do it: they come near, but for damping
+    # the shares have ten moments to meet and thirty points to do it: they come near,
+    # but for damping
     assert mismatch(shape.volumes) < gain * mismatch(np.full(shape.n, 1 / shape.n))
 
 
 def test_one_layer_with_cells_is_a_body_with_thickness():
     shape = Shape.from_mesh(SOLIDS["plate"])
-    assert np.linalg.matrix_rank(InertialParameters(shape.matrix @ shape.volumes).pseudo_inertia) == 3
-    assert np.linalg.matrix_rank(InertialParameters(shape.cell_matrix @ shape.volumes).pseudo_inertia) == 4
+    assert (
+        np.linalg.matrix_rank(
+            InertialParameters(shape.matrix @ shape.volumes).pseudo_inertia
+        )
+        == 3
+    )
+    assert (
+        np.linalg.matrix_rank(
+            InertialParameters(shape.cell_matrix @ shape.volumes).pseudo_inertia
+        )
+        == 4
+    )
 
 
 def _centring(shape):
@@ -125,15 +162,22 @@ def _centring(shape):
 
 def test_pose_moves_everything_rigidly():
     still, moved = (Shape.from_mesh(SOLIDS["ell"], pose=pose) for pose in (None, POSE))
-    np.testing.assert_allclose(moved.positions, still.positions @ POSE[:3, :3].T + POSE[:3, 3], atol=1e-14)
-    np.testing.assert_allclose(moved.homogeneous.vector, still.homogeneous.moved(POSE).vector, atol=1e-14)
+    np.testing.assert_allclose(
+        moved.positions, still.positions @ POSE[:3, :3].T + POSE[:3, 3], atol=1e-14
+    )
+    np.testing.assert_allclose(
+        moved.homogeneous.vector, still.homogeneous.moved(POSE).vector, atol=1e-14
+    )
     ones = np.ones(still.n)
     turned = InertialParameters(still.cell_matrix @ ones).moved(POSE)
-    np.testing.assert_allclose(moved.cell_matrix @ ones, turned.vector, atol=1e-12)  # sums of 56 terms below 1
+    # sums of 56 terms below 1
+    np.testing.assert_allclose(moved.cell_matrix @ ones, turned.vector, atol=1e-12)
     np.testing.assert_array_equal(moved.extents, still.extents)
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("cm", 100), ("mm", 1000), ("in", 1 / 0.0254)])
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("m", 1), ("cm", 100), ("mm", 1000), ("in", 1 / 0.0254)]
+)
 def test_units(unit, factor):
     mesh = SOLIDS["cylinder"].copy()
     expected = Shape.from_mesh(mesh)

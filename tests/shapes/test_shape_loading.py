@@ -1,4 +1,5 @@
-"""What the command line says of a shape: mesh files, boxes and poses, and those that are not any."""
+"""What the command line says of a shape: mesh files, boxes and poses, and those that
+are not any."""
 
 import json
 import struct
@@ -49,12 +50,23 @@ def test_a_binary_ply_is_read_as_trimesh_reads_it(tmp_path, name):
 def test_other_ply_meshes_are_left_to_trimesh(tmp_path):
     """Four corners, text, more than triangles: what one record does not hold."""
     corners = np.array(list(np.ndindex(2, 2, 2)), dtype="<f4")
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    head = "ply\nformat binary_little_endian 1.0\nelement vertex 8\n" + "".join(f"property float {a}\n" for a in "xyz")
+    sides = [
+        (0, 1, 3, 2),
+        (4, 6, 7, 5),
+        (0, 4, 5, 1),
+        (2, 3, 7, 6),
+        (0, 2, 6, 4),
+        (1, 5, 7, 3),
+    ]
+    head = "ply\nformat binary_little_endian 1.0\nelement vertex 8\n" + "".join(
+        f"property float {a}\n" for a in "xyz"
+    )
     head += "element face 6\nproperty list uchar int vertex_indices\nend_header\n"
     body = b"".join(struct.pack("<B4i", 4, *side) for side in sides)
     (tmp_path / "quads.ply").write_bytes(head.encode() + corners.tobytes() + body)
-    (tmp_path / "text.ply").write_bytes(SOLIDS["box"].export(file_type="ply", encoding="ascii"))
+    (tmp_path / "text.ply").write_bytes(
+        SOLIDS["box"].export(file_type="ply", encoding="ascii")
+    )
     for name, volume in (("quads", 1.0), ("text", SOLIDS["box"].volume)):
         vertices, faces = read_mesh(tmp_path / f"{name}.ply")
         assert trimesh.Trimesh(vertices, faces).volume == pytest.approx(volume)
@@ -64,7 +76,10 @@ def test_a_binary_stl_may_begin_like_text(tmp_path):
     data = SOLIDS["box"].export(file_type="stl")
     for comment in (b"solid box", b"", b"\xff" * 80):
         (tmp_path / "mesh.stl").write_bytes(comment.ljust(80, b"\0") + data[80:])
-        assert np.array_equal(read_mesh(tmp_path / "mesh.stl")[0], SOLIDS["box"].triangles.reshape(-1, 3).astype("f4"))
+        assert np.array_equal(
+            read_mesh(tmp_path / "mesh.stl")[0],
+            SOLIDS["box"].triangles.reshape(-1, 3).astype("f4"),
+        )
 
 
 def test_a_box_or_a_binary_stl_needs_numpy_alone(tmp_path):
@@ -74,7 +89,12 @@ def test_a_box_or_a_binary_stl_needs_numpy_alone(tmp_path):
         "print(*{m.split('.')[0] for m in sys.modules} & {'trimesh', 'scipy', 'pyarrow', 'rich'})"
     )
     command = [sys.executable, "-c", code, str(tmp_path / "mesh.stl")]
-    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip() == ""
+    assert (
+        subprocess.run(
+            command, check=True, capture_output=True, text=True
+        ).stdout.strip()
+        == ""
+    )
 
 
 def test_text_mesh_in_another_encoding(tmp_path):
@@ -91,7 +111,14 @@ def test_box_specification():
 
 
 @pytest.mark.parametrize(
-    "spec", ["box:1,2,3", "box:0,1,0,1,0,0", "box:0,inf,0,1,0,1", "box:a,b,c,d,e,f", "hammer.step"]
+    "spec",
+    [
+        "box:1,2,3",
+        "box:0,1,0,1,0,0",
+        "box:0,inf,0,1,0,1",
+        "box:a,b,c,d,e,f",
+        "hammer.step",
+    ],
 )
 def test_bad_specifications(spec):
     with pytest.raises(InputError):

@@ -1,4 +1,5 @@
-"""Suspicious shapes give a warning; bad arguments and hostile files are refused in one line."""
+"""Suspicious shapes give a warning; bad arguments and hostile files are refused in one
+line."""
 
 import json
 import struct
@@ -26,9 +27,12 @@ def test_millimetres_read_as_metres_are_noticed():
 
 def test_distant_shapes_are_noticed():
     for metres, noticed in ((0.1, False), (0.9, False), (2.0, True)):
-        warnings = Shape.from_mesh(SOLIDS["box"], pose=pose_matrix([metres, 0, 0, 0, 0, 0, 1])).warnings
+        warnings = Shape.from_mesh(
+            SOLIDS["box"], pose=pose_matrix([metres, 0, 0, 0, 0, 0, 1])
+        ).warnings
         assert bool(warnings) == noticed
-    (warning,) = Shape.from_box(0.8, 0.85, 0, 0.05, 0, 0.05).warnings  # nine of its diagonals away
+    # nine of its diagonals away
+    (warning,) = Shape.from_box(0.8, 0.85, 0, 0.05, 0, 0.05).warnings
     assert "0.8 m away" in warning
 
 
@@ -57,14 +61,24 @@ def test_bad_arguments(arguments):
 def _glb(document, payload=b""):
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
-    body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(payload), 0x004E4942) + payload
+    body = (
+        struct.pack("<II", len(text), 0x4E4F534A)
+        + text
+        + struct.pack("<II", len(payload), 0x004E4942)
+        + payload
+    )
     return struct.pack("<III", 0x46546C67, 2, 12 + len(body)) + body
 
 
 def _scene(**changes):
-    views = [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 12}]
+    views = [
+        {"buffer": 0, "byteLength": 36},
+        {"buffer": 0, "byteOffset": 36, "byteLength": 12},
+    ]
     accessors = [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]
-    accessors.append({"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"})
+    accessors.append(
+        {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"}
+    )
     meshes = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]
     start = {
         "asset": {"version": "2.0"},
@@ -72,7 +86,12 @@ def _scene(**changes):
         "bufferViews": views,
         "meshes": meshes,
     }
-    start |= {"accessors": accessors, "nodes": [{"mesh": 0}], "scene": 0, "scenes": [{"nodes": [0]}]}
+    start |= {
+        "accessors": accessors,
+        "nodes": [{"mesh": 0}],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+    }
     return start | changes
 
 
@@ -98,9 +117,17 @@ HOSTILE = {
     "inf.stl": bytes(80) + struct.pack("<I", 4) + b"\0\0\x80\x7f" * 50,
     "point.stl": bytes(80) + struct.pack("<I", 4) + bytes(200),
     "count.off": b"OFF\n99999999999 99999999999 0\n0 0 0\n",
-    "count_ascii.ply": PLY % (b"ascii", 10**11) + FACE % (10**11, b"uchar") + b"0 0 0\n",
-    "count_binary.ply": PLY % (b"binary_little_endian", 10**12) + FACE % (3, b"uchar") + b"000",
-    "list.ply": PLY % (b"binary_little_endian", 3) + FACE % (1, b"uint") + bytes(36) + b"\xff" * 4 + bytes(40),
+    "count_ascii.ply": PLY % (b"ascii", 10**11)
+    + FACE % (10**11, b"uchar")
+    + b"0 0 0\n",
+    "count_binary.ply": PLY % (b"binary_little_endian", 10**12)
+    + FACE % (3, b"uchar")
+    + b"000",
+    "list.ply": PLY % (b"binary_little_endian", 3)
+    + FACE % (1, b"uint")
+    + bytes(36)
+    + b"\xff" * 4
+    + bytes(40),
     "nan.obj": f"v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{TETRA}".encode(),
     "huge.obj": f"v 0 0 0\nv 1e308 0 0\nv 0 1e308 0\nv 0 0 1e308\n{TETRA}".encode(),
     "index.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
@@ -108,24 +135,37 @@ HOSTILE = {
     "sliver.obj": b"v 0 0 0\nv 1 0 0\nv 1 0 0\nf 1 2 3\n",
     "point.obj": f"v 0 0 0\nv 0 0 0\nv 0 0 0\nv 0 0 0\n{TETRA}".encode(),
     "zeros.glb": _glb(
-        _scene(accessors=[{"componentType": 5126, "count": 10**10, "type": "VEC3"}, _scene()["accessors"][1]]),
+        _scene(
+            accessors=[
+                {"componentType": 5126, "count": 10**10, "type": "VEC3"},
+                _scene()["accessors"][1],
+            ]
+        ),
         bytes(48),
     ),
-    "cycle.glb": _glb(_scene(nodes=[{"children": [1]}, {"children": [0], "mesh": 0}]), bytes(48)),
-    "outside.glb": _glb(_scene(buffers=[{"byteLength": 48, "uri": "../../etc/passwd"}])),
+    "cycle.glb": _glb(
+        _scene(nodes=[{"children": [1]}, {"children": [0], "mesh": 0}]), bytes(48)
+    ),
+    "outside.glb": _glb(
+        _scene(buffers=[{"byteLength": 48, "uri": "../../etc/passwd"}])
+    ),
     "ragged.csv": b"x,y,z\n1,2\n",
     "nan.csv": b"x,y,z\n1,2,nan\n",
     "words.xyz": b"a b c\n",
     "comment.xyz": b"# nothing\n",
     "count.npy": b"\x93NUMPY\x01\0v\0"
-    + b"{'descr': '<f8', 'fortran_order': False, 'shape': (9999999999, 3), }".ljust(118),
+    + b"{'descr': '<f8', 'fortran_order': False, 'shape': (9999999999, 3), }".ljust(
+        118
+    ),
 }
 
 
 def test_a_binary_stl_of_too_many_triangles(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 11)
     (tmp_path / "box.stl").write_bytes(SOLIDS["box"].export(file_type="stl"))
-    with pytest.raises(InputError, match=r"box\.stl: the mesh has more than 11 triangles; simplify it"):
+    with pytest.raises(
+        InputError, match=r"box\.stl: the mesh has more than 11 triangles; simplify it"
+    ):
         load_shape(tmp_path / "box.stl")
 
 
@@ -166,8 +206,11 @@ def test_many_instances_are_refused(tmp_path, monkeypatch):
     scene = trimesh.Scene()
     scene.add_geometry(SOLIDS["box"], node_name="first")
     for i in range(5):
-        scene.graph.update(frame_to=f"n{i}", frame_from="first", geometry=next(iter(scene.geometry)))
+        scene.graph.update(
+            frame_to=f"n{i}", frame_from="first", geometry=next(iter(scene.geometry))
+        )
     scene.export(path)
-    monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 50)  # six boxes have 72 faces
+    # six boxes have 72 faces
+    monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 50)
     with pytest.raises(InputError, match="more than"):
         load_shape(path)

@@ -1,4 +1,5 @@
-"""Shapes of the twelve workshop tools: points inside the meshes, extents and parts as the data set has them."""
+"""Shapes of the twelve workshop tools: points inside the meshes, extents and parts as
+the data set has them."""
 
 import json
 
@@ -25,9 +26,13 @@ def test_workshop_tool(path):
     np.testing.assert_allclose(shape.extents, truth["mesh_extents_m"], atol=1e-4)
     mesh = trimesh.load_mesh(path)
     local = (shape.positions - pose[:3, 3]) @ pose[:3, :3] * 1000
-    assert (winding(mesh.triangles, local[::4]) > 0.5).all()  # every fourth point, to save time
-    # with equal masses the grid has the solid's COM within a tenth of each side, mostly far nearer
-    com = (shape.positions.mean(axis=0) - shape.homogeneous.center_of_mass) @ pose[:3, :3]
+    # every fourth point, to save time
+    assert (winding(mesh.triangles, local[::4]) > 0.5).all()
+    # with equal masses the grid has the solid's COM within a tenth of each side, mostly
+    # far nearer
+    com = (shape.positions.mean(axis=0) - shape.homogeneous.center_of_mass) @ pose[
+        :3, :3
+    ]
     assert (np.abs(com) < 0.1 * shape.extents).all()
     random = Shape.from_mesh(path, unit="mm", points=10, sampling="random")
     assert random.n == 10
@@ -41,6 +46,7 @@ def test_workshop_tool_parts(path):
     shape = load_shape(path.with_name("parts.ply"), pose=truth["object_pose_in_sensor"])
     assert shape.n > 1000
     assert set(np.unique(shape.labels)) == {0, 1, 2, 3}
-    # the parts cover the mesh's box, but for tetrahedra that stick out or stay within by a few millimetres
+    # the parts cover the mesh's box, but for tetrahedra that stick out or stay within
+    # by a few millimetres
     np.testing.assert_allclose(shape.extents, truth["mesh_extents_m"], atol=0.011)
     assert not shape.warnings

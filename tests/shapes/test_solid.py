@@ -1,4 +1,5 @@
-"""The inside of meshes against solid angles, and meshes that are broken: nearly the same solid."""
+"""The inside of meshes against solid angles, and meshes that are broken: nearly the
+same solid."""
 
 from itertools import product
 
@@ -18,15 +19,22 @@ from solids import SOLIDS, winding
 def test_inside_agrees_with_solid_angles(name):
     mesh = SOLIDS[name]
     lo, hi = mesh.bounds
-    p = np.random.default_rng(5).uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (150, 3))
+    p = np.random.default_rng(5).uniform(
+        lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (150, 3)
+    )
     solid = solid_from_mesh(mesh.vertices, mesh.faces)
-    np.testing.assert_array_equal(points_inside(solid.vertices[solid.faces], p), winding(mesh.triangles, p) > 0.5)
+    np.testing.assert_array_equal(
+        points_inside(solid.vertices[solid.faces], p), winding(mesh.triangles, p) > 0.5
+    )
 
 
 def test_rays_through_edges_and_corners_count_once():
-    mesh = trimesh.creation.box((2, 2, 2)).subdivide()  # vertices and diagonals all over the lattice below
+    # vertices and diagonals all over the lattice below
+    mesh = trimesh.creation.box((2, 2, 2)).subdivide()
     p = np.array(list(product([-1.5, -0.5, 0, 0.5, 1.5], repeat=3)))
-    np.testing.assert_array_equal(points_inside(mesh.triangles, p), (np.abs(p) < 1).all(axis=1))
+    np.testing.assert_array_equal(
+        points_inside(mesh.triangles, p), (np.abs(p) < 1).all(axis=1)
+    )
 
 
 # meshes that are broken
@@ -47,11 +55,18 @@ def _half_flipped(v, f, rng):
 
 
 def _patches(v, f, rng):
-    """Six patches that share no vertices, every other one finer: seams full of T-junctions."""
+    """Six patches that share no vertices, every other one finer: seams full of
+    T-junctions."""
     mesh = trimesh.Trimesh(v, f, process=False)
-    side = np.abs(mesh.face_normals).argmax(axis=1) * 2 + (mesh.face_normals.sum(axis=1) > 0)
-    parts = [mesh.submesh([np.flatnonzero(side == s)], append=True) for s in np.unique(side)]
-    joined = trimesh.util.concatenate([part.subdivide() if i % 2 else part for i, part in enumerate(parts)])
+    side = np.abs(mesh.face_normals).argmax(axis=1) * 2 + (
+        mesh.face_normals.sum(axis=1) > 0
+    )
+    parts = [
+        mesh.submesh([np.flatnonzero(side == s)], append=True) for s in np.unique(side)
+    ]
+    joined = trimesh.util.concatenate(
+        [part.subdivide() if i % 2 else part for i, part in enumerate(parts)]
+    )
     return joined.vertices, joined.faces
 
 
@@ -76,7 +91,8 @@ BREAKS = {
 def test_broken_mesh_is_nearly_the_same_solid(name, damage):
     mesh, rng = SOLIDS[name].subdivide(), np.random.default_rng(6)
     whole = solid_from_mesh(mesh.vertices, mesh.faces)
-    breaks, tolerance = BREAKS[damage]  # what a flat lid over each hole may cut off the volume
+    # what a flat lid over each hole may cut off the volume
+    breaks, tolerance = BREAKS[damage]
     solid = solid_from_mesh(*breaks(np.array(mesh.vertices), np.array(mesh.faces), rng))
     assert abs(solid.volume / whole.volume - 1) < tolerance
     lo, hi = mesh.bounds
@@ -91,13 +107,18 @@ def test_holes_give_nearly_the_same_points_and_a_warning():
     holed = trimesh.Trimesh(mesh.vertices, mesh.faces[keep], process=False)
     whole, broken = Shape.from_mesh(mesh), Shape.from_mesh(holed)
     assert abs(whole.n - broken.n) <= 3
-    np.testing.assert_allclose(broken.homogeneous.center_of_mass, 0, atol=1e-3)  # 1 % of the diameter
+    # 1 % of the diameter
+    np.testing.assert_allclose(broken.homogeneous.center_of_mass, 0, atol=1e-3)
     assert not whole.warnings
     assert "holes" in broken.warnings[0]
 
 
 def test_cavity_stays_empty():
-    outer, inner = trimesh.creation.icosphere(3, 0.05), trimesh.creation.icosphere(3, 0.03)
+    outer, inner = (
+        trimesh.creation.icosphere(3, 0.05),
+        trimesh.creation.icosphere(3, 0.03),
+    )
     inner.invert()
     shape = Shape.from_mesh(trimesh.util.concatenate([outer, inner]), points=300)
-    assert np.linalg.norm(shape.positions, axis=1).min() > 0.0295  # the cavity's facets reach 1.5 % inward
+    # the cavity's facets reach 1.5 % inward
+    assert np.linalg.norm(shape.positions, axis=1).min() > 0.0295

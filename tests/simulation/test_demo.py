@@ -17,19 +17,24 @@ from hefting.simulation import demo
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')")
+    pytest.importorskip(
+        "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+    )
     return demo.run(tmp_path_factory.mktemp("demo") / "new")
 
 
 def test_every_file_is_there(result):
     folder = result.log.parent
-    assert sorted(path.name for path in folder.iterdir()) == sorted(path.name for path in result.files)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        path.name for path in result.files
+    )
     assert {path.suffix for path in result.pictures} == {".png", ".svg"}
     assert all(path.stat().st_size > 500 for path in result.files)
 
 
 def test_the_estimate_is_good(result):
-    """Limits are about twice what is reached: they guard against something breaking, not against a digit."""
+    """Limits are about twice what is reached: they guard against something breaking,
+    not against a digit."""
     assert result.errors.mass < 0.3
     assert result.errors.center_of_mass < 6.0
     assert result.errors.inertia_at_com < 25.0
@@ -40,21 +45,34 @@ def test_the_estimate_is_good(result):
 
 def test_a_user_gets_the_same_from_the_files(result):
     facts = json.loads(result.truth_file.read_text())
-    shape = Shape.from_mesh(result.mesh, unit=facts["mesh_unit"], pose=facts["object_pose_in_sensor"])
-    np.testing.assert_allclose(shape.extents, facts["mesh_extents_m"], rtol=1e-6)  # single precision in STL
-    found = identify(result.log, shape, gravity=facts["gravity_world"], wrench=facts["wrench"])
-    np.testing.assert_array_equal(found.estimate.parameters.vector, result.estimate.parameters.vector)
+    shape = Shape.from_mesh(
+        result.mesh, unit=facts["mesh_unit"], pose=facts["object_pose_in_sensor"]
+    )
+    # single precision in STL
+    np.testing.assert_allclose(shape.extents, facts["mesh_extents_m"], rtol=1e-6)
+    found = identify(
+        result.log, shape, gravity=facts["gravity_world"], wrench=facts["wrench"]
+    )
+    np.testing.assert_array_equal(
+        found.estimate.parameters.vector, result.estimate.parameters.vector
+    )
     saved = Estimate.load(result.exports[0])
-    np.testing.assert_array_equal(saved.parameters.vector, result.estimate.parameters.vector)
+    np.testing.assert_array_equal(
+        saved.parameters.vector, result.estimate.parameters.vector
+    )
     assert facts["mass"] == result.truth.mass
 
 
 def test_urdf_is_read_by_another_library(result):
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')")
+    pin = pytest.importorskip(
+        "pinocchio", reason="Pinocchio is not installed (pip install 'hefting[robot]')"
+    )
     model = pin.buildModelFromUrdf(str(result.exports[1]))
     inertia = model.inertias[1]
     assert inertia.mass == pytest.approx(result.estimate.parameters.mass, rel=1e-12)
-    np.testing.assert_allclose(inertia.lever, result.estimate.parameters.center_of_mass, atol=1e-12)
+    np.testing.assert_allclose(
+        inertia.lever, result.estimate.parameters.center_of_mass, atol=1e-12
+    )
 
 
 def test_it_repeats_without_pictures(result, tmp_path):
@@ -62,7 +80,9 @@ def test_it_repeats_without_pictures(result, tmp_path):
     assert again.pictures == ()
     for name in ("log.csv", "truth.json", "hammer.stl"):
         assert (tmp_path / name).read_bytes() == (result.log.parent / name).read_bytes()
-    np.testing.assert_array_equal(again.estimate.parameters.vector, result.estimate.parameters.vector)
+    np.testing.assert_array_equal(
+        again.estimate.parameters.vector, result.estimate.parameters.vector
+    )
 
 
 def test_a_file_in_the_way_is_named(tmp_path):
@@ -75,5 +95,7 @@ def test_importing_it_loads_nothing_heavy():
     heavy = "matplotlib", "trimesh", "pyarrow", "mujoco", "pinocchio"
     modules = "hefting.simulation.demo, hefting.plots.wrench, hefting.plots.body"
     code = f"import sys, {modules}; print([m for m in {heavy!r} if m in sys.modules])"
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ)
+    shown = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ
+    )
     assert shown.stdout.strip() == "[]", shown.stderr

@@ -1,6 +1,7 @@
 """Whole simulated motions against MuJoCo, which has its own kinematics and dynamics.
 
-The UR5 of this file is made from its maker's table, link by link; that of the library from its screws at rest.
+The UR5 of this file is made from its maker's table, link by link; that of the library
+from its screws at rest.
 """
 
 import numpy as np
@@ -25,15 +26,25 @@ from hefting.simulation import (
 )
 from hefting.simulation.modular import grasp
 
-mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')")
+mujoco = pytest.importorskip(
+    "mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')"
+)
 
 BODIES = {
-    "compact": InertialParameters.from_com(0.6, (0.001, -0.002, 0.03), np.diag((2e-4, 3e-4, 4e-4))),
-    "offset": InertialParameters.from_com(1.7, (0.12, -0.21, 0.08), np.diag((2e-2, 3e-2, 1.5e-2))),
-    "full tensor": InertialParameters.from_com(
-        4.2, (-0.05, 0.07, 0.15), ((0.050, 0.008, -0.011), (0.008, 0.061, 0.006), (-0.011, 0.006, 0.043))
+    "compact": InertialParameters.from_com(
+        0.6, (0.001, -0.002, 0.03), np.diag((2e-4, 3e-4, 4e-4))
     ),
-    "rod": InertialParameters.from_points(((0.0, 0.1, 0.3), (0.01, 0.1, -0.4), (0.0, 0.11, 0.1)), (0.2, 0.3, 0.1)),
+    "offset": InertialParameters.from_com(
+        1.7, (0.12, -0.21, 0.08), np.diag((2e-2, 3e-2, 1.5e-2))
+    ),
+    "full tensor": InertialParameters.from_com(
+        4.2,
+        (-0.05, 0.07, 0.15),
+        ((0.050, 0.008, -0.011), (0.008, 0.061, 0.006), (-0.011, 0.006, 0.043)),
+    ),
+    "rod": InertialParameters.from_points(
+        ((0.0, 0.1, 0.3), (0.01, 0.1, -0.4), (0.0, 0.11, 0.1)), (0.2, 0.3, 0.1)
+    ),
 }
 MOTIONS = {
     "sinusoids 1 rad/s": lambda: sinusoids(5.0, 20.0, 1.0),
@@ -60,8 +71,9 @@ def place(link: int) -> str:
 def chain(body: InertialParameters, gravity) -> str:
     """MJCF of the UR5 as nested bodies, with `body` at its end.
 
-    In MuJoCo a hinge turns its own body: body i stands where link i - 1 ends at q = 0 and turns about its z.
-    MuJoCo diagonalises the tensor itself; the links have an arbitrary mass, which must not matter.
+    In MuJoCo a hinge turns its own body: body i stands where link i - 1 ends at q = 0
+    and turns about its z. MuJoCo diagonalises the tensor itself; the links have an
+    arbitrary mass, which must not matter.
     """
     J = body.inertia_at_com
     tensor = numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
@@ -70,7 +82,14 @@ def chain(body: InertialParameters, gravity) -> str:
     for i in reversed(range(6)):
         link = '<joint type="hinge" axis="0 0 1"/><inertial mass="3" pos="0.1 0 0" diaginertia="0.1 0.1 0.1"/>'
         bodies = f"<body {place(i - 1) if i else ''}>{link}{bodies}</body>"
-    frame = ("framepos", "framequat", "framelinvel", "frameangvel", "framelinacc", "frameangacc")
+    frame = (
+        "framepos",
+        "framequat",
+        "framelinvel",
+        "frameangvel",
+        "framelinacc",
+        "frameangacc",
+    )
     shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in frame)
     return (
         f'<mujoco><option gravity="{numbers(*gravity)}"/><worldbody>{bodies}</worldbody>'
@@ -95,12 +114,14 @@ def sensors(body, joints, gravity) -> np.ndarray:
 
 
 def test_sign_of_mujocos_force_sensor():
-    """At rest MuJoCo shows m g, upward: what the parent exerts on the child, the project's own sign."""
+    """At rest MuJoCo shows m g, upward: what the parent exerts on the child, the
+    project's own sign."""
     body, joints = BODIES["offset"], stop_and_go(0.1, 10.0)
     assert not joints.velocity.any()
     force = sensors(body, joints, GRAVITIES[0])[0, :3]
     upward = UR5.motion(joints).rotation[0] @ force
-    np.testing.assert_allclose(upward, (0.0, 0.0, body.mass * 9.80665), atol=1e-12)  # rounding of 17 N
+    # rounding of 17 N
+    np.testing.assert_allclose(upward, (0.0, 0.0, body.mass * 9.80665), atol=1e-12)
 
 
 @pytest.mark.parametrize("gravity", GRAVITIES, ids=("upright", "tilted"))
@@ -113,13 +134,15 @@ def test_wrench_of_whole_motions(name, motion, gravity):
     for wrench in (measurements.wrench, predict_wrench(measurements, body.vector)):
         for part in (slice(0, 3), slice(3, 6)):
             error = np.abs(wrench[:, part] - expected[:, part]).max()
-            # 1e-6 asked for; both are exact formulas in double precision over a chain of six
+            # 1e-6 asked for; both are exact formulas in double precision over a chain
+            # of six
             assert error < 1e-10 * np.abs(expected[:, part]).max()
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_arm_motion(motion):
-    """Pose, velocities and accelerations of the sensor, MuJoCo's linear acceleration being a - g."""
+    """Pose, velocities and accelerations of the sensor, MuJoCo's linear acceleration
+    being a - g."""
     joints = MOTIONS[motion]()
     ours = UR5.motion(joints)
     theirs = sensors(BODIES["compact"], joints, GRAVITIES[0])
@@ -134,11 +157,14 @@ def test_arm_motion(motion):
         (ours.angular_acceleration, theirs[:, 22:25]),
     )
     for mine, other in pairs:
-        np.testing.assert_allclose(mine, other, atol=1e-11 * max(1.0, np.abs(other).max()))
+        np.testing.assert_allclose(
+            mine, other, atol=1e-11 * max(1.0, np.abs(other).max())
+        )
 
 
 def test_a_wrong_parameter_shows():
-    """The comparison can fail: a promille more of any of the ten parameters is far above its tolerance."""
+    """The comparison can fail: a promille more of any of the ten parameters is far
+    above its tolerance."""
     body, joints = BODIES["full tensor"], MOTIONS["sinusoids 1 rad/s"]()
     expected = sensors(body, joints, GRAVITIES[0])[:, :6]
     measurements = wield(UR5.motion(joints), body)
@@ -163,13 +189,23 @@ SLIDER = """<robot name="gantry">
   <joint name="mount" type="fixed"><parent link="hand"/><child link="sensor"/>
     <origin xyz="0.02 0.03 0.1" rpy="0.1 0.2 0.3"/></joint>
 </robot>"""
-FIELDS = ("position", "rotation", "linear_velocity", "angular_velocity", "linear_acceleration", "angular_acceleration")
+FIELDS = (
+    "position",
+    "rotation",
+    "linear_velocity",
+    "angular_velocity",
+    "linear_acceleration",
+    "angular_acceleration",
+)
 
 
 def relative_errors(measurements, parameters):
     """Of the regressor's force and torque, over the largest of each."""
     predicted = predict_wrench(measurements, parameters.vector)
-    for part, shown in ((predicted[:, :3], measurements.force), (predicted[:, 3:], measurements.torque)):
+    for part, shown in (
+        (predicted[:, :3], measurements.force),
+        (predicted[:, 3:], measurements.torque),
+    ):
         yield np.abs(part - shown).max() / np.abs(shown).max()
 
 
@@ -177,26 +213,39 @@ def test_the_librarys_chain_is_the_one_made_link_by_link():
     body, joints = BODIES["full tensor"], random_smooth(5.0, 20.0, 2.0, seed=3)
     expected = sensors(body, joints, GRAVITIES[1])
     found = wield_in_mujoco(UR5, joints, body, GRAVITIES[1])
-    np.testing.assert_allclose(found.measurements.wrench, expected[:, :6], atol=1e-12)  # rounding of 40 N
+    # rounding of 40 N
+    np.testing.assert_allclose(found.measurements.wrench, expected[:, :6], atol=1e-12)
     np.testing.assert_allclose(found.motion.position, expected[:, 6:9], atol=1e-14)
-    np.testing.assert_allclose(found.motion.linear_acceleration - GRAVITIES[1], expected[:, 19:22], atol=1e-12)
+    np.testing.assert_allclose(
+        found.motion.linear_acceleration - GRAVITIES[1], expected[:, 19:22], atol=1e-12
+    )
 
 
-@pytest.mark.parametrize("arm", [UR5, XARM7, mounted(XARM7, 0.115)], ids=("ur5", "xarm7", "xarm7, sensor further out"))
+@pytest.mark.parametrize(
+    "arm",
+    [UR5, XARM7, mounted(XARM7, 0.115)],
+    ids=("ur5", "xarm7", "xarm7, sensor further out"),
+)
 @pytest.mark.parametrize("speed", [1.0, 1.5, 2.0, 3.0, 4.0])
 def test_simulator_and_model_check_each_other(arm, speed):
-    """All objects, speeds and arms: the regressor predicts what MuJoCo's sensors show."""
+    """All objects, speeds and arms: the regressor predicts what MuJoCo's sensors
+    show."""
     joints = sinusoids(5.0, 50.0, speed, arm)
     for name in MODULAR:
         body = modular(name).parameters.moved(grasp())
         found = wield_in_mujoco(arm, joints, body)
-        # 1e-6 asked for; both are exact formulas in double precision over a chain of seven
+        # 1e-6 asked for; both are exact formulas in double precision over a chain of
+        # seven
         assert max(relative_errors(found.measurements, body)) < 1e-11
     ours = wield_analytically(arm, joints, body)
     for field in FIELDS:
         theirs, mine = getattr(found.motion, field), getattr(ours.motion, field)
-        np.testing.assert_allclose(mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max()))
-    np.testing.assert_allclose(ours.measurements.wrench, found.measurements.wrench, atol=1e-11)
+        np.testing.assert_allclose(
+            mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max())
+        )
+    np.testing.assert_allclose(
+        ours.measurements.wrench, found.measurements.wrench, atol=1e-11
+    )
 
 
 def test_joints_that_slide_and_mimic(tmp_path):
@@ -208,16 +257,24 @@ def test_joints_that_slide_and_mimic(tmp_path):
     angle = time[:, None] * frequency
     from hefting.simulation.arm import JointMotion
 
-    q, dq, ddq = np.sin(angle), frequency * np.cos(angle), -(frequency**2) * np.sin(angle)
+    q, dq, ddq = (
+        np.sin(angle),
+        frequency * np.cos(angle),
+        -(frequency**2) * np.sin(angle),
+    )
     joints = JointMotion(time, amplitude * q, amplitude * dq, amplitude * ddq)
     body = BODIES["full tensor"]
     found, ours = wield_in_mujoco(arm, joints, body, GRAVITIES[1]), arm.motion(joints)
     position, orientation = arm.robot.poses(joints.position)
     np.testing.assert_allclose(ours.position, position, atol=1e-14)
-    np.testing.assert_allclose(np.abs((ours.orientation * orientation).sum(axis=1)), 1.0, atol=1e-14)
+    np.testing.assert_allclose(
+        np.abs((ours.orientation * orientation).sum(axis=1)), 1.0, atol=1e-14
+    )
     for field in FIELDS:
         theirs, mine = getattr(found.motion, field), getattr(ours, field)
-        np.testing.assert_allclose(mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max()))
+        np.testing.assert_allclose(
+            mine, theirs, atol=1e-12 * max(1.0, np.abs(theirs).max())
+        )
     assert max(relative_errors(found.measurements, body)) < 1e-11
 
 
@@ -234,12 +291,15 @@ def test_wielding_costs_as_much_more_as_there_are_instants():
 
     body = modular("hammer").parameters
     wield_in_mujoco(UR5, sinusoids(1.0, 10.0, 1.0), body)
-    assert cost(400.0) < 40 * cost(40.0)  # ten times the instants: linear in them, with room for noise
+    # ten times the instants: linear in them, with room for noise
+    assert cost(400.0) < 40 * cost(40.0)
 
 
 def test_bodies_mujoco_cannot_hold_and_no_mujoco(monkeypatch):
     joints = stop_and_go(0.5, 10.0)
-    impossible = InertialParameters.from_com(1.0, (0.0, 0.0, 0.1), np.diag((1e-3, 1e-3, 5e-3)))
+    impossible = InertialParameters.from_com(
+        1.0, (0.0, 0.0, 0.1), np.diag((1e-3, 1e-3, 5e-3))
+    )
     with pytest.raises(InputError, match="triangle inequality"):
         wield_in_mujoco(UR5, joints, impossible)
     with pytest.raises(InputError, match="6 joints, but the arm has 7"):

@@ -1,4 +1,5 @@
-"""Arms and what their joints can do: against a maker's URDF, limits of angle and of speed."""
+"""Arms and what their joints can do: against a maker's URDF, limits of angle and of
+speed."""
 
 import numpy as np
 import pytest
@@ -7,18 +8,29 @@ from scipy.spatial.transform import Rotation
 from arms import mounted
 from hefting.core.errors import InputError
 from hefting.robots import Robot
-from hefting.simulation import UR5, XARM7, Arm, JointMotion, random_smooth, sinusoids, stop_and_go
+from hefting.simulation import (
+    UR5,
+    XARM7,
+    Arm,
+    JointMotion,
+    random_smooth,
+    sinusoids,
+    stop_and_go,
+)
 
 XARM7_JOINTS = (
     ((0, 0, 0.267), 0), ((0, 0, 0), -1), ((0, -0.293, 0), 1), ((0.0525, 0, 0), 1),
     ((0.0775, -0.3425, 0), 1), ((0, 0, 0), 1), ((0.076, 0.097, 0), -1),
 )  # fmt: skip
-"""Origins of the xArm 7's joints as its maker's URDF has them: xyz [m], and roll in quarter turns."""
+"""Origins of the xArm 7's joints as its maker's URDF has them: xyz [m], and roll in
+quarter turns."""
 
 MOTIONS = {
     "sinusoids": lambda arm, **more: sinusoids(8.0, 100.0, 1.5, arm, **more),
     "random": lambda arm, **more: random_smooth(8.0, 100.0, 1.5, 4, arm, **more),
-    "stop and go": lambda arm, **more: stop_and_go(8.0, 100.0, 0.5, 1.2, 4, arm, **more),
+    "stop and go": lambda arm, **more: stop_and_go(
+        8.0, 100.0, 0.5, 1.2, 4, arm, **more
+    ),
 }
 
 
@@ -40,29 +52,43 @@ def test_the_xarm7_is_its_makers(tmp_path):
     q = np.random.default_rng(1).uniform(-3.0, 3.0, (50, 7))
     motion = XARM7.motion(JointMotion(np.arange(50.0), q, 0 * q, 0 * q))
     position, orientation = robot.poses(q)
-    np.testing.assert_allclose(motion.position, position, atol=1e-14)  # rounding over seven links
+    # rounding over seven links
+    np.testing.assert_allclose(motion.position, position, atol=1e-14)
     turn = Rotation.from_matrix(motion.rotation).inv() * Rotation.from_quat(orientation)
-    assert turn.magnitude().max() < 1e-7  # half of double precision: an angle from a quaternion's real part
+    # half of double precision: an angle from a quaternion's real part
+    assert turn.magnitude().max() < 1e-7
 
 
 def test_any_arm_by_urdf_moves_alike(tmp_path):
     """The same chain from a URDF, from the same start, makes the same motion."""
     arm = Arm.from_urdf(urdf(tmp_path / "xarm7.urdf"), "link7", start=XARM7.start)
     joints = random_smooth(3.0, 50.0, 1.0, 2, arm)
-    np.testing.assert_allclose(joints.position, random_smooth(3.0, 50.0, 1.0, 2, XARM7).position, atol=1e-9)
-    for ours, theirs in zip(vars(arm.motion(joints)).values(), vars(XARM7.motion(joints)).values(), strict=True):
+    np.testing.assert_allclose(
+        joints.position, random_smooth(3.0, 50.0, 1.0, 2, XARM7).position, atol=1e-9
+    )
+    for ours, theirs in zip(
+        vars(arm.motion(joints)).values(),
+        vars(XARM7.motion(joints)).values(),
+        strict=True,
+    ):
         np.testing.assert_allclose(ours, theirs, atol=1e-12)
-    assert Arm.from_urdf(tmp_path / "xarm7.urdf", "link7").start[3] == pytest.approx((3.927 - 0.19198) / 2)
+    assert Arm.from_urdf(tmp_path / "xarm7.urdf", "link7").start[3] == pytest.approx(
+        (3.927 - 0.19198) / 2
+    )
 
 
 def test_arms_that_cannot_be(tmp_path):
     path = urdf(tmp_path / "xarm7.urdf")
     with pytest.raises(InputError, match="no joint moves 'link0'"):
         Arm.from_urdf(path, "link0")
-    with pytest.raises(InputError, match="2 joint positions to start from, but 7 joints"):
+    with pytest.raises(
+        InputError, match="2 joint positions to start from, but 7 joints"
+    ):
         Arm.from_urdf(path, "link7", start=(0.0, 0.0))
     at_limits = [(-1.0, 1.0)] * 7
-    arm = Arm.from_urdf(urdf(tmp_path / "stuck.urdf", at_limits), "link7", start=[1.0] * 7)
+    arm = Arm.from_urdf(
+        urdf(tmp_path / "stuck.urdf", at_limits), "link7", start=[1.0] * 7
+    )
     with pytest.raises(InputError, match="no joint of the arm can turn"):
         sinusoids(1.0, 50.0, 1.0, arm)
 
@@ -99,7 +125,8 @@ def test_the_speed_limit_is_kept_and_used(arm, motion):
     assert arm.motion(free).linear_speed().max() > 0.12
     fastest = arm.motion(kept).linear_speed().max()
     assert fastest <= 0.1
-    # stop-and-go slows all moves by what the fastest of the unhurried plan needs, which may not come to pass
+    # stop-and-go slows all moves by what the fastest of the unhurried plan needs, which
+    # may not come to pass
     assert fastest > (0.05 if motion == "stop and go" else 0.0998)
     high = MOTIONS[motion](arm, speed_limit=50.0)
     np.testing.assert_array_equal(high.position, free.position)
@@ -108,12 +135,22 @@ def test_the_speed_limit_is_kept_and_used(arm, motion):
 
 
 def test_the_papers_linear_speeds_are_those_of_a_point_beyond_the_flange():
-    """0.14 to 0.54 m/s go with 1 to 4 rad/s at a point 115 mm out along the flange's axis, within 3.5 %."""
-    for angular, linear in ((1.0, 0.14), (1.5, 0.2), (2.0, 0.27), (3.0, 0.41), (4.0, 0.54)):
+    """0.14 to 0.54 m/s go with 1 to 4 rad/s at a point 115 mm out along the flange's
+    axis, within 3.5 %."""
+    for angular, linear in (
+        (1.0, 0.14),
+        (1.5, 0.2),
+        (2.0, 0.27),
+        (3.0, 0.41),
+        (4.0, 0.54),
+    ):
         joints = sinusoids(35.0, 60.0, angular)
         motion = UR5.motion(joints)
-        assert motion.linear_speed((0.0, 0.0, 0.115)).mean() == pytest.approx(linear, rel=0.035)
+        assert motion.linear_speed((0.0, 0.0, 0.115)).mean() == pytest.approx(
+            linear, rel=0.035
+        )
         assert mounted(UR5, 0.115).motion(joints).mean_speeds[1] == pytest.approx(
             motion.linear_speed((0.0, 0.0, 0.115)).mean(), rel=1e-12
         )
-        assert motion.mean_speeds[1] < 0.55 * linear  # at the flange itself it is half of that
+        # at the flange itself it is half of that
+        assert motion.mean_speeds[1] < 0.55 * linear

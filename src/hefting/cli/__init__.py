@@ -1,7 +1,7 @@
 """Command line: parse, call one library function, print or save.
 
-Plain `argparse`, one command's file and parser at a time, and imports of the library inside the commands keep
-``hefting --help`` and the start of every command quick.
+Plain `argparse`, one command's file and parser at a time, and imports of the library
+inside the commands keep ``hefting --help`` and the start of every command quick.
 """
 
 import argparse
@@ -24,7 +24,8 @@ COMMANDS = {
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "simulate": "write the log of a simulated robot that wields an object, and the truth beside it.",
 }
-"""Every command and its help. Its module has `add_arguments(parser)` and `run(arguments)`."""
+"""Every command and its help. Its module has `add_arguments(parser)` and
+`run(arguments)`."""
 
 
 def option_of(name: str) -> str:
@@ -35,12 +36,33 @@ def option_of(name: str) -> str:
 OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
     name: option_of(name)
     for name in (
-        *("shape", "unit", "object_pose", "points", "points_per_cm3", "pose_std", "shape_std"),
-        *("gravity", "wrench", "bias", "motion", "tool", "start", "duration", "truth", "map", "urdf", "sensor_frame"),
+        *(
+            "shape",
+            "unit",
+            "object_pose",
+            "points",
+            "points_per_cm3",
+            "pose_std",
+            "shape_std",
+        ),
+        *(
+            "gravity",
+            "wrench",
+            "bias",
+            "motion",
+            "tool",
+            "start",
+            "duration",
+            "truth",
+            "map",
+            "urdf",
+            "sensor_frame",
+        ),
         *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
     )
 }
-"""Option of each argument of the library that a message may name, besides those of methods and log formats."""
+"""Option of each argument of the library that a message may name, besides those of
+methods and log formats."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -52,7 +74,8 @@ class Parser(argparse.ArgumentParser):
 
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of ``hefting``, with the arguments of the one command that is the first of `words`."""
+    """The parser of ``hefting``, with the arguments of the one command that is the
+    first of `words`."""
     from hefting import __version__
 
     about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."
@@ -61,7 +84,9 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     chosen = next((word for word in words if not word.startswith("-")), None)
     for name, text in COMMANDS.items():
-        command = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        command = commands.add_parser(
+            name, help=text, description=text, allow_abbrev=False
+        )
         if name == chosen:
             module = import_module(f"hefting.cli.{name}")
             module.add_arguments(command)
@@ -70,7 +95,8 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def main() -> None:
-    """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything else."""
+    """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything
+    else."""
     try:
         words = _joined(sys.argv[1:])
         arguments = build_parser(words).parse_args(words)
@@ -87,10 +113,15 @@ def main() -> None:
 def render(text: str) -> str:
     """A message of the library with options in place of its arguments.
 
-    The library names an argument in backquotes, with a value where it proposes one: ```unit`='mm'`` becomes
-    ``--unit mm``. Other words in backquotes stay as they are. JSON text may be given whole.
+    The library names an argument in backquotes, with a value where it proposes one:
+    ```unit`='mm'`` becomes ``--unit mm``. Other words in backquotes stay as they are.
+    JSON text may be given whole.
     """
-    return re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text) if "`" in text else text
+    return (
+        re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text)
+        if "`" in text
+        else text
+    )
 
 
 def _option(match: re.Match[str]) -> str:
@@ -103,9 +134,14 @@ def _option(match: re.Match[str]) -> str:
 
 
 def _option_of_a_method(name: str) -> str | None:
-    """Option of a number that methods declare; None where it is none, or no command has looked at methods yet."""
+    """Option of a number that methods declare; None where it is none, or no command has
+    looked at methods yet."""
     estimators = sys.modules.get("hefting.estimators")
-    return option_of(name) if estimators is not None and name in estimators.options() else None
+    return (
+        option_of(name)
+        if estimators is not None and name in estimators.options()
+        else None
+    )
 
 
 def _option_of_a_format(name: str) -> str | None:
@@ -116,10 +152,15 @@ def _option_of_a_format(name: str) -> str | None:
 
 
 def _joined(words: list[str]) -> list[str]:
-    """``--option -1,2`` as ``--option=-1,2``: a value that starts with a minus sign is not an option."""
+    """``--option -1,2`` as ``--option=-1,2``: a value that starts with a minus sign is
+    not an option."""
     joined: list[str] = []
     for word in words:
-        if joined and re.match(r"-\.?\d", word) and re.fullmatch(r"--[a-z][a-z0-9-]*", joined[-1]):
+        if (
+            joined
+            and re.match(r"-\.?\d", word)
+            and re.fullmatch(r"--[a-z][a-z0-9-]*", joined[-1])
+        ):
             joined[-1] += f"={word}"
         else:
             joined.append(word)

@@ -1,17 +1,30 @@
-"""hefting calibrate: measure an empty gripper, its bias and noise, for --tool and --bias."""
+"""hefting calibrate: measure an empty gripper, its bias and noise, for --tool and
+--bias."""
 
 import argparse
 from pathlib import Path
 
 from hefting.cli import render
-from hefting.cli.options import add_gravity, add_recording, check_output, gravity_of, progress, read_recording
+from hefting.cli.options import (
+    add_gravity,
+    add_recording,
+    check_output,
+    gravity_of,
+    progress,
+    read_recording,
+)
 from hefting.core.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting calibrate``."""
     add_gravity(add_recording(parser))
-    parser.add_argument("--output", metavar="FILE.json", required=True, help="where the tool's estimate goes")
+    parser.add_argument(
+        "--output",
+        metavar="FILE.json",
+        required=True,
+        help="where the tool's estimate goes",
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -21,11 +34,17 @@ def run(arguments: argparse.Namespace) -> None:
 
     a = arguments
     if Path(a.output).suffix.lower() != ".json":
-        raise InputError("the tool's estimate is a JSON file", a.output, "choose a name that ends in .json")
+        raise InputError(
+            "the tool's estimate is a JSON file",
+            a.output,
+            "choose a name that ends in .json",
+        )
     check_output(a.output, a.log, a.map, a.urdf)
     with progress("calibrating ..."):
         tool = calibrate(read_recording(a), gravity=gravity_of(a))
     tool.save(a.output)
     print_lines(estimate_report(tool), render)
     print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
-    print(f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}")
+    print(
+        f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}"
+    )

@@ -14,8 +14,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting convert``."""
     add_recording(parser)
     parser.add_argument("output", metavar="OUTPUT", help=_output_help())
-    parser.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
-    parser.add_argument("--duration", type=float, metavar="S", help="write this much [s]")
+    parser.add_argument(
+        "--start",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="leave out what is before [s]",
+    )
+    parser.add_argument(
+        "--duration", type=float, metavar="S", help="write this much [s]"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -39,7 +47,9 @@ def run(arguments: argparse.Namespace) -> None:
         )
     written = find_writer(a.output)
     if recording.joint_names and written and written.is_table:
-        print(f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}")
+        print(
+            f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}"
+        )
     print(f"wrote {a.output}")
 
 
@@ -47,7 +57,12 @@ def _output_help() -> str:
     """The suffixes that are written: of canonical tables, then of each other format."""
     from hefting.logs.registry import formats, join_words, table_formats
 
-    parts = ["canonical " + join_words([suffix for each in table_formats() for suffix in each.written], "or")]
+    parts = [
+        "canonical "
+        + join_words(
+            [suffix for each in table_formats() for suffix in each.written], "or"
+        )
+    ]
     for each in formats():
         if each.written and not each.is_table:
             files = [suffix or "or a folder for no suffix" for suffix in each.written]
@@ -62,5 +77,11 @@ def _told(recording: "Recording") -> list[str]:
     lines = [f"{recording.source}: {lasts}"]
     for name, stream in recording.streams.items():
         rate = "static" if recording.static else f"{rates[name]:.4g} Hz"
-        lines.append(f"  {name.replace('_', ' '):<22}{len(stream):>9} samples{rate:>12}")
-    return lines + [f"note: {line}" for line in recording.notes] + [f"warning: {line}" for line in recording.warnings]
+        lines.append(
+            f"  {name.replace('_', ' '):<22}{len(stream):>9} samples{rate:>12}"
+        )
+    return (
+        lines
+        + [f"note: {line}" for line in recording.notes]
+        + [f"warning: {line}" for line in recording.warnings]
+    )

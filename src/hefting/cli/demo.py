@@ -9,7 +9,10 @@ from hefting.cli.options import progress
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting demo``."""
     parser.add_argument(
-        "--output", metavar="FOLDER", default="hefting-demo", help="where log, mesh, estimate and pictures go"
+        "--output",
+        metavar="FOLDER",
+        default="hefting-demo",
+        help="where log, mesh, estimate and pictures go",
     )
 
 
@@ -18,7 +21,9 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.estimate import estimate_report, print_lines
     from hefting.simulation.demo import run
 
-    with progress("simulating a robot arm that wields a hammer, and identifying it ..."):
+    with progress(
+        "simulating a robot arm that wields a hammer, and identifying it ..."
+    ):
         shown = run(arguments.output)
     print_lines(estimate_report(shown.estimate, shown.truth, shown.errors), render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

@@ -11,7 +11,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
     from hefting.export import INSERTABLE, TARGETS
 
-    parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
+    parser.add_argument(
+        "estimate", metavar="ESTIMATE.json", help="written by hefting identify --output"
+    )
     parser.add_argument(
         "--to",
         metavar="TARGET",
@@ -19,10 +21,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=either(list(TARGETS)),
     )
     formats = either(list(INSERTABLE.values()))
-    parser.add_argument("--into", metavar="FILE", help=f"put it into a link of this {formats} file")
+    parser.add_argument(
+        "--into", metavar="FILE", help=f"put it into a link of this {formats} file"
+    )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_sensor_pose(parser)
-    parser.add_argument("--output", metavar="FILE", help="write there instead of printing")
+    parser.add_argument(
+        "--output", metavar="FILE", help="write there instead of printing"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:

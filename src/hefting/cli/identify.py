@@ -37,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
     from hefting.estimators import default_method, methods_with, options
 
-    having = {name: ", ".join(methods_with(name)) for name in ("pose_std", "shape_std", "until")}
+    having = {
+        name: ", ".join(methods_with(name))
+        for name in ("pose_std", "shape_std", "until")
+    }
     log = add_recording(parser)
     add_gravity(log)
     parser.add_argument(
@@ -52,42 +55,81 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
         help="mesh, point cloud or labelled parts; or a box in the sensor frame [m]",
     )
-    shape.add_argument("--unit", metavar="m|cm|mm|in", help="length unit of its file; default m")
-    shape.add_argument("--object-pose", metavar="POSE", help=f"the file's frame in the sensor frame: {POSE}")
     shape.add_argument(
-        "--pose-std", metavar="5mm,5deg", help=f"{having['pose_std']}: how well that pose is known; default exactly"
+        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
+    )
+    shape.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
+    shape.add_argument(
+        "--pose-std",
+        metavar="5mm,5deg",
+        help=f"{having['pose_std']}: how well that pose is known; default exactly",
     )
     shape.add_argument(
         "--shape-std",
         metavar="20%%",
         help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a box",
     )
-    shape.add_argument("--points", type=int, metavar="N", help="about how many point masses; default 56")
-    shape.add_argument("--points-per-cm3", type=float, metavar="D", help="their density instead")
-    log.add_argument(
-        "--wrench", metavar="auto|on-object|on-sensor", default="auto", help="whom the recorded wrench acts on"
+    shape.add_argument(
+        "--points",
+        type=int,
+        metavar="N",
+        help="about how many point masses; default 56",
     )
-    log.add_argument("--bias", metavar="auto|none|estimate|tare:START,END|FILE", default="auto", help="wrench bias")
+    shape.add_argument(
+        "--points-per-cm3", type=float, metavar="D", help="their density instead"
+    )
+    log.add_argument(
+        "--wrench",
+        metavar="auto|on-object|on-sensor",
+        default="auto",
+        help="whom the recorded wrench acts on",
+    )
+    log.add_argument(
+        "--bias",
+        metavar="auto|none|estimate|tare:START,END|FILE",
+        default="auto",
+        help="wrench bias",
+    )
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
         default="auto",
         help="velocities and accelerations: of the log, or from its poses",
     )
-    log.add_argument("--tool", metavar="FILE", help="subtract this gripper, as hefting calibrate measured it (JSON)")
-    log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
+    log.add_argument(
+        "--tool",
+        metavar="FILE",
+        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+    )
+    log.add_argument(
+        "--start",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="leave out what is before [s]",
+    )
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
     method = parser.add_argument_group("methods")
     for name, option in options().items():
         text = option.help.replace("%", "%%")
-        method.add_argument(option_of(name), type=float, metavar=option.metavar, help=text)
+        method.add_argument(
+            option_of(name), type=float, metavar=option.metavar, help=text
+        )
     method.add_argument(
         "--until",
         metavar="mass=1%%,com=2mm,inertia=20%%",
         help=f"{having['until']}: use no more than it takes to be so sure (95%%)",
     )
     results = parser.add_argument_group("results")
-    results.add_argument("--truth", metavar="FILE", help="true parameters or another estimate, to compare with (JSON)")
+    results.add_argument(
+        "--truth",
+        metavar="FILE",
+        help="true parameters or another estimate, to compare with (JSON)",
+    )
     results.add_argument(
         "--output",
         metavar="FILE",
@@ -100,10 +142,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _formats() -> str:
-    """Suffixes of files that can be written, with the format's name where its suffix does not tell it."""
+    """Suffixes of files that can be written, with the format's name where its suffix
+    does not tell it."""
     from hefting.export import SUFFIXES
 
-    names = [suffix if name in suffix else f"{suffix} ({name.upper()})" for suffix, name in SUFFIXES.items()]
+    names = [
+        suffix if name in suffix else f"{suffix} ({name.upper()})"
+        for suffix, name in SUFFIXES.items()
+    ]
     return either(names)
 
 
@@ -128,9 +174,19 @@ def run(arguments: argparse.Namespace) -> None:
             "tool": _tool(a.tool) if a.tool else None,
         }
         comparison, estimates = _identify(a, recording, shape, reading)
-    made = {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose} if a.shape else {}
-    estimates = {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
-    errors = {k: known.errors(e.parameters, shape) for k, e in estimates.items()} if known else {}
+    made = (
+        {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose}
+        if a.shape
+        else {}
+    )
+    estimates = {
+        k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()
+    }
+    errors = (
+        {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
+        if known
+        else {}
+    )
     best = comparison.recommended if comparison else next(iter(estimates))
     texts = _write(a.output, estimates[best], flange) if a.output else []
     if a.json:
@@ -149,7 +205,10 @@ def run(arguments: argparse.Namespace) -> None:
         out = results[best]
         if comparison:
             out = {
-                "results": [r | {"seconds": comparison.seconds[name]} for name, r in results.items()],
+                "results": [
+                    r | {"seconds": comparison.seconds[name]}
+                    for name, r in results.items()
+                ],
                 "recommended": best,
                 "reason": comparison.reason,
                 "skipped": comparison.skipped,
@@ -164,27 +223,45 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         from hefting.cli.report.estimate import estimate_report, print_lines
 
-        print_lines(estimate_report(estimates[best], known.parameters if known else None, errors.get(best)), render)
+        print_lines(
+            estimate_report(
+                estimates[best], known.parameters if known else None, errors.get(best)
+            ),
+            render,
+        )
     for path, exported in texts:
-        print(f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)")
+        print(
+            f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)"
+        )
         for line in exported.warnings:
             print(f"warning: {render(line)}")
 
 
 def _identify(
-    a: argparse.Namespace, recording: "Recording", shape: "Shape | None", reading: dict[str, Any]
+    a: argparse.Namespace,
+    recording: "Recording",
+    shape: "Shape | None",
+    reading: dict[str, Any],
 ) -> "tuple[Comparison | None, dict[str, Estimate]]":
     """Estimates by method; with their comparison, where several were asked for."""
     settings = _hyperparameters(a)
-    names = [name.strip() for name in a.method.split(",")] if a.method is not None else [None]
+    names = (
+        [name.strip() for name in a.method.split(",")]
+        if a.method is not None
+        else [None]
+    )
     if len(names) > 1 or (names[0] or "").lower() == "all":
         from hefting.identification.compare import compare
 
-        comparison = compare(recording, shape, names, hyperparameters=settings, **reading)  # type: ignore[arg-type]
+        comparison = compare(
+            recording, shape, names, hyperparameters=settings, **reading
+        )  # type: ignore[arg-type]
         return comparison, comparison.results
     from hefting.identification import identify
 
-    estimate = identify(recording, shape, method=names[0], **reading, **settings).estimate
+    estimate = identify(
+        recording, shape, method=names[0], **reading, **settings
+    ).estimate
     return None, {estimate.method: estimate}
 
 
@@ -214,12 +291,17 @@ def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)
 
 
-def _write(paths: list[str], estimate: "Estimate", flange: "Array | None") -> "list[tuple[str, Exported]]":
-    """Write the estimate to each path, in the form of its suffix; nothing is written unless all can be made."""
+def _write(
+    paths: list[str], estimate: "Estimate", flange: "Array | None"
+) -> "list[tuple[str, Exported]]":
+    """Write the estimate to each path, in the form of its suffix; nothing is written
+    unless all can be made."""
     from hefting.core.files import write_atomically
     from hefting.export import SUFFIXES, export
 
-    texts = [(path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths]
+    texts = [
+        (path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths
+    ]
     for path, exported in texts:
         write_atomically(path, exported.text)
     return texts
@@ -229,13 +311,23 @@ def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
     from hefting.estimators import options
 
-    settings = {name: getattr(a, name) for name in options() if getattr(a, name) is not None}
+    settings = {
+        name: getattr(a, name) for name in options() if getattr(a, name) is not None
+    }
     if a.pose_std is not None:
-        settings["pose_std"] = quantities(a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg")
+        settings["pose_std"] = quantities(
+            a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg"
+        )
     if a.shape_std is not None:
-        settings["shape_std"] = quantities(a.shape_std, ("share",), "--shape-std", "20%")[0]
+        settings["shape_std"] = quantities(
+            a.shape_std, ("share",), "--shape-std", "20%"
+        )[0]
         if settings["shape_std"] > 1.0:
-            raise InputError(f"'{a.shape_std}' is more than all of the shape", "--shape-std", "as in 20%")
+            raise InputError(
+                f"'{a.shape_std}' is more than all of the shape",
+                "--shape-std",
+                "as in 20%",
+            )
     if a.until is not None:
         settings["until"] = _accuracy(a.until)
     return settings
@@ -259,8 +351,14 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
     for path in a.output:
         if Path(path).suffix not in SUFFIXES:
-            raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {', '.join(SUFFIXES)}")
-        check_output(path, a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool)
+            raise InputError(
+                f"'{Path(path).suffix}' is not an output format",
+                path,
+                f"use {', '.join(SUFFIXES)}",
+            )
+        check_output(
+            path, a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
+        )
 
 
 def _bias(text: str, recording):
@@ -272,5 +370,9 @@ def _bias(text: str, recording):
     if text.startswith("tare:"):
         return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
     if not Path(text).exists():
-        raise InputError(f"no file '{text}'", "--bias", "use auto, none, estimate, tare:START,END or a JSON file")
+        raise InputError(
+            f"no file '{text}'",
+            "--bias",
+            "use auto, none, estimate, tare:START,END or a JSON file",
+        )
     return load_bias(text)

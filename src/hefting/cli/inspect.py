@@ -1,9 +1,17 @@
-"""hefting inspect: say what a log holds, its conventions, and what can be found from it."""
+"""hefting inspect: say what a log holds, its conventions, and what can be found from
+it."""
 
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import add_gravity, add_json, add_recording, gravity_of, progress, read_recording
+from hefting.cli.options import (
+    add_gravity,
+    add_json,
+    add_recording,
+    gravity_of,
+    progress,
+    read_recording,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,5 @@
-"""What several commands share: their options, how texts are read, and the log the options describe."""
+"""What several commands share: their options, how texts are read, and the log the
+options describe."""
 
 import argparse
 import sys
@@ -20,12 +21,18 @@ POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Output for machines."""
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object and nothing else"
+    )
 
 
 def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
     """Where the sensor is on the robot's flange."""
-    parser.add_argument("--sensor-pose-in-flange", metavar="POSE", help=f"controllers want flange axes: {POSE}")
+    parser.add_argument(
+        "--sensor-pose-in-flange",
+        metavar="POSE",
+        help=f"controllers want flange axes: {POSE}",
+    )
 
 
 def either(words: Sequence[str]) -> str:
@@ -34,25 +41,37 @@ def either(words: Sequence[str]) -> str:
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers separated by commas; `InputError` names the option otherwise."""
+    """`count` finite numbers separated by commas; `InputError` names the option
+    otherwise."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
     if len(values) != count or not all(abs(value) < float("inf") for value in values):
-        raise InputError(f"'{text}' is not {count} finite numbers separated by commas", where=option)
+        raise InputError(
+            f"'{text}' is not {count} finite numbers separated by commas", where=option
+        )
     return values
 
 
-def quantities(text: str, kinds: "Sequence[Kind]", option: str, example: str) -> tuple[float, ...]:
-    """Numbers with units separated by commas, in SI units; `InputError` names the option otherwise."""
+def quantities(
+    text: str, kinds: "Sequence[Kind]", option: str, example: str
+) -> tuple[float, ...]:
+    """Numbers with units separated by commas, in SI units; `InputError` names the
+    option otherwise."""
     from hefting.core.quantity import quantity
 
     parts = text.split(",")
     if len(parts) != len(kinds):
-        raise InputError(f"'{text}' is not {len(kinds)} of them", where=option, fix=f"as in {example}")
+        raise InputError(
+            f"'{text}' is not {len(kinds)} of them",
+            where=option,
+            fix=f"as in {example}",
+        )
     try:
-        return tuple(quantity(part, kind) for part, kind in zip(parts, kinds, strict=True))
+        return tuple(
+            quantity(part, kind) for part, kind in zip(parts, kinds, strict=True)
+        )
     except InputError as error:
         raise InputError(error.what, option, error.fix) from None
 
@@ -72,15 +91,26 @@ def progress(what: str) -> Iterator[None]:
 def add_recording(
     parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
 ) -> "argparse._ArgumentGroup":
-    """The log and what its format needs; returns the group of the latter, for more of its kind."""
+    """The log and what its format needs; returns the group of the latter, for more of
+    its kind."""
     from hefting.logs.registry import all_options, formats, join_words, table_formats
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
     tables = join_words([each.name for each in table_formats()], "or")
-    parser.add_argument("log", metavar=metavar, help=f"{what}: {known}; see --map, --urdf")
+    parser.add_argument(
+        "log", metavar=metavar, help=f"{what}: {known}; see --map, --urdf"
+    )
     group = parser.add_argument_group("reading the log")
-    group.add_argument("--map", metavar="FILE", help=f"TOML file that says which columns of a {tables} hold what")
-    group.add_argument("--urdf", metavar="FILE", help="poses from joint angles, by this robot; with --sensor-frame")
+    group.add_argument(
+        "--map",
+        metavar="FILE",
+        help=f"TOML file that says which columns of a {tables} hold what",
+    )
+    group.add_argument(
+        "--urdf",
+        metavar="FILE",
+        help="poses from joint angles, by this robot; with --sensor-frame",
+    )
     for name, (metavar, text) in all_options().items():
         group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
     return group
@@ -96,8 +126,11 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) -> "Recording":
-    """The recording the arguments describe, with poses by a URDF's kinematics where one is given."""
+def read_recording(
+    arguments: argparse.Namespace, wrench_needed: bool = True
+) -> "Recording":
+    """The recording the arguments describe, with poses by a URDF's kinematics where one
+    is given."""
     from hefting.logs import read_log
     from hefting.logs.registry import all_options, find_format
 
@@ -108,25 +141,35 @@ def read_recording(arguments: argparse.Namespace, wrench_needed: bool = True) ->
     if "sensor_frame" not in own:
         del options["sensor_frame"]  # names a link of the URDF then
     if a.urdf and "pose_topic" in own:
-        options["pose_topic"] = options["pose_topic"] or "none"  # the URDF gives the poses
-    recording = read_log(a.log, column_map=a.map, wrench_needed=wrench_needed, **options)
+        # the URDF gives the poses
+        options["pose_topic"] = options["pose_topic"] or "none"
+    recording = read_log(
+        a.log, column_map=a.map, wrench_needed=wrench_needed, **options
+    )
     if not a.urdf:
         if a.sensor_frame and "sensor_frame" not in own:
             raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)
         return recording
     if not a.sensor_frame:
-        raise InputError("which link holds the sensor?", a.urdf, "give --sensor-frame NAME")
+        raise InputError(
+            "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
+        )
     from hefting.robots import Robot, with_poses
 
     return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for an output in no folder, or one that is an input and would be overwritten."""
+    """`InputError` for an output in no folder, or one that is an input and would be
+    overwritten."""
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
     if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
-        raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
+        raise InputError(
+            "is an input and would be overwritten",
+            where=path,
+            fix="choose another name",
+        )
 
 
 def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":

@@ -1,4 +1,5 @@
-"""hefting predict: tell the wrench an identified object needs along a motion, and how sure that is."""
+"""hefting predict: tell the wrench an identified object needs along a motion, and how
+sure that is."""
 
 import argparse
 from pathlib import Path
@@ -21,16 +22,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting predict``."""
     from hefting.plots.style import FORMATS
 
-    parser.add_argument("estimate", metavar="ESTIMATE.json", help="written by hefting identify --output")
-    log = add_recording(parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench")
-    log.add_argument("--gravity", metavar="X,Y,Z", default=GRAVITY, help="in world axes [m/s²]; default %(default)s")
+    parser.add_argument(
+        "estimate", metavar="ESTIMATE.json", help="written by hefting identify --output"
+    )
+    log = add_recording(
+        parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench"
+    )
+    log.add_argument(
+        "--gravity",
+        metavar="X,Y,Z",
+        default=GRAVITY,
+        help="in world axes [m/s²]; default %(default)s",
+    )
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
         default="auto",
         help="velocities and accelerations: of the log, or from its poses",
     )
-    log.add_argument("--start", type=float, metavar="S", default=0.0, help="leave out what is before [s]")
+    log.add_argument(
+        "--start",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="leave out what is before [s]",
+    )
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
     results = parser.add_argument_group("results")
     results.add_argument(
@@ -53,13 +69,24 @@ def run(arguments: argparse.Namespace) -> None:
     a, formats = arguments, (".csv", *FORMATS)
     for path in a.output:
         if Path(path).suffix.lower() not in formats:
-            raise InputError(f"'{Path(path).suffix}' is not an output format", path, f"use {either(formats)}")
+            raise InputError(
+                f"'{Path(path).suffix}' is not an output format",
+                path,
+                f"use {either(formats)}",
+            )
         check_output(path, a.estimate, a.log, a.map, a.urdf)
     gravity = numbers(a.gravity, 3, "--gravity")
     estimate = Estimate.load(a.estimate)
     with progress("predicting ..."):
         recording = read_recording(a, wrench_needed=False)
-        found = predict(estimate, recording, gravity=gravity, motion=a.motion, start=a.start, duration=a.duration)
+        found = predict(
+            estimate,
+            recording,
+            gravity=gravity,
+            motion=a.motion,
+            start=a.start,
+            duration=a.duration,
+        )
         contents = [_content(found, Path(path).suffix.lower()) for path in a.output]
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)

@@ -1,4 +1,5 @@
-"""hefting reproduce: run the paper's experiments on simulated data, beside the published figures."""
+"""hefting reproduce: run the paper's experiments on simulated data, beside the
+published figures."""
 
 import argparse
 from pathlib import Path
@@ -6,13 +7,29 @@ from pathlib import Path
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting reproduce``."""
-    parser.add_argument("names", metavar="NAME", nargs="*", help="experiments; default all (--list names them)")
-    parser.add_argument("--list", action="store_true", help="list the experiments and stop")
-    parser.add_argument("--quick", action="store_true", help="few seeds and short lists: under a minute")
-    parser.add_argument("--jobs", type=int, metavar="N", help="local processes; default one a core")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead")
     parser.add_argument(
-        "--output", metavar="FOLDER", default="reproduction", help="tables, figures, page; a stopped run goes on there"
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help="experiments; default all (--list names them)",
+    )
+    parser.add_argument(
+        "--list", action="store_true", help="list the experiments and stop"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="few seeds and short lists: under a minute"
+    )
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default one a core"
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FOLDER",
+        default="reproduction",
+        help="tables, figures, page; a stopped run goes on there",
     )
 
 

@@ -1,4 +1,5 @@
-"""hefting simulate: write the log of a simulated robot that wields an object, and the truth beside it."""
+"""hefting simulate: write the log of a simulated robot that wields an object, and the
+truth beside it."""
 
 import argparse
 import json
@@ -22,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting simulate``."""
     from hefting.logs.registry import formats
 
-    suffixes = sorted((suffix for each in formats() for suffix in each.written), key=lambda suffix: not suffix)
+    suffixes = sorted(
+        (suffix for each in formats() for suffix in each.written),
+        key=lambda suffix: not suffix,
+    )
     written = ", ".join(suffix or "or a folder for no suffix" for suffix in suffixes)
     parser.add_argument("output", metavar="OUTPUT", help=f"log: {written}")
     scene = parser.add_argument_group("what is simulated (in MuJoCo)")
@@ -34,40 +38,148 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "watertight meshes in one frame; default %(default)s",
     )
     scene.add_argument("--density", metavar="D[,D...]", help="of each mesh [kg/m³]")
-    scene.add_argument("--unit", metavar="m|cm|mm|in", help="length unit of the meshes; default m")
-    scene.add_argument("--object-pose", metavar="POSE", help=f"the object's frame in the sensor frame: {POSE}")
-    scene.add_argument("--arm", metavar="ur5|xarm7|FILE.urdf", default="ur5", help="default %(default)s")
-    scene.add_argument("--sensor-frame", metavar="NAME", help="of a URDF: link that carries the sensor")
     scene.add_argument(
-        "--motion", metavar="sinusoids|random|stop-and-go", default="sinusoids", help="default sinusoids"
+        "--unit", metavar="m|cm|mm|in", help="length unit of the meshes; default m"
     )
-    scene.add_argument("--speed", type=float, metavar="RAD/S", help="mean angular speed; default 1")
-    scene.add_argument("--speed-limit", type=float, metavar="M/S", help="slower, so that the sensor never exceeds this")
-    scene.add_argument("--duration", type=float, metavar="S", default=10.0, help="default %(default)s")
-    scene.add_argument("--tilt", type=float, metavar="DEG", default=0.0, help="of the robot's base")
-    scene.add_argument("--seed", type=int, default=0, help="of all that is random; default %(default)s")
+    scene.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the object's frame in the sensor frame: {POSE}",
+    )
+    scene.add_argument(
+        "--arm",
+        metavar="ur5|xarm7|FILE.urdf",
+        default="ur5",
+        help="default %(default)s",
+    )
+    scene.add_argument(
+        "--sensor-frame", metavar="NAME", help="of a URDF: link that carries the sensor"
+    )
+    scene.add_argument(
+        "--motion",
+        metavar="sinusoids|random|stop-and-go",
+        default="sinusoids",
+        help="default sinusoids",
+    )
+    scene.add_argument(
+        "--speed", type=float, metavar="RAD/S", help="mean angular speed; default 1"
+    )
+    scene.add_argument(
+        "--speed-limit",
+        type=float,
+        metavar="M/S",
+        help="slower, so that the sensor never exceeds this",
+    )
+    scene.add_argument(
+        "--duration", type=float, metavar="S", default=10.0, help="default %(default)s"
+    )
+    scene.add_argument(
+        "--tilt", type=float, metavar="DEG", default=0.0, help="of the robot's base"
+    )
+    scene.add_argument(
+        "--seed", type=int, default=0, help="of all that is random; default %(default)s"
+    )
     log = parser.add_argument_group("what the log holds")
-    log.add_argument("--rate", type=float, metavar="HZ", default=100.0, help="of the wrench; default %(default)s")
-    log.add_argument("--pose-rate", type=float, metavar="HZ", help="default that of the wrench; 0: no poses")
-    log.add_argument("--joint-rate", type=float, metavar="HZ", default=0.0, help="joint angles; default none")
-    log.add_argument("--imu-rate", type=float, metavar="HZ", default=0.0, help="gyroscope, accelerometer; default none")
-    fault = parser.add_argument_group("what is wrong with it")
-    fault.add_argument("--noise", metavar="none|low|moderate|high|ft300", default="ft300", help="default %(default)s")
-    fault.add_argument("--noise-correlation", type=float, metavar="R", default=0.0, help="from sample to sample")
-    fault.add_argument("--bias", metavar="N|FX,FY,FZ,TX,TY,TZ", help="of the wrench; or its force, somewhere")
-    fault.add_argument("--drift", metavar="N|FX,FY,FZ,TX,TY,TZ", help="of the bias over the recording")
-    fault.add_argument("--drift-kind", metavar="linear|exponential", default="linear", help="default %(default)s")
-    fault.add_argument("--offset", type=float, metavar="S", default=0.0, help="the wrench is stamped so much late")
-    fault.add_argument("--spikes", type=float, metavar="SHARE", default=0.0, help="of wrench samples that are wrong")
-    fault.add_argument("--dropped", type=float, metavar="SHARE", default=0.0, help="of messages that are lost")
-    fault.add_argument(
-        "--contacts", type=float, metavar="SHARE", default=0.0, help="of the time that it touches things"
+    log.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        default=100.0,
+        help="of the wrench; default %(default)s",
     )
-    fault.add_argument("--saturation", metavar="N,NM", help="largest force and torque shown")
-    fault.add_argument("--on-sensor", action="store_true", help="the sensor shows the wrench exerted on itself")
+    log.add_argument(
+        "--pose-rate",
+        type=float,
+        metavar="HZ",
+        help="default that of the wrench; 0: no poses",
+    )
+    log.add_argument(
+        "--joint-rate",
+        type=float,
+        metavar="HZ",
+        default=0.0,
+        help="joint angles; default none",
+    )
+    log.add_argument(
+        "--imu-rate",
+        type=float,
+        metavar="HZ",
+        default=0.0,
+        help="gyroscope, accelerometer; default none",
+    )
+    fault = parser.add_argument_group("what is wrong with it")
+    fault.add_argument(
+        "--noise",
+        metavar="none|low|moderate|high|ft300",
+        default="ft300",
+        help="default %(default)s",
+    )
+    fault.add_argument(
+        "--noise-correlation",
+        type=float,
+        metavar="R",
+        default=0.0,
+        help="from sample to sample",
+    )
+    fault.add_argument(
+        "--bias",
+        metavar="N|FX,FY,FZ,TX,TY,TZ",
+        help="of the wrench; or its force, somewhere",
+    )
+    fault.add_argument(
+        "--drift", metavar="N|FX,FY,FZ,TX,TY,TZ", help="of the bias over the recording"
+    )
+    fault.add_argument(
+        "--drift-kind",
+        metavar="linear|exponential",
+        default="linear",
+        help="default %(default)s",
+    )
+    fault.add_argument(
+        "--offset",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="the wrench is stamped so much late",
+    )
+    fault.add_argument(
+        "--spikes",
+        type=float,
+        metavar="SHARE",
+        default=0.0,
+        help="of wrench samples that are wrong",
+    )
+    fault.add_argument(
+        "--dropped",
+        type=float,
+        metavar="SHARE",
+        default=0.0,
+        help="of messages that are lost",
+    )
+    fault.add_argument(
+        "--contacts",
+        type=float,
+        metavar="SHARE",
+        default=0.0,
+        help="of the time that it touches things",
+    )
+    fault.add_argument(
+        "--saturation", metavar="N,NM", help="largest force and torque shown"
+    )
+    fault.add_argument(
+        "--on-sensor",
+        action="store_true",
+        help="the sensor shows the wrench exerted on itself",
+    )
     results = parser.add_argument_group("results beside the log")
-    results.add_argument("--truth", metavar="FILE.json", help="default OUTPUT.truth.json")
-    results.add_argument("--mesh", metavar="FILE", help="write the object's shape [m]: .stl, .ply, .obj, .off or .glb")
+    results.add_argument(
+        "--truth", metavar="FILE.json", help="default OUTPUT.truth.json"
+    )
+    results.add_argument(
+        "--mesh",
+        metavar="FILE",
+        help="write the object's shape [m]: .stl, .ply, .obj, .off or .glb",
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -78,7 +190,13 @@ def run(arguments: argparse.Namespace) -> None:
 
     a = arguments
     output = Path(a.output)
-    truth = Path(a.truth) if a.truth else output.with_suffix("").with_name(output.with_suffix("").name + ".truth.json")
+    truth = (
+        Path(a.truth)
+        if a.truth
+        else output.with_suffix("").with_name(
+            output.with_suffix("").name + ".truth.json"
+        )
+    )
     _check_outputs(a, truth)
     mujoco_version()  # say at once when it is missing
     scenario = _scenario(a)
@@ -87,12 +205,18 @@ def run(arguments: argparse.Namespace) -> None:
         lost = write_log(made.recording, output)
         write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")
         if a.mesh:
-            content = scenario.held.surface.export(file_type=Path(a.mesh).suffix[1:].lower())
+            content = scenario.held.surface.export(
+                file_type=Path(a.mesh).suffix[1:].lower()
+            )
             write_atomically(a.mesh, content)  # type: ignore[arg-type]
     print(*_told(scenario, made), sep="\n")
     if lost:
-        print(f"warning: not written, as the format cannot hold it: {', '.join(lost).replace('_', ' ')}")
-    print("wrote:", *(f"  {path}" for path in (output, truth, a.mesh) if path), sep="\n")
+        print(
+            f"warning: not written, as the format cannot hold it: {', '.join(lost).replace('_', ' ')}"
+        )
+    print(
+        "wrote:", *(f"  {path}" for path in (output, truth, a.mesh) if path), sep="\n"
+    )
     print(f"read it back: {_command(a, scenario, truth)}")
 
 
@@ -105,11 +229,15 @@ def _scenario(a: argparse.Namespace) -> "Scenario":
 
     if a.seed < 0:
         raise InputError(f"'{a.seed}' is negative", where="--seed")
-    densities = numbers(a.density, a.density.count(",") + 1, "--density") if a.density else ()
+    densities = (
+        numbers(a.density, a.density.count(",") + 1, "--density") if a.density else ()
+    )
     pose = parse_pose(a.object_pose) if a.object_pose else None
     heading = float(np.random.default_rng([a.seed, 1]).uniform(-np.pi, np.pi))
     if not abs(a.tilt) <= 180.0:
-        raise InputError(f"'{a.tilt}' is not an angle from -180 to 180 degrees", where="--tilt")
+        raise InputError(
+            f"'{a.tilt}' is not an angle from -180 to 180 degrees", where="--tilt"
+        )
     return Scenario(
         held=named_object(a.object, densities, a.unit, pose),
         arm=named_arm(a.arm, a.sensor_frame),
@@ -127,7 +255,9 @@ def _scenario(a: argparse.Namespace) -> "Scenario":
 def _rates(a: argparse.Namespace) -> "Rates":
     from hefting.simulation import Rates
 
-    return Rates(a.rate, a.rate if a.pose_rate is None else a.pose_rate, a.joint_rate, a.imu_rate)
+    return Rates(
+        a.rate, a.rate if a.pose_rate is None else a.pose_rate, a.joint_rate, a.imu_rate
+    )
 
 
 def _faults(a: argparse.Namespace) -> "Faults":
@@ -136,7 +266,11 @@ def _faults(a: argparse.Namespace) -> "Faults":
 
     if a.noise not in WRENCH_NOISE:
         fix = f"use {', '.join(WRENCH_NOISE)}"
-        raise InputError(f"'{a.noise}' is no noise level{nearest(a.noise, WRENCH_NOISE)}", "--noise", fix)
+        raise InputError(
+            f"'{a.noise}' is no noise level{nearest(a.noise, WRENCH_NOISE)}",
+            "--noise",
+            fix,
+        )
     return Faults(
         wrench_noise=WRENCH_NOISE[a.noise],
         noise_correlation=a.noise_correlation,
@@ -147,7 +281,9 @@ def _faults(a: argparse.Namespace) -> "Faults":
         spikes=a.spikes,
         dropped=a.dropped,
         contacts=a.contacts,
-        saturation=tuple(numbers(a.saturation, 2, "--saturation")) if a.saturation else None,  # type: ignore[arg-type]
+        saturation=tuple(numbers(a.saturation, 2, "--saturation"))
+        if a.saturation
+        else None,  # type: ignore[arg-type]
         on_sensor=a.on_sensor,
     )
 
@@ -171,16 +307,28 @@ def _check_outputs(a: argparse.Namespace, truth: Path) -> None:
 
     check_output(a.output)
     if a.mesh and Path(a.mesh).suffix.lower() not in MESH_SUFFIXES:
-        raise InputError(f"'{Path(a.mesh).suffix}' is not a mesh format", a.mesh, f"use {', '.join(MESH_SUFFIXES)}")
+        raise InputError(
+            f"'{Path(a.mesh).suffix}' is not a mesh format",
+            a.mesh,
+            f"use {', '.join(MESH_SUFFIXES)}",
+        )
     outputs = [str(path) for path in (a.output, truth, a.mesh) if path]
     inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
     for i, path in enumerate(outputs):
         if not Path(path).absolute().parent.is_dir():
             raise InputError("the folder does not exist", where=path)
         if any(Path(path).resolve() == Path(name).resolve() for name in inputs):
-            raise InputError("is an input and would be overwritten", where=path, fix="choose another name")
+            raise InputError(
+                "is an input and would be overwritten",
+                where=path,
+                fix="choose another name",
+            )
         if any(Path(path).resolve() == Path(name).resolve() for name in outputs[:i]):
-            raise InputError("two results would have this name", where=path, fix="choose another name")
+            raise InputError(
+                "two results would have this name",
+                where=path,
+                fix="choose another name",
+            )
 
 
 def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
@@ -192,7 +340,10 @@ def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
         f"{about['mean_linear_speed']:.3g} m/s at the sensor, seed {about['seed']}",
     ]
     rates = made.recording.rates()
-    lines += [f"  {name.replace('_', ' '):<16}{rates[name]:>8.4g} Hz" for name in made.recording.streams]
+    lines += [
+        f"  {name.replace('_', ' '):<16}{rates[name]:>8.4g} Hz"
+        for name in made.recording.streams
+    ]
     return lines + [f"warning: {render(line)}" for line in made.warnings]
 
 
@@ -205,7 +356,11 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
     if shape:
         pose = scenario.held.pose
         seven = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
-        words += ["--shape", shape, *(["--unit", a.unit] if a.unit and not a.mesh else [])]
+        words += [
+            "--shape",
+            shape,
+            *(["--unit", a.unit] if a.unit and not a.mesh else []),
+        ]
         words += ["--object-pose", ",".join(f"{number + 0.0:.9g}" for number in seven)]
     if a.tilt:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]

@@ -1,4 +1,5 @@
-"""Accuracy: how far off mass, centre of mass and inertia are at most; asked for, or claimed by a posterior."""
+"""Accuracy: how far off mass, centre of mass and inertia are at most; asked for, or
+claimed by a posterior."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -16,7 +17,8 @@ NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of three errors; None where one does not matter, infinite where one claimed is open."""
+    """Limits of three errors; None where one does not matter, infinite where one
+    claimed is open."""
 
     mass: float | None = None
     """|dm| / m"""
@@ -28,11 +30,15 @@ class Accuracy:
     def __post_init__(self):
         limits = [limit for limit in asdict(self).values() if limit is not None]
         if not limits or not all(limit > 0.0 for limit in limits):
-            raise InputError("an accuracy is one or more positive limits", fix="as in mass=1%,com=2mm,inertia=20%")
+            raise InputError(
+                "an accuracy is one or more positive limits",
+                fix="as in mass=1%,com=2mm,inertia=20%",
+            )
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """From a text like ``mass=1%,com=2mm,inertia=20%``; any of the three. Raises `InputError`."""
+        """From a text like ``mass=1%,com=2mm,inertia=20%``; any of the three. Raises
+        `InputError`."""
         found: dict[str, Any] = {}
         for part in text.split(","):
             name, equals, value = (word.strip() for word in part.partition("="))
@@ -43,15 +49,18 @@ class Accuracy:
             if NAMES[name] in found:
                 raise InputError(f"{name} is given twice in '{text}'")
             try:
-                found[NAMES[name]] = quantity(value, "length" if name == "com" else "share")
+                found[NAMES[name]] = quantity(
+                    value, "length" if name == "com" else "share"
+                )
             except InputError as error:
                 raise InputError(f"{name}: {error.what}", fix=error.fix) from None
         return cls(**found)
 
     @classmethod
     def of_draws(cls, draws: Array, body: InertialParameters, level: float) -> Self:
-        """What the errors of `body` do not exceed with probability `level`, each by itself, if the truth is like
-        `draws` (n, 10); infinite where too many of those have no positive mass."""
+        """What the errors of `body` do not exceed with probability `level`, each by
+        itself, if the truth is like `draws` (n, 10); infinite where too many of those
+        have no positive mass."""
         if not body.mass > 0.0:  # no COM, and no inertia about it
             return cls(np.inf, np.inf, np.inf)
         m, c, J = draws[:, 0], draws[:, 1:4] / draws[:, :1], _about_com(draws)
@@ -63,7 +72,12 @@ class Accuracy:
             _frobenius(J - own) / np.maximum(size, 1e-300),
         )
         errors = (np.where(m > 0.0, error, np.inf) for error in errors)
-        return cls(*(max(float(np.quantile(error, level, method="higher")), 1e-300) for error in errors))
+        return cls(
+            *(
+                max(float(np.quantile(error, level, method="higher")), 1e-300)
+                for error in errors
+            )
+        )
 
     def met_by(self, claimed: "Accuracy") -> bool:
         """Whether `claimed` is as good in all that is asked."""
@@ -72,7 +86,10 @@ class Accuracy:
     def shortfall(self, claimed: "Accuracy") -> str:
         """What `claimed` lacks, in words; empty where it suffices."""
         lacking = [name for name in NAMES.values() if self._share(name, claimed) > 1.0]
-        return " and ".join(f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}" for name in lacking)
+        return " and ".join(
+            f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}"
+            for name in lacking
+        )
 
     def __str__(self) -> str:
         """Readable, and what `parse` takes unless something is open."""
@@ -92,7 +109,14 @@ class Accuracy:
         wanted = _shown(name, getattr(self, name))
         if got is None or np.isinf(got):
             return f"open, not known to {wanted}"
-        known = next((text for text in (_shown(name, got, n) for n in range(3, 12)) if text != wanted), wanted)
+        known = next(
+            (
+                text
+                for text in (_shown(name, got, n) for n in range(3, 12))
+                if text != wanted
+            ),
+            wanted,
+        )
         return f"known to {known}, not {wanted}"
 
 
@@ -103,7 +127,11 @@ _ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 def _shown(name: str, value: float, digits: int = 3) -> str:
     if np.isinf(value):
         return "open"
-    return f"{1e3 * value:.{digits}g}mm" if name == "center_of_mass" else f"{100.0 * value:.{digits}g}%"
+    return (
+        f"{1e3 * value:.{digits}g}mm"
+        if name == "center_of_mass"
+        else f"{100.0 * value:.{digits}g}%"
+    )
 
 
 def _about_com(vectors: Array) -> Array:

@@ -1,4 +1,5 @@
-"""Errors: one root class, one line each: what is wrong, where, and what to do about it."""
+"""Errors: one root class, one line each: what is wrong, where, and what to do about
+it."""
 
 from collections.abc import Iterable
 
@@ -26,10 +27,13 @@ class InputError(HeftingError):
 
 
 class MissingDependencyError(HeftingError):
-    """An optional library is not installed; the message holds the command that installs it."""
+    """An optional library is not installed; the message holds the command that installs
+    it."""
 
     def __init__(self, module: str, extra: str):
-        super().__init__(f"{module} is not installed; run: pip install 'hefting[{extra}]'")
+        super().__init__(
+            f"{module} is not installed; run: pip install 'hefting[{extra}]'"
+        )
 
 
 class NotIdentifiableError(InputError):
@@ -37,7 +41,8 @@ class NotIdentifiableError(InputError):
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:
-    """``" (did you mean 'x'?)"`` when a choice resembles `name`, else an empty string."""
+    """``" (did you mean 'x'?)"`` when a choice resembles `name`, else an empty
+    string."""
     import difflib
 
     match = difflib.get_close_matches(name.lower(), list(choices), n=1, cutoff=0.5)

@@ -16,10 +16,11 @@ from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_t
 
 @dataclass(frozen=True)
 class Certificate:
-    """Evidence, independent of the solver, of how close an estimate is to the optimum of its own problem.
+    """Evidence, independent of the solver, of how close an estimate is to the optimum
+    of its own problem.
 
-    For every admissible answer the objective is at least ``bound``; so ``gap`` = objective - bound limits
-    what a perfect solver could still gain.
+    For every admissible answer the objective is at least ``bound``; so ``gap`` =
+    objective - bound limits what a perfect solver could still gain.
     """
 
     objective: float
@@ -39,7 +40,8 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Inertial parameters found from measurements, in sensor axes about the sensor origin."""
+    """Inertial parameters found from measurements, in sensor axes about the sensor
+    origin."""
 
     method: str
     """Name of the estimator."""
@@ -52,28 +54,31 @@ class Estimate:
     covariance: Array | None = None
     """(10, 10) covariance of ``parameters.vector``; None where the method has none."""
     intervals: dict[str, Array] | None = None
-    """Lower and upper ends between which each quantity lies with 95 % probability: ``mass`` (2,) [kg],
-    ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and ``inertia_at_com`` (2, 3, 3) [kg m²]; None where the
-    method has none."""
+    """Lower and upper ends between which each quantity lies with 95 % probability:
+    ``mass`` (2,) [kg], ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and
+    ``inertia_at_com`` (2, 3, 3) [kg m²]; None where the method has none."""
     accuracy: Accuracy | None = None
-    """What the errors do not exceed, each with 95 % probability; None unless an accuracy was asked for."""
+    """What the errors do not exceed, each with 95 % probability; None unless an
+    accuracy was asked for."""
     sufficient: bool | None = None
     """Whether that is what was asked for."""
     certificate: Certificate | None = None
     """How close to the method's optimum."""
     bias: Array | None = None
-    """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.core.spatial` (that of an on-sensor log is the
-    opposite); None when it was not estimated."""
+    """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.core.spatial`
+    (that of an on-sensor log is the opposite); None when it was not estimated."""
     point_masses: Array | None = None
     """(n,) masses [kg] of the shape's points, for methods that find them."""
     residual: Array | None = None
     """(2,) root-mean-square force [N] and torque [N m] residual of the full model."""
     hull_margin: float | None = None
-    """Depth of the COM in the shape's convex hull over its largest side; None where no shape is known."""
+    """Depth of the COM in the shape's convex hull over its largest side; None where no
+    shape is known."""
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
-    """What was read and assumed: log, gravity, wrench sign, bias, motion, hyperparameters."""
+    """What was read and assumed: log, gravity, wrench sign, bias, motion,
+    hyperparameters."""
 
     def __post_init__(self):
         for name in ("covariance", "bias", "point_masses", "residual"):
@@ -82,41 +87,56 @@ class Estimate:
 
     @property
     def consistency(self) -> Consistency:
-        """Margins of every condition of physical consistency, the COM's place in the shape included."""
+        """Margins of every condition of physical consistency, the COM's place in the
+        shape included."""
         return self.parameters.consistency(self.hull_margin)
 
     @property
     def physically_consistent(self) -> bool:
-        """Whether a body with these parameters, and this shape if it is known, can exist."""
+        """Whether a body with these parameters, and this shape if it is known, can
+        exist."""
         return self.consistency.is_consistent
 
     @property
     def std(self) -> dict[str, Array] | None:
-        """Standard deviations of mass [kg] (), COM [m] (3,) and inertia at the COM [kg m²] (3, 3), to first order."""
+        """Standard deviations of mass [kg] (), COM [m] (3,) and inertia at the COM [kg
+        m²] (3, 3), to first order."""
         if self.covariance is None:
             return None
         J = com_jacobian(self.parameters)
         open_ = np.isinf(self.covariance.diagonal())
-        variance = np.einsum("ij,jk,ik->i", J, np.where(np.isinf(self.covariance), 0.0, self.covariance), J)
+        variance = np.einsum(
+            "ij,jk,ik->i",
+            J,
+            np.where(np.isinf(self.covariance), 0.0, self.covariance),
+            J,
+        )
         variance[(J[:, open_] != 0.0).any(axis=1)] = np.inf
         std = np.sqrt(np.where(variance >= 0, variance, np.nan))
-        return {"mass": std[0], "center_of_mass": std[1:4], "inertia_at_com": vector_to_tensor(std[4:])}
+        return {
+            "mass": std[0],
+            "center_of_mass": std[1:4],
+            "inertia_at_com": vector_to_tensor(std[4:]),
+        }
 
     def to_dict(self) -> dict[str, Any]:
-        """The estimate as JSON-ready values; keys as documented for ``hefting identify --json``."""
+        """The estimate as JSON-ready values; keys as documented for ``hefting identify
+        --json``."""
         from hefting.core.estimate_json import to_json
 
         return to_json(self)
 
     def save(self, path: str | Path) -> None:
-        """Write as JSON that `load` reads back; the file appears whole or not at all."""
+        """Write as JSON that `load` reads back; the file appears whole or not at
+        all."""
         write_atomically(path, json.dumps(self.to_dict(), indent=1) + "\n")
 
     @staticmethod
     def load(path: str | Path) -> "Estimate":
         """Read an estimate written by `save` or ``hefting identify --json``.
 
-        Raises `InputError` when the file cannot be read, is no estimate, or holds numbers that do not fit.
+        Raises `InputError` when the file cannot be read, is no estimate, or holds
+        numbers that do not fit.
         """
         from hefting.core.estimate_json import SCHEMA, from_json
 
@@ -130,12 +150,21 @@ class Estimate:
             )
         try:
             return from_json(data)
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise InputError(f"is not a whole estimate ({type(error).__name__}: {error})", where=path) from error
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            OverflowError,
+        ) as error:
+            raise InputError(
+                f"is not a whole estimate ({type(error).__name__}: {error})", where=path
+            ) from error
 
 
 def com_jacobian(parameters: InertialParameters) -> Array:
-    """Derivative (10, 10) of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz) by the parameter vector."""
+    """Derivative (10, 10) of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz)
+    by the parameter vector."""
     m, c = parameters.mass, parameters.center_of_mass
     J = np.zeros((10, 10))
     J[0, 0] = 1.0

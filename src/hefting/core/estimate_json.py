@@ -1,7 +1,8 @@
-"""The JSON form of an estimate: what `Estimate.save` writes, and the check of what `Estimate.load` reads.
+"""The JSON form of an estimate: what `Estimate.save` writes, and the check of what
+`Estimate.load` reads.
 
-The keys are those of ``hefting identify --json`` and are fixed. JSON has no infinity: null stands where a covariance is
-infinite, or an accuracy was not asked for.
+The keys are those of ``hefting identify --json`` and are fixed. JSON has no infinity:
+null stands where a covariance is infinite, or an accuracy was not asked for.
 """
 
 from collections.abc import Mapping
@@ -19,7 +20,12 @@ from hefting.core.spatial import Array, frozen
 
 SCHEMA = "hefting.estimate/1"
 """Name and version of the form, under the key ``schema``."""
-INTERVALS = {"mass": (2,), "center_of_mass": (2, 3), "inertia_at_origin": (2, 3, 3), "inertia_at_com": (2, 3, 3)}
+INTERVALS = {
+    "mass": (2,),
+    "center_of_mass": (2, 3),
+    "inertia_at_origin": (2, 3, 3),
+    "inertia_at_com": (2, 3, 3),
+}
 """Shapes of the lower and upper ends that an estimate may have."""
 
 Json = Mapping[str, Any]
@@ -28,7 +34,11 @@ Json = Mapping[str, Any]
 def to_json(estimate: Estimate) -> dict[str, Any]:
     """The estimate as JSON-ready values."""
     p, certificate = estimate.parameters, estimate.certificate
-    notes = (note for note in estimate.provenance.get("notes", ()) if isinstance(note, Message))
+    notes = (
+        note
+        for note in estimate.provenance.get("notes", ())
+        if isinstance(note, Message)
+    )
     return json_ready(
         {
             "schema": SCHEMA,
@@ -42,19 +52,29 @@ def to_json(estimate: Estimate) -> dict[str, Any]:
             "vector": p.vector,
             "covariance": estimate.covariance,
             "intervals": estimate.intervals,
-            "accuracy": None if estimate.accuracy is None else asdict(estimate.accuracy),
+            "accuracy": None
+            if estimate.accuracy is None
+            else asdict(estimate.accuracy),
             "sufficient": estimate.sufficient,
-            "std": estimate.std or {"mass": None, "center_of_mass": None, "inertia_at_com": None},
+            "std": estimate.std
+            or {"mass": None, "center_of_mass": None, "inertia_at_com": None},
             "physically_consistent": estimate.physically_consistent,
-            "consistency": {"margins": estimate.consistency.margins, "violated": estimate.consistency.violated},
-            "certificate": None if certificate is None else asdict(certificate) | {"gap": certificate.gap},
+            "consistency": {
+                "margins": estimate.consistency.margins,
+                "violated": estimate.consistency.violated,
+            },
+            "certificate": None
+            if certificate is None
+            else asdict(certificate) | {"gap": certificate.gap},
             "bias": estimate.bias,
             "residual": estimate.residual,
             "point_masses": estimate.point_masses,
             "samples": estimate.samples,
             "duration": estimate.duration,
             "warnings": list(estimate.warnings),
-            "messages": [coded(message).to_dict() for message in (*estimate.warnings, *notes)],
+            "messages": [
+                coded(message).to_dict() for message in (*estimate.warnings, *notes)
+            ],
             "provenance": estimate.provenance,
         }
     )
@@ -63,7 +83,8 @@ def to_json(estimate: Estimate) -> dict[str, Any]:
 def from_json(data: Json) -> Estimate:
     """The estimate in JSON values.
 
-    Raises `KeyError`, `TypeError`, `ValueError`, `AttributeError` or `OverflowError` for what is no whole estimate.
+    Raises `KeyError`, `TypeError`, `ValueError`, `AttributeError` or `OverflowError`
+    for what is no whole estimate.
     """
     vector = _array(data, "vector", 10)
     if vector is None or not np.isfinite(vector).all():
@@ -71,7 +92,9 @@ def from_json(data: Json) -> Estimate:
     sufficient = data.get("sufficient")
     if sufficient is not None and type(sufficient) is not bool:
         raise ValueError("sufficient is neither true nor false")
-    messages = {str(message): message for message in map(_message, data.get("messages") or ())}
+    messages = {
+        str(message): message for message in map(_message, data.get("messages") or ())
+    }
     return Estimate(
         method=str(data["method"]),
         parameters=InertialParameters(vector),
@@ -86,7 +109,10 @@ def from_json(data: Json) -> Estimate:
         point_masses=_array(data, "point_masses", None),
         residual=_array(data, "residual", 2),
         hull_margin=_hull_margin(data.get("consistency")),
-        warnings=tuple(messages.get(str(text)) or coded(str(text)) for text in data.get("warnings", ())),
+        warnings=tuple(
+            messages.get(str(text)) or coded(str(text))
+            for text in data.get("warnings", ())
+        ),
         provenance=_provenance(data.get("provenance", {}), messages),
     )
 
@@ -112,7 +138,8 @@ def json_ready(value: Any) -> Any:
 
 
 def _array(data: Json, name: str, *shape: int | None) -> Array | None:
-    """The array `name` of a shape, None standing for any length; None where there is none."""
+    """The array `name` of a shape, None standing for any length; None where there is
+    none."""
     values = _shaped(data, name, *shape)
     if values is not None and not np.isfinite(values).all():
         raise ValueError(f"{name} holds what is no number")
@@ -123,7 +150,9 @@ def _shaped(data: Json, name: str, *shape: int | None) -> Array | None:
     if data.get(name) is None:
         return None
     values = np.array(data[name], dtype=float)
-    if len(values.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, values.shape, strict=True)):
+    if len(values.shape) != len(shape) or any(
+        n not in (None, m) for n, m in zip(shape, values.shape, strict=True)
+    ):
         raise ValueError(f"{name} has shape {values.shape}")
     return values
 
@@ -157,7 +186,9 @@ def _intervals(data: Json | None) -> dict[str, Array] | None:
     intervals = {str(name): frozen(ends) for name, ends in data.items()}
     if {name: ends.shape for name, ends in intervals.items()} != INTERVALS:
         raise ValueError("the intervals are not those of mass, COM and inertia")
-    if any(np.isnan(ends).any() or (ends[0] > ends[1]).any() for ends in intervals.values()):
+    if any(
+        np.isnan(ends).any() or (ends[0] > ends[1]).any() for ends in intervals.values()
+    ):
         raise ValueError("an interval has no lower and upper end")
     return intervals
 
@@ -166,7 +197,9 @@ def _accuracy(data: Json | None) -> Accuracy | None:
     if data is None:
         return None
     limits = [data[name] for name in ("mass", "center_of_mass", "inertia")]
-    if not all(limit is None or (_is_number(limit) and limit > 0.0) for limit in limits):
+    if not all(
+        limit is None or (_is_number(limit) and limit > 0.0) for limit in limits
+    ):
         raise ValueError("an accuracy is not a positive number")
     return Accuracy(*(np.inf if limit is None else float(limit) for limit in limits))
 
@@ -196,6 +229,8 @@ def _message(data: Json) -> Message:
     """The message of its JSON; `ValueError` when it is none."""
     severity, argument = data["severity"], data.get("argument")
     texts = (data["code"], data["text"], *(() if argument is None else (argument,)))
-    if severity not in get_args(Severity) or not all(isinstance(text, str) for text in texts):
+    if severity not in get_args(Severity) or not all(
+        isinstance(text, str) for text in texts
+    ):
         raise ValueError("a message is not made of texts")
     return Message(data["code"], data["text"], severity, argument)

@@ -9,17 +9,20 @@ from typing import Any
 from hefting.core.errors import InputError
 
 MAX_JSON = 100_000_000
-"""Largest JSON file that is read [bytes]: an estimate with a million point masses fits."""
+"""Largest JSON file that is read [bytes]: an estimate with a million point masses
+fits."""
 
 MAX_XML = 16 * 2**20
-"""Largest XML file that is read [bytes]; robot descriptions are thousands of times smaller."""
+"""Largest XML file that is read [bytes]; robot descriptions are thousands of times
+smaller."""
 
 MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read: more would only fill memory."""
 
 
 def read_json(path: str | Path) -> Any:
-    """The content of a JSON file. `InputError` when it cannot be read, is too large or too deep, or is not JSON."""
+    """The content of a JSON file. `InputError` when it cannot be read, is too large or
+    too deep, or is not JSON."""
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_JSON + 1)
@@ -33,7 +36,8 @@ def read_json(path: str | Path) -> Any:
 
 
 def read_xml(path: str | Path) -> bytes:
-    """The bytes of an XML file. `InputError` when it cannot be read, is larger than `MAX_XML`, or is not UTF-8."""
+    """The bytes of an XML file. `InputError` when it cannot be read, is larger than
+    `MAX_XML`, or is not UTF-8."""
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_XML + 1)
@@ -51,13 +55,18 @@ def read_xml(path: str | Path) -> bytes:
 
 
 def parse_xml(
-    data: bytes, path: str | Path, start: Callable[[str, dict[str, str], int], None], end: Callable[[str, int], None]
+    data: bytes,
+    path: str | Path,
+    start: Callable[[str, dict[str, str], int], None],
+    end: Callable[[str, int], None],
 ) -> None:
-    """Call ``start(tag, attributes, offset)`` and ``end(tag, offset)`` at each tag of the XML in `data`, in order.
+    """Call ``start(tag, attributes, offset)`` and ``end(tag, offset)`` at each tag of
+    the XML in `data`, in order.
 
-    Offsets are those of the tags in `data` [bytes]; names keep their prefix. A document type declaration is
-    refused, so no entity is ever expanded or fetched. `InputError` for one, when elements are nested deeper than
-    `MAX_DEPTH`, and when it is not well-formed.
+    Offsets are those of the tags in `data` [bytes]; names keep their prefix. A document
+    type declaration is refused, so no entity is ever expanded or fetched. `InputError`
+    for one, when elements are nested deeper than `MAX_DEPTH`, and when it is not
+    well-formed.
     """
     from xml.parsers import expat
 
@@ -68,7 +77,9 @@ def parse_xml(
         nonlocal depth
         depth += 1
         if depth > MAX_DEPTH:
-            raise InputError(f"has elements nested deeper than {MAX_DEPTH:,}", where=path)
+            raise InputError(
+                f"has elements nested deeper than {MAX_DEPTH:,}", where=path
+            )
         start(tag, attributes, parser.CurrentByteIndex)
 
     def end_element(tag: str):
@@ -77,7 +88,11 @@ def parse_xml(
         end(tag, parser.CurrentByteIndex)
 
     def refuse_doctype(*_):
-        raise InputError("has a document type declaration, which is refused", where=path, fix="remove the DOCTYPE")
+        raise InputError(
+            "has a document type declaration, which is refused",
+            where=path,
+            fix="remove the DOCTYPE",
+        )
 
     parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
     parser.StartDoctypeDeclHandler = refuse_doctype
@@ -88,7 +103,8 @@ def parse_xml(
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> None:
-    """Write `content` to a temporary neighbour of `path`, then rename it: a reader never sees half a file.
+    """Write `content` to a temporary neighbour of `path`, then rename it: a reader
+    never sees half a file.
 
     Raises `InputError` when the folder does not exist or cannot be written.
     """
@@ -97,7 +113,9 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
     target = Path(path).resolve()  # a link stays a link
     data = content.encode() if isinstance(content, str) else content
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        handle, temporary = tempfile.mkstemp(
+            prefix=f".{target.name}.", dir=target.parent
+        )
         try:
             with os.fdopen(handle, "wb") as stream:
                 stream.write(data)

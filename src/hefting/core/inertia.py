@@ -1,4 +1,5 @@
-"""Inertial parameters of a rigid body: conversions, frame moves, sums and physical consistency."""
+"""Inertial parameters of a rigid body: conversions, frame moves, sums and physical
+consistency."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -7,40 +8,62 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, check_pose, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import (
+    Array,
+    check_pose,
+    frozen,
+    skew,
+    tensor_to_vector,
+    vector_to_tensor,
+)
 
 
 @dataclass(frozen=True)
 class Consistency:
-    """Margins of the conditions of physical consistency; a body exists if and only if all are positive.
+    """Margins of the conditions of physical consistency; a body exists if and only if
+    all are positive.
 
-    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018) implies those before it;
-    they are kept apart because they say what is wrong in words.
+    The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018)
+    implies those before it; they are kept apart because they say what is wrong in
+    words.
     """
 
     margins: dict[str, float]
-    """``mass``: sign of the mass. ``inertia``: smallest principal moment at the COM over the largest.
-    ``triangle``: slack of the triangle inequality, smallest of (J1 + J2 - J3) over the largest moment.
-    ``pseudo_inertia``: smallest eigenvalue of the second-moment matrix at the COM over the largest, times the
-    sign of the mass. ``hull``, where the shape is known: depth of the COM in its convex hull over its largest side."""
+    """``mass``: sign of the mass. ``inertia``: smallest principal moment at the COM
+    over the largest.
+    ``triangle``: slack of the triangle inequality, smallest of (J1 + J2 - J3) over the
+        largest moment.
+    ``pseudo_inertia``: smallest eigenvalue of the second-moment matrix at the COM over
+        the largest, times the
+    sign of the mass. ``hull``, where the shape is known: depth of the COM in its convex
+        hull over its largest side."""
 
     @property
     def violated(self) -> str | None:
         """Name of the first condition that fails, or None."""
-        return next((name for name, margin in self.margins.items() if not margin >= -TOLERANCE), None)
+        return next(
+            (name for name, margin in self.margins.items() if not margin >= -TOLERANCE),
+            None,
+        )
 
     @property
     def is_consistent(self) -> bool:
-        """True when every condition holds (up to rounding: a flat or rod-like body sits on the boundary)."""
+        """True when every condition holds (up to rounding: a flat or rod-like body sits
+        on the boundary)."""
         return self.violated is None
 
     def __str__(self) -> str:
         name = self.violated
-        return "consistent" if name is None else f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
+        return (
+            "consistent"
+            if name is None
+            else f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
+        )
 
 
 TOLERANCE = 1e-9
-"""Rounding allowed in a relative margin: bodies of coplanar or collinear points have margins of exactly zero."""
+"""Rounding allowed in a relative margin: bodies of coplanar or collinear points have
+margins of exactly zero."""
 
 EXPLANATIONS = {
     "mass": "the mass is not positive",
@@ -53,10 +76,13 @@ EXPLANATIONS = {
 
 @dataclass(frozen=True, eq=False)
 class InertialParameters:
-    """Mass, first moment and inertia tensor about a frame's origin, in that frame's axes.
+    """Mass, first moment and inertia tensor about a frame's origin, in that frame's
+    axes.
 
-    ``vector`` (10,) is [m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz] in kg, kg m, kg m² (`spatial.PARAMETERS`).
-    Nothing is assumed of the values: a least-squares result may be unphysical, which `consistency` tells.
+    ``vector`` (10,) is [m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz] in kg, kg m, kg m²
+    (`spatial.PARAMETERS`).
+    Nothing is assumed of the values: a least-squares result may be unphysical, which
+        `consistency` tells.
     """
 
     vector: Array
@@ -64,26 +90,37 @@ class InertialParameters:
     def __post_init__(self):
         object.__setattr__(self, "vector", frozen(self.vector))
         if self.vector.shape != (10,):
-            raise InputError(f"inertial parameters are ten numbers, not an array of shape {self.vector.shape}")
+            raise InputError(
+                f"inertial parameters are ten numbers, not an array of shape {self.vector.shape}"
+            )
 
     # factories
 
     @classmethod
-    def from_com(cls, mass: float, center_of_mass: ArrayLike, inertia_at_com: ArrayLike) -> Self:
-        """From mass [kg], COM (3,) [m] and the inertia tensor (3, 3) [kg m²] about the COM, in the frame's axes."""
+    def from_com(
+        cls, mass: float, center_of_mass: ArrayLike, inertia_at_com: ArrayLike
+    ) -> Self:
+        """From mass [kg], COM (3,) [m] and the inertia tensor (3, 3) [kg m²] about the
+        COM, in the frame's axes."""
         c = np.asarray(center_of_mass, dtype=float)
         J = np.asarray(inertia_at_com, dtype=float) - mass * skew(c) @ skew(c)
         return cls(np.concatenate(([mass], mass * c, tensor_to_vector(J))))
 
     @classmethod
-    def from_origin(cls, mass: float, center_of_mass: ArrayLike, inertia_at_origin: ArrayLike) -> Self:
-        """From mass [kg], COM (3,) [m] and the inertia tensor (3, 3) [kg m²] about the frame's origin."""
+    def from_origin(
+        cls, mass: float, center_of_mass: ArrayLike, inertia_at_origin: ArrayLike
+    ) -> Self:
+        """From mass [kg], COM (3,) [m] and the inertia tensor (3, 3) [kg m²] about the
+        frame's origin."""
         c = np.asarray(center_of_mass, dtype=float)
-        return cls(np.concatenate(([mass], mass * c, tensor_to_vector(inertia_at_origin))))
+        return cls(
+            np.concatenate(([mass], mass * c, tensor_to_vector(inertia_at_origin)))
+        )
 
     @classmethod
     def from_pseudo_inertia(cls, matrix: ArrayLike) -> Self:
-        """From the 4 x 4 pseudo-inertia [[Sigma, m c], [m c', m]], Sigma = ∫ p p' dm (Wensing et al. 2018)."""
+        """From the 4 x 4 pseudo-inertia [[Sigma, m c], [m c', m]], Sigma = ∫ p p' dm
+        (Wensing et al. 2018)."""
         P = np.asarray(matrix, dtype=float)
         J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
         return cls(np.concatenate(([P[3, 3]], P[:3, 3], tensor_to_vector(J))))
@@ -108,7 +145,11 @@ class InertialParameters:
     def center_of_mass(self) -> Array:
         """COM (3,) [m] in the frame; NaN when the mass is zero."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self.vector[1:4] / self.vector[0] if self.vector[0] else np.full(3, np.nan)
+            return (
+                self.vector[1:4] / self.vector[0]
+                if self.vector[0]
+                else np.full(3, np.nan)
+            )
 
     @property
     def inertia_at_origin(self) -> Array:
@@ -132,27 +173,38 @@ class InertialParameters:
         return P
 
     def principal(self) -> tuple[Array, Array]:
-        """Principal moments (3,) [kg m²] at the COM in rising order, and the right-handed axes as columns (3, 3)."""
+        """Principal moments (3,) [kg m²] at the COM in rising order, and the
+        right-handed axes as columns (3, 3)."""
         moments, axes = np.linalg.eigh(self.inertia_at_com)
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         return moments, axes
 
     def consistency(self, hull: float | None = None) -> Consistency:
-        """Margins of every condition of physical consistency; `hull` is that of the COM in a known shape."""
+        """Margins of every condition of physical consistency; `hull` is that of the COM
+        in a known shape."""
         known = {} if hull is None else {"hull": hull}
         if not (self.vector[0] and np.isfinite(self.vector).all()):
-            return Consistency(dict.fromkeys(("mass", "inertia", "triangle", "pseudo_inertia"), float("nan")) | known)
+            return Consistency(
+                dict.fromkeys(
+                    ("mass", "inertia", "triangle", "pseudo_inertia"), float("nan")
+                )
+                | known
+            )
         sign = float(np.sign(self.mass))
         moments = np.linalg.eigvalsh(self.inertia_at_com)
-        second = 0.5 * moments.sum() - moments  # eigenvalues of the second-moment matrix about the COM
-        floor = 1e-5 * float(np.abs(self.vector[4:]).max())  # what remains of a point far away is rounding
+        # eigenvalues of the second-moment matrix about the COM
+        second = 0.5 * moments.sum() - moments
+        # what remains of a point far away is rounding
+        floor = 1e-5 * float(np.abs(self.vector[4:]).max())
         largest = max(float(np.abs(moments).max()), floor) or 1.0
         return Consistency(
             {
                 "mass": sign,
                 "inertia": float(moments[0]) / largest,
                 "triangle": float(moments[0] + moments[1] - moments[2]) / largest,
-                "pseudo_inertia": sign * float(second.min()) / (max(float(np.abs(second).max()), floor) or 1.0),
+                "pseudo_inertia": sign
+                * float(second.min())
+                / (max(float(np.abs(second).max()), floor) or 1.0),
             }
             | known
         )
@@ -160,7 +212,8 @@ class InertialParameters:
     # operations
 
     def moved(self, pose_old_in_new: ArrayLike) -> Self:
-        """The same body in another frame; `pose_old_in_new` (4, 4) is this frame's pose in the new one."""
+        """The same body in another frame; `pose_old_in_new` (4, 4) is this frame's pose
+        in the new one."""
         pose = check_pose(pose_old_in_new)
         return type(self).from_pseudo_inertia(pose @ self.pseudo_inertia @ pose.T)
 

@@ -1,4 +1,5 @@
-"""Measurements: motion, gravity and wrench at K instants, all in sensor axes: what every estimator works from."""
+"""Measurements: motion, gravity and wrench at K instants, all in sensor axes: what
+every estimator works from."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -27,20 +28,25 @@ class Noise:
 
 @dataclass(frozen=True)
 class MotionNoise:
-    """Errors of accelerations that were found from poses or measured: their size and how long they last."""
+    """Errors of accelerations that were found from poses or measured: their size and
+    how long they last."""
 
     linear: float
     """Standard deviation of the errors of the linear acceleration, per axis [m/s²]."""
     angular: float
     """The same of the angular acceleration [rad/s²]."""
     memory: float = 0.0
-    """Time over which those errors last [s]: 0 for white noise, pi over the bandwidth [rad/s] of a filter."""
+    """Time over which those errors last [s]: 0 for white noise, pi over the bandwidth
+    [rad/s] of a filter."""
 
     def __post_init__(self):
         for name in ("linear", "angular", "memory"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and 0.0 <= value < np.inf):
-                raise InputError(f"is {value}, not finite and at least 0", where=f"MotionNoise.{name}")
+                raise InputError(
+                    f"is {value}, not finite and at least 0",
+                    where=f"MotionNoise.{name}",
+                )
 
 
 NOISE_LEVELS = {
@@ -52,14 +58,21 @@ NOISE_LEVELS = {
 """Noise levels of the paper (Nadeau et al. 2022, table II)."""
 
 
-DIMENSIONS = {"time": 1, "gravity": 2, "linear_acceleration": 2, "angular_velocity": 2, "angular_acceleration": 2}
+DIMENSIONS = {
+    "time": 1,
+    "gravity": 2,
+    "linear_acceleration": 2,
+    "angular_velocity": 2,
+    "angular_acceleration": 2,
+}
 DIMENSIONS |= {"force": 2, "torque": 2, "weights": 1}
 """The arrays of `Measurements`: one dimension (K,) or two (K, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """K samples of motion and wrench in sensor axes; see `hefting.core.spatial` for signs and frames."""
+    """K samples of motion and wrench in sensor axes; see `hefting.core.spatial` for
+    signs and frames."""
 
     time: Array
     """(K,) [s]"""
@@ -95,11 +108,18 @@ class Measurements:
                 count = len(array)
             if array.shape != ((count,) if array.ndim == 1 else (count, 3)):
                 shape = (count,) if array.ndim == 1 else (count, 3)
-                raise InputError(f"has shape {array.shape}, expected {shape}", where=f"Measurements.{name}")
-            if not isfinite(np.add.reduce(array, axis=None)):  # quick; a sum may overflow where no sample does
+                raise InputError(
+                    f"has shape {array.shape}, expected {shape}",
+                    where=f"Measurements.{name}",
+                )
+            # quick; a sum may overflow where no sample does
+            if not isfinite(np.add.reduce(array, axis=None)):
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
-                    raise InputError(f"sample {int(rows[0][0])} is not finite", where=f"Measurements.{name}")
+                    raise InputError(
+                        f"sample {int(rows[0][0])} is not finite",
+                        where=f"Measurements.{name}",
+                    )
         if self.weights is not None and (self.weights < 0.0).any():
             raise InputError("a weight is negative", where="Measurements.weights")
 
@@ -121,10 +141,14 @@ class Measurements:
         return np.hstack((self.force, self.torque))
 
     def moved(self, pose_old_in_new: Array) -> Self:
-        """The same motion and wrench seen from another frame fixed to the sensor; `pose_old_in_new` is (4, 4)."""
+        """The same motion and wrench seen from another frame fixed to the sensor;
+        `pose_old_in_new` is (4, 4)."""
         force, torque = move_wrench(pose_old_in_new, self.force, self.torque)
         a, w, alpha = move_motion(
-            pose_old_in_new, self.linear_acceleration, self.angular_velocity, self.angular_acceleration
+            pose_old_in_new,
+            self.linear_acceleration,
+            self.angular_velocity,
+            self.angular_acceleration,
         )
         return replace(
             self,
@@ -137,10 +161,20 @@ class Measurements:
         )
 
     def with_noise(self, noise: Noise, seed: int | Sequence[int]) -> Self:
-        """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau et al. 2022, sec. V-C)."""
+        """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau
+        et al. 2022, sec. V-C)."""
         rng = np.random.default_rng(seed)
         levels = {
-            name: getattr(noise, name) for name in ("force", "torque", "linear_acceleration", "angular_acceleration")
+            name: getattr(noise, name)
+            for name in (
+                "force",
+                "torque",
+                "linear_acceleration",
+                "angular_acceleration",
+            )
         }
-        noisy = {name: getattr(self, name) + std * rng.normal(size=(len(self), 3)) for name, std in levels.items()}
+        noisy = {
+            name: getattr(self, name) + std * rng.normal(size=(len(self), 3))
+            for name, std in levels.items()
+        }
         return replace(self, noise=noise, **noisy)

@@ -1,7 +1,9 @@
-"""Messages: what was found, and what gives doubt, as sentences that programs can tell apart.
+"""Messages: what was found, and what gives doubt, as sentences that programs can tell
+apart.
 
-A `Message` is its text, and carries a code that never changes with the wording. Where it speaks of an argument of the
-library the text names it in backquotes, as in "check `gravity`"; the command line shows its option in that place
+A `Message` is its text, and carries a code that never changes with the wording. Where
+it speaks of an argument of the library the text names it in backquotes, as in "check
+`gravity`"; the command line shows its option in that place
 (`--gravity`). Nothing in the project compares sentences: it compares codes.
 """
 
@@ -27,7 +29,13 @@ class Message(str):
     severity: Severity
     argument: str | None
 
-    def __new__(cls, code: str, text: str, severity: Severity = "warning", argument: str | None = None) -> Self:
+    def __new__(
+        cls,
+        code: str,
+        text: str,
+        severity: Severity = "warning",
+        argument: str | None = None,
+    ) -> Self:
         """A message; see the class."""
         self = super().__new__(cls, text)
         self.code, self.severity, self.argument = code, severity, argument
@@ -40,7 +48,12 @@ class Message(str):
 
     def to_dict(self) -> dict[str, Any]:
         """Code, severity, text and argument, JSON-ready."""
-        return {"code": self.code, "severity": self.severity, "text": str(self), "argument": self.argument}
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "text": str(self),
+            "argument": self.argument,
+        }
 
 
 def note(code: str, text: str, argument: str | None = None) -> Message:

@@ -1,4 +1,5 @@
-"""How far an estimate is from the truth: the paper's three errors and a distance on the manifold of bodies."""
+"""How far an estimate is from the truth: the paper's three errors and a distance on the
+manifold of bodies."""
 
 from dataclasses import asdict, dataclass
 
@@ -24,7 +25,8 @@ class Errors:
     inertia_at_com: float
     """The same with each tensor about its own COM [%]."""
     riemannian: float
-    """Affine-invariant distance of the pseudo-inertias (Lee & Park 2018); NaN when the estimate is no body."""
+    """Affine-invariant distance of the pseudo-inertias (Lee & Park 2018); NaN when the
+    estimate is no body."""
 
     def to_dict(self) -> dict[str, float]:
         """By name."""
@@ -32,17 +34,23 @@ class Errors:
 
 
 def errors_between(
-    estimate: InertialParameters, truth: InertialParameters, extents: ArrayLike, axes: ArrayLike | None = None
+    estimate: InertialParameters,
+    truth: InertialParameters,
+    extents: ArrayLike,
+    axes: ArrayLike | None = None,
 ) -> Errors:
     """Errors of `estimate` against `truth`, both in one frame.
 
-    `extents` (3,) are the sides [m] of the object's bounding box along the columns of `axes` (3, 3), the axes of the
-    shape's own file in that frame (identity by default): differences are rotated into them first.
-    Raises `InputError` when the extents are not positive.
+    `extents` (3,) are the sides [m] of the object's bounding box along the columns of
+    `axes` (3, 3), the axes of the shape's own file in that frame (identity by default):
+    differences are rotated into them first. Raises `InputError` when the extents are
+    not positive.
     """
     a = np.asarray(extents, dtype=float)
     if a.shape != (3,) or not (a > 0).all():
-        raise InputError(f"bounding-box sides must be three positive lengths, not {a.tolist()}")
+        raise InputError(
+            f"bounding-box sides must be three positive lengths, not {a.tolist()}"
+        )
     R = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     m = truth.mass
     if not m > 0.0:
@@ -50,21 +58,30 @@ def errors_between(
     scale = tensor_to_vector(m / 12.0 * (np.eye(3) * (a @ a) - np.outer(a, a)))
 
     def inertia_error(difference: np.ndarray) -> float:
-        return 100.0 * float(np.mean(np.abs(tensor_to_vector(R.T @ difference @ R) / scale)))
+        return 100.0 * float(
+            np.mean(np.abs(tensor_to_vector(R.T @ difference @ R) / scale))
+        )
 
     return Errors(
         mass=100.0 * abs(estimate.mass - m) / m,
-        center_of_mass=100.0 * float(np.mean(np.abs(R.T @ (estimate.center_of_mass - truth.center_of_mass)) / a)),
-        inertia_at_origin=inertia_error(estimate.inertia_at_origin - truth.inertia_at_origin),
+        center_of_mass=100.0
+        * float(
+            np.mean(np.abs(R.T @ (estimate.center_of_mass - truth.center_of_mass)) / a)
+        ),
+        inertia_at_origin=inertia_error(
+            estimate.inertia_at_origin - truth.inertia_at_origin
+        ),
         inertia_at_com=inertia_error(estimate.inertia_at_com - truth.inertia_at_com),
         riemannian=riemannian_distance(estimate, truth),
     )
 
 
 def riemannian_distance(first: InertialParameters, second: InertialParameters) -> float:
-    """sqrt(½ sum of squared logs of the eigenvalues of P1^-1 P2), P the 4 x 4 pseudo-inertias (Lee & Park 2018).
+    """sqrt(½ sum of squared logs of the eigenvalues of P1^-1 P2), P the 4 x 4
+    pseudo-inertias (Lee & Park 2018).
 
-    Independent of frame and units. NaN unless both pseudo-inertias are positive definite.
+    Independent of frame and units. NaN unless both pseudo-inertias are positive
+    definite.
     """
     P1, P2 = first.pseudo_inertia, second.pseudo_inertia
     if not (P2.diagonal() > 0.0).all():

@@ -1,10 +1,12 @@
-"""Moments: everything the estimators need of any number of samples, in a 22 x 22 triangular factor.
+"""Moments: everything the estimators need of any number of samples, in a 22 x 22
+triangular factor.
 
-Every estimator works on sums over samples of quadratic forms in the features x of `hefting.core.regressor`. Those sums
-depend on the K x 22 matrix X of all features only through X'X = R'R, so the rows of the triangular factor R serve
-as 22 *virtual samples*: regressors, noise weights and bias columns built from them give the same sums. R is
-updated by orthogonal transformations and X'X is never formed, which keeps full precision (Golub & Van Loan,
-*Matrix Computations*, sec. 6.5).
+Every estimator works on sums over samples of quadratic forms in the features x of
+`hefting.core.regressor`. Those sums depend on the K x 22 matrix X of all features only
+through X'X = R'R, so the rows of the triangular factor R serve
+as 22 *virtual samples*: regressors, noise weights and bias columns built from them give
+    the same sums. R is updated by orthogonal transformations and X'X is never formed,
+    which keeps full precision (Golub & Van Loan, *Matrix Computations*, sec. 6.5).
 """
 
 from dataclasses import dataclass
@@ -15,13 +17,21 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.measurements import Measurements
-from hefting.core.regressor import FEATURES, ONE, WRENCH, features, full_rows, reduced_rows
+from hefting.core.regressor import (
+    FEATURES,
+    ONE,
+    WRENCH,
+    features,
+    full_rows,
+    reduced_rows,
+)
 from hefting.core.spatial import Array
 
 BLOCK = 2048
 """Rows folded at once: bounds the memory."""
 REFLECTORS = 8
-"""Householder reflectors LAPACK applies together: more cost more than they save on so few columns."""
+"""Householder reflectors LAPACK applies together: more cost more than they save on so
+few columns."""
 
 
 def triangular(rows: Array) -> Array:
@@ -45,16 +55,19 @@ def _equations(regressors: Array) -> Array:
 
 
 FULL_EQUATIONS = _equations(full_rows(np.eye(FEATURES)))
-"""(17, 6, 22): columns [bias | full regressor | wrench] of the six equations, linear in a sample's features."""
+"""(17, 6, 22): columns [bias | full regressor | wrench] of the six equations, linear in
+a sample's features."""
 REDUCED_EQUATIONS = _equations(reduced_rows(np.eye(FEATURES))[:, :, :4])
 """(11, 6, 22): the same with the reduced regressor, without its six zero columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Triangular factor of the features of all samples seen, with their number and time span.
+    """Triangular factor of the features of all samples seen, with their number and time
+    span.
 
-    Immutable: `fold` and `merge` return new values. Folding costs the same however many samples went before.
+    Immutable: `fold` and `merge` return new values. Folding costs the same however many
+    samples went before.
     """
 
     factor: Array
@@ -77,7 +90,8 @@ class Moments:
         return cls.empty().fold(measurements)
 
     def fold(self, measurements: Measurements, scale: Array | None = None) -> Self:
-        """With the samples of `measurements` added, their equations multiplied by `scale` (K,) if given."""
+        """With the samples of `measurements` added, their equations multiplied by
+        `scale` (K,) if given."""
         return self.fold_features(features(measurements), measurements.time, scale)
 
     def fold_features(self, x: Array, time: Array, scale: Array | None = None) -> Self:
@@ -92,19 +106,23 @@ class Moments:
             first = last = float(time[0])
         else:
             for first in range(0, len(x), BLOCK):
-                factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[0]
+                factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[
+                    0
+                ]
             first, last = float(np.minimum.reduce(time)), float(np.maximum.reduce(time))
         start, end = min(self.start, first), max(self.end, last)
         return type(self)(factor, self.samples + len(time), start, end)
 
     def merge(self, other: "Moments") -> Self:
-        """Moments of both sets of samples together, in whichever order and on whichever machine they were folded."""
+        """Moments of both sets of samples together, in whichever order and on whichever
+        machine they were folded."""
         factor = triangular(np.vstack((self.factor, other.factor)))
         start, end = min(self.start, other.start), max(self.end, other.end)
         return type(self)(factor, self.samples + other.samples, start, end)
 
     def factor_of(self, equations: Array) -> Array:
-        """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of `FULL_EQUATIONS`, say."""
+        """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of
+        `FULL_EQUATIONS`, say."""
         rows = equations.reshape(-1, FEATURES) @ self.factor.T
         return triangular(rows.reshape(len(equations), -1).T)
 
@@ -130,5 +148,6 @@ class Moments:
 
     @property
     def ones(self) -> Array:
-        """What stands in the place of 1 in each virtual sample (22,): the scale of its bias column."""
+        """What stands in the place of 1 in each virtual sample (22,): the scale of its
+        bias column."""
         return self.factor[:, ONE]

@@ -15,13 +15,18 @@ UNITS: dict[Kind, dict[str, float]] = {
 
 
 def quantity(text: str, kind: Kind) -> float:
-    """A finite, not negative number in SI units from a text like ``2mm``, ``5deg`` or ``20%``.
+    """A finite, not negative number in SI units from a text like ``2mm``, ``5deg`` or
+    ``20%``.
 
     Raises `InputError` for anything else.
     """
-    match = re.fullmatch(r"\s*(\d{1,30}\.?\d{0,30}|\.\d{1,30})(e[+-]?\d{1,2})?\s*(\D{0,4}?)\s*", text)
+    match = re.fullmatch(
+        r"\s*(\d{1,30}\.?\d{0,30}|\.\d{1,30})(e[+-]?\d{1,2})?\s*(\D{0,4}?)\s*", text
+    )
     units = UNITS[kind]
     if match is None or match[3] not in units:
         names = ", ".join(unit or "no unit" for unit in units)
-        raise InputError(f"'{text}' is not a {kind}", fix=f"a number and a unit: {names}")
+        raise InputError(
+            f"'{text}' is not a {kind}", fix=f"a number and a unit: {names}"
+        )
     return float(match[1] + (match[2] or "")) * units[match[3]]

@@ -1,4 +1,5 @@
-"""Recording: what a log says, as streams that keep their own clocks; nothing is interpolated."""
+"""Recording: what a log says, as streams that keep their own clocks; nothing is
+interpolated."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -24,7 +25,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "accelerometer": ("accel_x", "accel_y", "accel_z"),
     "linear_accelerometer": ("linear_accel_x", "linear_accel_y", "linear_accel_z"),
 }
-"""Columns of each stream in the canonical log, in order; of joint streams the prefix of q1..qn, dq1..dqn."""
+"""Columns of each stream in the canonical log, in order; of joint streams the prefix of
+q1..qn, dq1..dqn."""
 
 JOINT_STREAMS = ("joint_positions", "joint_velocities")
 
@@ -32,7 +34,8 @@ JOINT_STREAMS = ("joint_positions", "joint_velocities")
 def all_finite(values: NDArray[Any]) -> bool:
     """Whether no value is infinite or NaN."""
     with np.errstate(all="ignore"):
-        total = np.add.reduce(values, axis=None)  # a sum needs no memory, and is finite only if all of them are
+        # a sum needs no memory, and is finite only if all of them are
+        total = np.add.reduce(values, axis=None)
     return bool(np.isfinite(total) or np.isfinite(values).all())
 
 
@@ -44,7 +47,11 @@ def parts(count: int) -> Iterator[slice]:
 def column_names(stream: str, width: int) -> tuple[str, ...]:
     """Names of the `width` columns of a stream."""
     names = COLUMNS[stream]
-    return tuple(f"{names[0]}{i}" for i in range(1, width + 1)) if stream in JOINT_STREAMS else names
+    return (
+        tuple(f"{names[0]}{i}" for i in range(1, width + 1))
+        if stream in JOINT_STREAMS
+        else names
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +63,29 @@ class Stream:
     values: Array
     """(N, d), units and axes as in `Recording`"""
     rows: NDArray[np.integer[Any]] = field(default=None)  # type: ignore[assignment]
-    """(N,) row of the source each sample came from, as a person counts there; by default 1..N"""
+    """(N,) row of the source each sample came from, as a person counts there; by
+    default 1..N"""
 
     def __post_init__(self):
         time, values = frozen(self.time), frozen(self.values)
         counted = np.arange(1, len(values) + 1, dtype=np.int32)
         rows: NDArray[np.integer[Any]] = counted if self.rows is None else self.rows
-        if not (isinstance(rows, np.ndarray) and rows.dtype.kind == "i" and is_immutable(rows)):
+        if not (
+            isinstance(rows, np.ndarray)
+            and rows.dtype.kind == "i"
+            and is_immutable(rows)
+        ):
             rows = own(np.array(rows, dtype=np.int64))
-        if values.ndim != 2 or values.size == 0 or time.shape != rows.shape or time.shape != values.shape[:1]:
+        if (
+            values.ndim != 2
+            or values.size == 0
+            or time.shape != rows.shape
+            or time.shape != values.shape[:1]
+        ):
             shapes = f"time {time.shape}, values {values.shape}, rows {rows.shape}"
-            raise InputError(f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}")
+            raise InputError(
+                f"a stream needs time (N,), values (N, d) and rows (N,) with N > 0, not {shapes}"
+            )
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "rows", rows)
@@ -103,9 +122,10 @@ class Recording:
     ``linear_accelerometer`` 3     gravity removed, sensor axes [m/s²]
     ======================== ===== ============================================================
 
-    Quaternions whose norm is within 0.01 of one are normalised. Raises `InputError`, naming source, row and
-    column, for an unknown stream, a wrong width, a value that is not finite, a time that does not increase
-    within its stream, a quaternion that is not of unit norm, and joint names of another number than the joints.
+    Quaternions whose norm is within 0.01 of one are normalised. Raises `InputError`,
+    naming source, row and column, for an unknown stream, a wrong width, a value that is
+    not finite, a time that does not increase within its stream, a quaternion that is
+    not of unit norm, and joint names of another number than the joints.
     """
 
     streams: Mapping[str, Stream]
@@ -123,7 +143,10 @@ class Recording:
     def __post_init__(self):
         for name in self.streams:
             if name not in COLUMNS:
-                raise InputError(f"unknown stream '{name}'{nearest(name, COLUMNS)}", where=self.source)
+                raise InputError(
+                    f"unknown stream '{name}'{nearest(name, COLUMNS)}",
+                    where=self.source,
+                )
         if not self.streams:
             raise InputError("there are no samples", where=self.source)
         streams = {name: self.streams[name] for name in COLUMNS if name in self.streams}
@@ -131,18 +154,32 @@ class Recording:
             self._check(name, stream)
         if "orientation" in streams:
             streams["orientation"] = self._normalised(streams["orientation"])
-        widths = {streams[name].values.shape[1] for name in JOINT_STREAMS if name in streams}
+        widths = {
+            streams[name].values.shape[1] for name in JOINT_STREAMS if name in streams
+        }
         if len(widths) > 1:
-            raise InputError("joint positions q and velocities dq differ in number", where=self.source)
+            raise InputError(
+                "joint positions q and velocities dq differ in number",
+                where=self.source,
+            )
         if self.joint_names and widths and {len(self.joint_names)} != widths:
-            raise InputError(f"{len(self.joint_names)} joint names for {widths.pop()} joint columns", where=self.source)
+            raise InputError(
+                f"{len(self.joint_names)} joint names for {widths.pop()} joint columns",
+                where=self.source,
+            )
         object.__setattr__(self, "streams", streams)
 
     def _check(self, name: str, stream: Stream) -> None:
         columns = column_names(name, stream.values.shape[1])
         if stream.values.shape[1] != len(columns):
-            raise InputError(f"has {stream.values.shape[1]} columns, not {len(columns)}", f"{self.source}, {name}")
-        for label, values in ((("time",), stream.time[:, None]), (columns, stream.values)):
+            raise InputError(
+                f"has {stream.values.shape[1]} columns, not {len(columns)}",
+                f"{self.source}, {name}",
+            )
+        for label, values in (
+            (("time",), stream.time[:, None]),
+            (columns, stream.values),
+        ):
             if not all_finite(values):
                 k, j = np.argwhere(~np.isfinite(values))[0]
                 raise InputError(
@@ -153,9 +190,16 @@ class Recording:
         forward = stream.time[1:] > stream.time[:-1]
         if not forward.all():
             k = np.argmin(forward)
-            (before, now), (row, next_row) = stream.time[k : k + 2], stream.rows[k : k + 2]
+            (before, now), (row, next_row) = (
+                stream.time[k : k + 2],
+                stream.rows[k : k + 2],
+            )
             repeated = before == now
-            what = f"repeats that of row {row}" if repeated else f"is before {before:.9g} s of row {row}"
+            what = (
+                f"repeats that of row {row}"
+                if repeated
+                else f"is before {before:.9g} s of row {row}"
+            )
             raise InputError(
                 f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
                 where=f"{self.source}, row {next_row}, column time",
@@ -184,7 +228,11 @@ class Recording:
     def __getitem__(self, name: str) -> Stream:
         """The stream `name`; `InputError` when the recording does not have it."""
         if name not in self.streams:
-            columns = f"columns {' '.join(COLUMNS[name])}" if name in COLUMNS else f"it has {', '.join(self.streams)}"
+            columns = (
+                f"columns {' '.join(COLUMNS[name])}"
+                if name in COLUMNS
+                else f"it has {', '.join(self.streams)}"
+            )
             raise InputError(f"has no {name} ({columns})", where=self.source)
         return self.streams[name]
 
@@ -199,25 +247,34 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """Time from the first to the last sample of any stream [s]; rows less one when static."""
-        return float(max(stream.time[-1] for stream in self.streams.values())) - self.start
+        """Time from the first to the last sample of any stream [s]; rows less one when
+        static."""
+        return (
+            float(max(stream.time[-1] for stream in self.streams.values())) - self.start
+        )
 
     def rates(self) -> dict[str, float]:
-        """Samples per second of each stream, one over the median step [Hz]; 0 if one sample or static."""
+        """Samples per second of each stream, one over the median step [Hz]; 0 if one
+        sample or static."""
         return {
-            name: 0.0 if self.static or len(stream) < 2 else 1 / median(np.diff(stream.time))
+            name: 0.0
+            if self.static or len(stream) < 2
+            else 1 / median(np.diff(stream.time))
             for name, stream in self.streams.items()
         }
 
     def slice(self, start: float = 0.0, duration: float | None = None) -> Self:
-        """The samples from `start` on, counted from the first sample, for less than `duration` [s].
+        """The samples from `start` on, counted from the first sample, for less than
+        `duration` [s].
 
-        Times keep their values. Streams without a sample there are dropped; `InputError` when none is left.
-        A static recording is sliced by row.
+        Times keep their values. Streams without a sample there are dropped;
+        `InputError` when none is left. A static recording is sliced by row.
         """
         if not (start >= 0 and (duration is None or duration > 0)):
             raise InputError(
-                f"cannot take {duration} s from {start} s on", self.source, "give start >= 0, duration > 0"
+                f"cannot take {duration} s from {start} s on",
+                self.source,
+                "give start >= 0, duration > 0",
             )
         begin = self.start + start
         end = np.inf if duration is None else begin + duration
@@ -227,5 +284,8 @@ class Recording:
             if last > first:
                 kept[name] = stream[first:last]
         if not kept:
-            raise InputError(f"no sample from {start:g} s on; it lasts {self.duration:g} s", where=self.source)
+            raise InputError(
+                f"no sample from {start:g} s on; it lasts {self.duration:g} s",
+                where=self.source,
+            )
         return replace(self, streams=kept)

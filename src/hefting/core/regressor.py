@@ -4,7 +4,8 @@ Both models are linear in the 22 *features* of a sample,
 
     x = [a - g (3), alpha (3), vech(w w') (6), g (3), f (3), tau (3), 1],
 
-because [w]x [w]x = w w' - |w|² I and w x (J w) are linear in w w'. With d = a - g and W = [w]x,
+because [w]x [w]x = w w' - |w|² I and w x (J w) are linear in w w'. With d = a - g and W
+= [w]x,
 
     full:     f = m d + ([alpha]x + W W) m c,   tau = (m c) x d + L(alpha) J + W L(w) J
     reduced:  the same with a = w = alpha = 0 (gravity only; Nadeau et al. 2022, eq. 7)
@@ -15,7 +16,14 @@ where L(v) (Jxx..Jzz) = J v. See Atkeson, An & Hollerbach 1986 for the full mode
 import numpy as np
 
 from hefting.core.measurements import Measurements
-from hefting.core.spatial import CHUNK, TENSOR_COLUMNS, TENSOR_ROWS, Array, skew, vector_to_tensor
+from hefting.core.spatial import (
+    CHUNK,
+    TENSOR_COLUMNS,
+    TENSOR_ROWS,
+    Array,
+    skew,
+    vector_to_tensor,
+)
 
 MOTION = slice(0, 12)
 """Features the full model is built from."""
@@ -35,9 +43,13 @@ def _full_map() -> Array:
     full[3:6, 0:3, 1:4] = skew(unit)
     full[3:6, 3:6, 4:10] = np.einsum("sij,aj->ais", tensor_basis, unit)
     # a symmetric S in the place of w w': force S - tr(S) I, torque eps_ijk S_jl J_kl
-    full[6:12, 0:3, 1:4] = tensor_basis - np.einsum("sii->s", tensor_basis)[:, None, None] * unit
+    full[6:12, 0:3, 1:4] = (
+        tensor_basis - np.einsum("sii->s", tensor_basis)[:, None, None] * unit
+    )
     levi_civita = -np.moveaxis(skew(unit), 0, 0)  # levi_civita[i, j, k] = eps_ijk
-    full[6:12, 3:6, 4:10] = np.einsum("ijk,tjl,skl->tis", levi_civita, tensor_basis, tensor_basis)
+    full[6:12, 3:6, 4:10] = np.einsum(
+        "ijk,tjl,skl->tis", levi_civita, tensor_basis, tensor_basis
+    )
     return full
 
 
@@ -48,7 +60,8 @@ REDUCED_MAP = np.ascontiguousarray(-_full_map()[:3].reshape(3, 60))
 
 
 def features(measurements: Measurements) -> Array:
-    """Features (K, 22) of K samples, column-major; rows are scaled by the root of the sample's weight."""
+    """Features (K, 22) of K samples, column-major; rows are scaled by the root of the
+    sample's weight."""
     z = measurements
     x = np.empty((len(z), FEATURES), order="F")
     _write_motion(z, x)
@@ -62,7 +75,8 @@ def features(measurements: Measurements) -> Array:
 
 
 def motion_features(measurements: Measurements) -> Array:
-    """The first twelve features (K, 12), of the motion alone and without the samples' weights."""
+    """The first twelve features (K, 12), of the motion alone and without the samples'
+    weights."""
     x = np.empty((len(measurements), 12), order="F")
     _write_motion(measurements, x)
     return x
@@ -81,33 +95,43 @@ def full_rows(x: Array) -> Array:
 
 
 def reduced_rows(x: Array) -> Array:
-    """Reduced regressors (K, 6, 10) of (virtual) samples' features (K, 22); the inertia columns are zero."""
+    """Reduced regressors (K, 6, 10) of (virtual) samples' features (K, 22); the inertia
+    columns are zero."""
     return (x[:, GRAVITY] @ REDUCED_MAP).reshape(-1, 6, 10)
 
 
 def full_regressor(measurements: Measurements) -> Array:
-    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameter vector."""
+    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameter
+    vector."""
     return full_rows(features(measurements))
 
 
 def reduced_regressor(measurements: Measurements) -> Array:
-    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7, with its force rows)."""
+    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7, with its force
+    rows)."""
     return reduced_rows(features(measurements))
 
 
 def dynamism(measurements: Measurements) -> Array:
-    """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 4, n1 = n2 = 1, n3 = 0.5)."""
-    a, alpha, w = measurements.linear_acceleration, measurements.angular_acceleration, measurements.angular_velocity
+    """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 4, n1
+    = n2 = 1, n3 = 0.5)."""
+    a, alpha, w = (
+        measurements.linear_acceleration,
+        measurements.angular_acceleration,
+        measurements.angular_velocity,
+    )
     return np.add.reduce(a * a + alpha * alpha + 4.0 * (w * w), axis=1)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:
-    """Weight w (K,) = tanh(3 nu / c1) of the full model against the reduced (Nadeau et al. 2022, eq. 9)."""
+    """Weight w (K,) = tanh(3 nu / c1) of the full model against the reduced (Nadeau et
+    al. 2022, eq. 9)."""
     return np.tanh((3.0 / c1) * dynamism(measurements))
 
 
 def predict_wrench(measurements: Measurements, vector: Array) -> Array:
-    """Wrench (K, 6) [N, N m] that a body with the ten parameters `vector` needs for the measured motion."""
+    """Wrench (K, 6) [N, N m] that a body with the ten parameters `vector` needs for the
+    measured motion."""
     z = measurements
     effect = FULL_MAP.reshape(-1, 10) @ np.asarray(vector, dtype=float)
     wrench = np.empty((len(z), 6))

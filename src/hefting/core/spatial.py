@@ -2,16 +2,17 @@
 
 Fixed here and nowhere else:
 
-- SI units; right-handed frames ``world``, ``sensor`` (the force-torque sensor) and ``object`` (the frame of
-  the shape's file). A pose ``pose_object_in_sensor`` is the 4 x 4 matrix that takes object coordinates to
-  sensor coordinates.
+- SI units; right-handed frames ``world``, ``sensor`` (the force-torque sensor) and
+  ``object`` (the frame of the shape's file). A pose ``pose_object_in_sensor`` is the 4
+  x 4 matrix that takes object coordinates to sensor coordinates.
 - Quaternions are x, y, z, w; q and -q are the same rotation.
-- A wrench is force, then torque, **exerted by the sensor on the object**, in sensor axes, about the sensor
-  origin. A sensor that reports what the object exerts on it ("on-sensor") has the opposite sign.
+- A wrench is force, then torque, **exerted by the sensor on the object**, in sensor
+  axes, about the sensor origin. A sensor that reports what the object exerts on it
+  ("on-sensor") has the opposite sign.
 - Gravity is a vector in world axes, by default (0, 0, -9.80665) m/s².
 - Acceleration is classical: the second derivative of the sensor origin's position.
-- Inertial parameters are taken about the sensor origin, in sensor axes, in the order of `PARAMETERS`;
-  products of inertia are those of the tensor: Jxy = -∫ x y dm.
+- Inertial parameters are taken about the sensor origin, in sensor axes, in the order of
+  `PARAMETERS`; products of inertia are those of the tensor: Jxy = -∫ x y dm.
 """
 
 from typing import Any, TypeVar
@@ -30,7 +31,8 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""
 
 SPEED_LIMIT = 0.25
-"""Largest speed of the tool centre point [m/s] next to people, by ISO 10218-1 (2011)."""
+"""Largest speed of the tool centre point [m/s] next to people, by ISO 10218-1
+(2011)."""
 
 PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 """Order of the ten inertial parameters [kg, kg m (3), kg m² (6)]."""
@@ -48,8 +50,14 @@ CHUNK = 65_536
 
 
 def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
-    """`values` as a read-only contiguous array of floats with at least so many dimensions: a copy, unless it is one."""
-    if type(values) is np.ndarray and values.dtype == float and values.ndim >= dimensions and is_immutable(values):
+    """`values` as a read-only contiguous array of floats with at least so many
+    dimensions: a copy, unless it is one."""
+    if (
+        type(values) is np.ndarray
+        and values.dtype == float
+        and values.ndim >= dimensions
+        and is_immutable(values)
+    ):
         return values
     try:
         array = np.array(values, dtype=float, order="C", ndmin=dimensions)
@@ -60,20 +68,23 @@ def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
 
 
 def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`array`, which nobody else holds, made read-only in place, so that `frozen` need not copy it."""
+    """`array`, which nobody else holds, made read-only in place, so that `frozen` need
+    not copy it."""
     array.setflags(write=False)
     return array
 
 
 def is_immutable(array: NDArray[Any]) -> bool:
-    """Whether nothing can write to a C-contiguous array, nor to what it is a view of."""
+    """Whether nothing can write to a C-contiguous array, nor to what it is a view
+    of."""
     base = array.base
     shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
     return shared and not array.flags.writeable and array.flags.c_contiguous
 
 
 def median(values: NDArray[Any]) -> float:
-    """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports `numpy.ma` at its first call."""
+    """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports
+    `numpy.ma` at its first call."""
     half = len(values) // 2
     if len(values) % 2:
         return float(np.partition(values, half)[half])
@@ -82,24 +93,37 @@ def median(values: NDArray[Any]) -> float:
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
-    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for what is none."""
+    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for what is
+    none."""
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
-        raise InputError(f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}")
+        raise InputError(
+            f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}"
+        )
     return g
 
 
 def skew(vector: ArrayLike) -> Array:
-    """Cross-product matrices: vectors (..., 3) to matrices (..., 3, 3) with ``skew(u) @ v == cross(u, v)``."""
+    """Cross-product matrices: vectors (..., 3) to matrices (..., 3, 3) with ``skew(u) @
+    v == cross(u, v)``."""
     v = np.asarray(vector, dtype=float)
     matrix = np.zeros((*v.shape, 3))
-    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = (
+        -v[..., 2],
+        v[..., 1],
+        -v[..., 0],
+    )
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = (
+        v[..., 2],
+        -v[..., 1],
+        v[..., 0],
+    )
     return matrix
 
 
 def tensor_to_vector(tensor: ArrayLike) -> Array:
-    """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (..., 6)."""
+    """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (...,
+    6)."""
     return np.asarray(tensor, dtype=float)[..., TENSOR_ROWS, TENSOR_COLUMNS]
 
 
@@ -110,7 +134,8 @@ def vector_to_tensor(vector: ArrayLike) -> Array:
 
 
 def rotation_matrices(quaternions: ArrayLike) -> Array:
-    """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) x, y, z, w: sensor axes to world axes."""
+    """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) x, y, z, w: sensor axes to
+    world axes."""
     x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
     rows = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
@@ -121,26 +146,36 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 
 
 def in_sensor_axes(orientation: Array, vectors: ArrayLike) -> Array:
-    """Vectors in world axes, (3,) or (K, 3), in the axes (K, 3) of sensors of orientation (K, 4) xyzw."""
+    """Vectors in world axes, (3,) or (K, 3), in the axes (K, 3) of sensors of
+    orientation (K, 4) xyzw."""
     world = np.broadcast_to(np.asarray(vectors, dtype=float), (len(orientation), 3))
     out = np.empty((len(orientation), 3))
     for first in range(0, len(out), CHUNK):
         part = slice(first, first + CHUNK)
-        np.einsum("kji,kj->ki", rotation_matrices(orientation[part]), world[part], out=out[part])
+        np.einsum(
+            "kji,kj->ki",
+            rotation_matrices(orientation[part]),
+            world[part],
+            out=out[part],
+        )
     return out
 
 
 def pose_matrix(seven_numbers: ArrayLike) -> Array:
     """Pose (4, 4) from x, y, z [m] and a quaternion x, y, z, w.
 
-    Raises `InputError` unless there are seven finite numbers whose quaternion has unit norm within 1e-3.
+    Raises `InputError` unless there are seven finite numbers whose quaternion has unit
+    norm within 1e-3.
     """
     numbers = np.asarray(seven_numbers, dtype=float)
     if numbers.shape != (7,) or not np.isfinite(numbers).all():
         raise InputError("a pose is seven finite numbers x,y,z,qx,qy,qz,qw")
     norm = np.linalg.norm(numbers[3:])
     if abs(norm - 1) > 1e-3:
-        raise InputError(f"pose quaternion has norm {norm:.4g}, not 1", fix="give x,y,z,qx,qy,qz,qw (w last)")
+        raise InputError(
+            f"pose quaternion has norm {norm:.4g}, not 1",
+            fix="give x,y,z,qx,qy,qz,qw (w last)",
+        )
     pose = np.eye(4)
     pose[:3, :3] = rotation_matrices(numbers[3:] / norm)
     pose[:3, 3] = numbers[:3]
@@ -148,12 +183,16 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
 
 
 def check_pose(pose: ArrayLike) -> Array:
-    """`pose` as a (4, 4) float array; `InputError` unless it is a proper rigid motion within 1e-6."""
+    """`pose` as a (4, 4) float array; `InputError` unless it is a proper rigid motion
+    within 1e-6."""
     matrix = np.asarray(pose, dtype=float)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         raise InputError("a pose is a finite 4 x 4 matrix")
     rotation = matrix[:3, :3]
-    proper = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+    proper = (
+        np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+        and np.linalg.det(rotation) > 0
+    )
     if not proper or not np.allclose(matrix[3], (0, 0, 0, 1)):
         raise InputError("the pose matrix is not a proper rotation with a translation")
     return matrix
@@ -168,22 +207,34 @@ def inverse_pose(pose: ArrayLike) -> Array:
     return inverse
 
 
-def move_wrench(pose_old_in_new: ArrayLike, force: ArrayLike, torque: ArrayLike) -> tuple[Array, Array]:
-    """Force and torque (..., 3) given in an old frame, in the axes and about the origin of a new one."""
+def move_wrench(
+    pose_old_in_new: ArrayLike, force: ArrayLike, torque: ArrayLike
+) -> tuple[Array, Array]:
+    """Force and torque (..., 3) given in an old frame, in the axes and about the origin
+    of a new one."""
     pose = np.asarray(pose_old_in_new, dtype=float)
     new_force = np.asarray(force, dtype=float) @ pose[:3, :3].T
-    return new_force, np.asarray(torque, dtype=float) @ pose[:3, :3].T + np.cross(pose[:3, 3], new_force)
+    return new_force, np.asarray(torque, dtype=float) @ pose[:3, :3].T + np.cross(
+        pose[:3, 3], new_force
+    )
 
 
 def move_motion(
-    pose_old_in_new: ArrayLike, acceleration: ArrayLike, velocity: ArrayLike, angular_acceleration: ArrayLike
+    pose_old_in_new: ArrayLike,
+    acceleration: ArrayLike,
+    velocity: ArrayLike,
+    angular_acceleration: ArrayLike,
 ) -> tuple[Array, Array, Array]:
     """Rigid-body motion (..., 3) seen from another frame fixed to the same body.
 
-    `acceleration` [m/s²] is the classical acceleration of the old origin, `velocity` [rad/s] the angular
-    velocity; returned are acceleration of the new origin, angular velocity and angular acceleration, in new axes.
+    `acceleration` [m/s²] is the classical acceleration of the old origin, `velocity`
+    [rad/s] the angular velocity; returned are acceleration of the new origin, angular
+    velocity and angular acceleration, in new axes.
     """
     pose = np.asarray(pose_old_in_new, dtype=float)
-    a, w, alpha = (np.asarray(v, dtype=float) @ pose[:3, :3].T for v in (acceleration, velocity, angular_acceleration))
+    a, w, alpha = (
+        np.asarray(v, dtype=float) @ pose[:3, :3].T
+        for v in (acceleration, velocity, angular_acceleration)
+    )
     offset = -pose[:3, 3]  # from the old origin to the new one, in new axes
     return a + np.cross(alpha, offset) + np.cross(w, np.cross(w, offset)), w, alpha

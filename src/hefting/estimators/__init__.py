@@ -1,4 +1,5 @@
-"""Estimators: one file a method, one small contract (`hefting.estimators.base`), one list (`.methods`)."""
+"""Estimators: one file a method, one small contract (`hefting.estimators.base`), one
+list (`.methods`)."""
 
 from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any, cast
@@ -16,7 +17,9 @@ def _rank(kind: type[Estimator]) -> int:
 
 METHODS: dict[str, type[Estimator]] = {
     kind.__name__: kind
-    for kind in sorted((kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank)
+    for kind in sorted(
+        (kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank
+    )
 }
 """Every method by its name, those first that use most of what is known."""
 
@@ -27,9 +30,12 @@ _VARIANTS: list[tuple[str, str, dict[str, Any]]] = [
 ]
 VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
     variant: (name, settings)
-    for variant, name, settings in sorted(_VARIANTS, key=lambda variant: "model" not in variant[2])
+    for variant, name, settings in sorted(
+        _VARIANTS, key=lambda variant: "model" not in variant[2]
+    )
 }
-"""The same with another model of the motion than their own, then those with a condition more; what makes them so."""
+"""The same with another model of the motion than their own, then those with a condition
+more; what makes them so."""
 
 
 @dataclass(frozen=True)
@@ -43,19 +49,24 @@ class Option:
 
 
 def spelled(name: str) -> str:
-    """Name of a method or variant as `METHODS` and `VARIANTS` spell it. Raises `InputError` for an unknown one."""
+    """Name of a method or variant as `METHODS` and `VARIANTS` spell it. Raises
+    `InputError` for an unknown one."""
     known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
     key = known.get(name.lower()) if isinstance(name, str) else None
     if key is None:
-        raise InputError(f"unknown method '{name}'", fix=f"use {', '.join(METHODS)}; see hefting methods")
+        raise InputError(
+            f"unknown method '{name}'",
+            fix=f"use {', '.join(METHODS)}; see hefting methods",
+        )
     return key
 
 
 def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
-    """Estimator of a method or variant, in any case, and the hyperparameters that make it so.
+    """Estimator of a method or variant, in any case, and the hyperparameters that make
+    it so.
 
-    The hyperparameter ``"shape"`` of a variant stands for the shape that is known. Raises `InputError` for an unknown
-    name.
+    The hyperparameter ``"shape"`` of a variant stands for the shape that is known.
+    Raises `InputError` for an unknown name.
     """
     key = spelled(name)
     base, settings = VARIANTS.get(key, (key, {}))
@@ -63,22 +74,34 @@ def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
 
 
 def default_method(shape_known: bool) -> str:
-    """Name of the method to use where none is named: the first, or the first that needs no shape."""
-    return next(name for name, kind in METHODS.items() if shape_known or kind.needs == "nothing")
+    """Name of the method to use where none is named: the first, or the first that needs
+    no shape."""
+    return next(
+        name for name, kind in METHODS.items() if shape_known or kind.needs == "nothing"
+    )
 
 
 def methods_with(hyperparameter: str) -> list[str]:
-    """Names of the methods that have a hyperparameter, in their own model of the motion."""
-    return [name for name, kind in METHODS.items() if hyperparameter in kind.hyperparameters()]
+    """Names of the methods that have a hyperparameter, in their own model of the
+    motion."""
+    return [
+        name
+        for name, kind in METHODS.items()
+        if hyperparameter in kind.hyperparameters()
+    ]
 
 
 def options() -> dict[str, Option]:
-    """Every number that users may give as a hyperparameter, by its name, in the order of the methods."""
+    """Every number that users may give as a hyperparameter, by its name, in the order
+    of the methods."""
     found: dict[str, Option] = {}
     for method, kind in METHODS.items():
         for field in fields(kind):
             if "help" in field.metadata:
-                text, before = f"{method}: {field.metadata['help']}", found.get(field.name)
+                text, before = (
+                    f"{method}: {field.metadata['help']}",
+                    found.get(field.name),
+                )
                 if before is not None:
                     found[field.name] = Option(f"{before.help}; {text}", before.metavar)
                 else:
@@ -87,10 +110,13 @@ def options() -> dict[str, Option]:
 
 
 def describe_methods() -> dict[str, dict[str, Any]]:
-    """What every method does, needs, guarantees and is indifferent to, by name; JSON-ready."""
+    """What every method does, needs, guarantees and is indifferent to, by name;
+    JSON-ready."""
     return {
         name: {
-            "summary": " ".join((kind.__doc__ or "").split("\n\n")[0].split()).rstrip(":;."),
+            "summary": " ".join((kind.__doc__ or "").split("\n\n")[0].split()).rstrip(
+                ":;."
+            ),
             "needs": kind.needs,
             "consistent": kind.consistent,
             "invariances": [i for i in INVARIANCES if i in kind.invariances],
@@ -106,4 +132,6 @@ def _default(field: Field[Any]) -> Any:
     default: Any = field.default
     if default is MISSING:
         return None
-    return list(cast(tuple[Any, ...], default)) if isinstance(default, tuple) else default
+    return (
+        list(cast(tuple[Any, ...], default)) if isinstance(default, tuple) else default
+    )

@@ -1,6 +1,7 @@
 """The contract of an estimator.
 
-An estimator is a frozen dataclass whose fields are its hyperparameters. Its state is an explicit value:
+An estimator is a frozen dataclass whose fields are its hyperparameters. Its state is an
+explicit value:
 
     state = estimator.start()
     state = estimator.update(state, measurements)    # any number of samples, as often as wanted
@@ -8,12 +9,14 @@ An estimator is a frozen dataclass whose fields are its hyperparameters. Its sta
     estimate = estimator.fit(measurements)           # all three
     state = estimator.merge(state_a, state_b)        # samples seen apart, by time or by machine
 
-What the rest of the library must know of a method, the class declares here: a new one is a file, and its line in
-`hefting.estimators.methods`. Some fields have the same meaning in every method that has them: `bias` (all have it),
-`noise` of the wrench, `shape`, and `model` with `c1`. A field with the metadata ``help`` (and, if wanted, ``metavar``)
-is a number that users may give, and an option of ``hefting identify``:
+What the rest of the library must know of a method, the class declares here: a new one
+is a file, and its line in `hefting.estimators.methods`. Some fields have the same
+meaning in every method that has them: `bias` (all have it), `noise` of the wrench,
+`shape`, and `model` with `c1`. A field with the metadata ``help`` (and, if wanted,
+``metavar``) is a number that users may give, and an option of ``hefting identify``:
 
-    stiffness: float = field(default=2.0, metadata={"help": "pull to the mean; default 2"})
+    stiffness: float = field(default=2.0, metadata={"help": "pull to the mean; default
+    2"})
 """
 
 from collections.abc import Mapping
@@ -56,7 +59,8 @@ INVARIANCES = {
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What is known of a recording and its object before any method: hyperparameters follow from it."""
+    """What is known of a recording and its object before any method: hyperparameters
+    follow from it."""
 
     bias: BiasModel
     """Whether a constant bias is to be found with the object."""
@@ -67,48 +71,57 @@ class Known:
     smoothed: bool
     """Whether the motion comes from poses smoothed over the whole recording."""
     systematic: Array | None
-    """(10, 10) covariance of an error in the parameters that is the same for all samples; None where there is none."""
+    """(10, 10) covariance of an error in the parameters that is the same for all
+    samples; None where there is none."""
     shape: Shape | None
     """Where the object may have mass, if that is known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Base of all estimators; a method implements `estimate`, and declares what is not as here."""
+    """Base of all estimators; a method implements `estimate`, and declares what is not
+    as here."""
 
     needs: ClassVar[Needs] = "nothing"
     """What the method must know of the object beforehand."""
     instead_of_shape: ClassVar[tuple[str, ...]] = ()
-    """Hyperparameters each of which, where it is given, takes the place of the shape."""
+    """Hyperparameters each of which, where it is given, takes the place of the
+    shape."""
     takes_shape: ClassVar[Mapping[str, Needs]] = {}
-    """Hyperparameters that may be ``"shape"``, which stands for the shape that is known, and what it must be then."""
+    """Hyperparameters that may be ``"shape"``, which stands for the shape that is
+    known, and what it must be then."""
     assumes: ClassVar[str] = "the shape"
-    """What its estimate follows from where the motion leaves something open, if it needs a shape."""
+    """What its estimate follows from where the motion leaves something open, if it
+    needs a shape."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
     """Whether its estimates have a covariance."""
     invariances: ClassVar[frozenset[str]] = frozenset()
-    """Which of `INVARIANCES` hold where the motion determines all ten parameters and, for some, the noise is known: the
-    class's docstring says when."""
+    """Which of `INVARIANCES` hold where the motion determines all ten parameters and,
+    for some, the noise is known: the class's docstring says when."""
     keeps_time_record: ClassVar[bool] = False
-    """Whether its state keeps how the samples followed one another (`TimeRecord`), to judge their noise."""
+    """Whether its state keeps how the samples followed one another (`TimeRecord`), to
+    judge their noise."""
     depends_on_count: ClassVar[bool] = False
-    """Whether twice as many of the same samples would change the estimate: averages then weigh as many as they are."""
+    """Whether twice as many of the same samples would change the estimate: averages
+    then weigh as many as they are."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
     """When to think of it first."""
     rank: ClassVar[int] = 1000
-    """Its place among the methods: those first that use most of what is known. The first is the default; the first that
-    needs nothing, where no shape is known."""
+    """Its place among the methods: those first that use most of what is known. The
+    first is the default; the first that needs nothing, where no shape is known."""
     role: ClassVar[Role] = "none"
-    """What it may be recommended for, see `ROLES`; of several methods the first by rank."""
+    """What it may be recommended for, see `ROLES`; of several methods the first by
+    rank."""
     variants: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """What makes other methods of it, by the ending of their names: another `model` of the motion than its own, or a
-    condition more."""
+    """What makes other methods of it, by the ending of their names: another `model` of
+    the motion than its own, or a condition more."""
     when_smoothed: ClassVar[Mapping[str, Any]] = {}
-    """Hyperparameters that differ from their defaults where the motion comes from smoothed poses."""
+    """Hyperparameters that differ from their defaults where the motion comes from
+    smoothed poses."""
 
     def __post_init__(self):
         """Check the hyperparameters that several methods have. Raises `InputError`."""
@@ -124,32 +137,52 @@ class Estimator:
 
     @property
     def name(self) -> str:
-        """The method's name, as the command line spells it; with the model, where that is not its own."""
+        """The method's name, as the command line spells it; with the model, where that
+        is not its own."""
         name, model = type(self).__name__, getattr(self, "model", None)
-        return name if model == getattr(type(self), "model", None) else f"{name}-{model}"
+        return (
+            name if model == getattr(type(self), "model", None) else f"{name}-{model}"
+        )
 
     @classmethod
     def hyperparameters(cls, model: str | None = None) -> list[str]:
-        """Names of its hyperparameters; c1 only where its model, or the one given, is the blended one."""
+        """Names of its hyperparameters; c1 only where its model, or the one given, is
+        the blended one."""
         blended = (model or getattr(cls, "model", None)) == "blended"
         return [field.name for field in fields(cls) if field.name != "c1" or blended]
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """Hyperparameters, of its own model or the one given, that follow from a recording and a shape."""
-        found = {"shape": known.shape, "noise": known.noise, **(cls.when_smoothed if known.smoothed else {})}
+        """Hyperparameters, of its own model or the one given, that follow from a
+        recording and a shape."""
+        found = {
+            "shape": known.shape,
+            "noise": known.noise,
+            **(cls.when_smoothed if known.smoothed else {}),
+        }
         names = cls.hyperparameters(model)
-        return {"bias": known.bias} | {name: value for name, value in found.items() if name in names}
+        return {"bias": known.bias} | {
+            name: value for name, value in found.items() if name in names
+        }
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """Hyperparameters that an estimate's provenance tells: plain values, as they are used."""
-        values = {name: getattr(self, name) for name in self.hyperparameters(getattr(self, "model", None))}
-        return {k: v for k, v in values.items() if isinstance(v, int | float | str | tuple) and k != "bias"}
+        """Hyperparameters that an estimate's provenance tells: plain values, as they
+        are used."""
+        values = {
+            name: getattr(self, name)
+            for name in self.hyperparameters(getattr(self, "model", None))
+        }
+        return {
+            k: v
+            for k, v in values.items()
+            if isinstance(v, int | float | str | tuple) and k != "bias"
+        }
 
     @property
     def asked(self) -> Accuracy | None:
-        """How sure is sure enough: no more of a recording is used than that takes. None: all of it is."""
+        """How sure is sure enough: no more of a recording is used than that takes.
+        None: all of it is."""
         return None
 
     def start(self) -> SampleState:
@@ -157,7 +190,8 @@ class Estimator:
         return SampleState.empty(self.keeps_time_record)
 
     def weight(self, measurements: Measurements) -> Array | float:
-        """Share w of the full model in each sample (K,), or one number for all: by `model` and `c1`, if it has them."""
+        """Share w of the full model in each sample (K,), or one number for all: by
+        `model` and `c1`, if it has them."""
         model = getattr(self, "model", "full")
         return model_weight(measurements, model, getattr(self, "c1", 0.0))
 
@@ -170,11 +204,13 @@ class Estimator:
         return first.merge(second)
 
     def estimate(self, state: SampleState) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
+        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
+        are none."""
         raise NotImplementedError
 
     def estimate_from(self, state: SampleState, start: Estimate | None) -> Estimate:
-        """The estimate; those that search for it may begin at `start`, an earlier one over the same shape."""
+        """The estimate; those that search for it may begin at `start`, an earlier one
+        over the same shape."""
         return self.estimate(state)
 
     def fit(self, measurements: Measurements) -> Estimate:
@@ -185,7 +221,10 @@ class Estimator:
 def require_samples(count: int) -> None:
     """`NotIdentifiableError` unless there is at least one sample."""
     if count == 0:
-        raise NotIdentifiableError("no samples to estimate from", fix="record at least one pose with its wrench")
+        raise NotIdentifiableError(
+            "no samples to estimate from",
+            fix="record at least one pose with its wrench",
+        )
 
 
 def require_bias_model(bias: str) -> None:
@@ -197,4 +236,6 @@ def require_bias_model(bias: str) -> None:
 def require_shape(shape: object) -> None:
     """`InputError` unless `shape` is a `Shape`."""
     if not isinstance(shape, Shape):
-        raise InputError("the shape must be a Shape", fix="use Shape(positions) or load_shape(file)")
+        raise InputError(
+            "the shape must be a Shape", fix="use Shape(positions) or load_shape(file)"
+        )

@@ -1,4 +1,5 @@
-"""Coordinates of pseudo-inertias: ten numbers for a symmetric 4 x 4 matrix, in an orthonormal basis."""
+"""Coordinates of pseudo-inertias: ten numbers for a symmetric 4 x 4 matrix, in an
+orthonormal basis."""
 
 import math
 
@@ -24,8 +25,12 @@ DIAGONAL = np.ascontiguousarray(BASIS[:, ::5])
 """(10, 4) takes s to vec(diag(s))."""
 IDENTITY = BASIS @ np.eye(4).ravel()
 """(10,) coordinates of the identity."""
-PARAMETERS_OF = np.stack([InertialParameters.from_pseudo_inertia(m.reshape(4, 4)).vector for m in BASIS], axis=1)
-"""(10, 10) takes coordinates of a pseudo-inertia to the inertial parameters of its body."""
+PARAMETERS_OF = np.stack(
+    [InertialParameters.from_pseudo_inertia(m.reshape(4, 4)).vector for m in BASIS],
+    axis=1,
+)
+"""(10, 10) takes coordinates of a pseudo-inertia to the inertial parameters of its
+body."""
 
 
 def mat(q: Array) -> Array:
@@ -38,7 +43,10 @@ def vec(Q: Array) -> Array:
     return BASIS @ Q.ravel()
 
 
-_PAIRS = [4 * i[:, None] + j for i, j in ((ROWS, ROWS), (COLUMNS, COLUMNS), (ROWS, COLUMNS), (COLUMNS, ROWS))]
+_PAIRS = [
+    4 * i[:, None] + j
+    for i, j in ((ROWS, ROWS), (COLUMNS, COLUMNS), (ROWS, COLUMNS), (COLUMNS, ROWS))
+]
 _LENGTHS = np.where(ROWS == COLUMNS, math.sqrt(0.5), 1.0)
 _SCALE = np.outer(_LENGTHS, _LENGTHS)
 

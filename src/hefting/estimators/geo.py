@@ -1,4 +1,5 @@
-"""GEO: least squares pulled towards a homogeneous body, along the manifold of bodies (Lee, Wensing & Park 2020)."""
+"""GEO: least squares pulled towards a homogeneous body, along the manifold of bodies
+(Lee, Wensing & Park 2020)."""
 
 import math
 from dataclasses import dataclass, field
@@ -14,7 +15,13 @@ from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
-from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState, require_one_of, require_positive
+from hefting.estimators.sample_state import (
+    SMOOTHED_C1,
+    Model,
+    SampleState,
+    require_one_of,
+    require_positive,
+)
 from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
 
@@ -25,15 +32,17 @@ DISTANCES: dict[str, str] = {
     "euclidean": "|phi - phi0|²",
 }
 GAMMA = 30.0
-"""Default weight beside whitened residuals: bodies are expected at a distance D of ten dimensions over it, about 1/3.
-On twelve tools, 150 and 1,000 samples of moderate noise, 10 to 100 were alike; the rule below grows with the data and
-then biases what is not homogeneous."""
+"""Default weight beside whitened residuals: bodies are expected at a distance D of ten
+dimensions over it, about 1/3. On twelve tools, 150 and 1,000 samples of moderate noise,
+10 to 100 were alike; the rule below grows with the data and then biases what is not
+homogeneous."""
 KAPPA = 1e-5
 """Default weight beside plain residuals, relative to tr(A'A), see `weight_by_rule`."""
 COMPACT = 0.1
 """Radius of gyration [m] of a compact body."""
 THINNEST = 1e-3
-"""Thickness that a prior is given at least, relative to its largest side: a flat body's P0 would be singular."""
+"""Thickness that a prior is given at least, relative to its largest side: a flat body's
+P0 would be singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +51,10 @@ class GEO(Estimator):
 
         minimise  |S^-1/2 (A phi - b)|² + gamma D(phi, phi0)   over bodies: P(phi) >= 0
 
-    P is the 4 x 4 pseudo-inertia; phi0 is the prior. The larger gamma, the more depends on the prior's shape and pose.
-    The sensor's origin and units do not matter where the noise is given; nor does the wrench's scale where gamma is
-    scaled by its square, and a given prior by it. The Euclidean distance depends on axes, origin and units.
+    P is the 4 x 4 pseudo-inertia; phi0 is the prior. The larger gamma, the more depends
+    on the prior's shape and pose. The sensor's origin and units do not matter where the
+    noise is given; nor does the wrench's scale where gamma is scaled by its square, and
+    a given prior by it. The Euclidean distance depends on axes, origin and units.
     """
 
     rank = 30
@@ -53,33 +63,48 @@ class GEO(Estimator):
     instead_of_shape = ("prior",)
     consistent = True
     source = "Lee, Wensing & Park, IEEE T-RO 36(2), 2020"
-    best_for = "any motion, when the shape, or at least its bounding box, is about right"
+    best_for = (
+        "any motion, when the shape, or at least its bounding box, is about right"
+    )
     invariances = frozenset(INVARIANCES)
-    variants: ClassVar = {"blended": {"model": "blended"}, "reduced": {"model": "reduced"}}
+    variants: ClassVar = {
+        "blended": {"model": "blended"},
+        "reduced": {"model": "reduced"},
+    }
     when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     shape: Shape | None = None
-    """The shape (a box will do): the prior is homogeneous, as heavy as least squares says."""
+    """The shape (a box will do): the prior is homogeneous, as heavy as least squares
+    says."""
     prior: InertialParameters | None = None
     """The prior body, in place of a shape."""
     distance: Distance = "entropic"
     """D, see `DISTANCES`."""
-    gamma: float | None = field(default=None, metadata={"help": "weight of the homogeneous prior; default 30"})
-    """Weight of the prior, in units of the squared (whitened) wrench; None: `GAMMA` where the noise is known, and else
-    `KAPPA` tr(A'A), the rule of the authors' later code. The Euclidean distance has units, and always that rule."""
+    gamma: float | None = field(
+        default=None, metadata={"help": "weight of the homogeneous prior; default 30"}
+    )
+    """Weight of the prior, in units of the squared (whitened) wrench; None: `GAMMA`
+    where the noise is known, and else `KAPPA` tr(A'A), the rule of the authors' later
+    code. The Euclidean distance has units, and always that rule."""
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    parameters."""
     noise: WrenchNoise = None
-    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
+    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like
+    newton-metres."""
     model: Model = "full"
-    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.sample_state.MODELS`."""
+    """``"full"``, ``"reduced"`` or ``"blended"``, see
+    `hefting.estimators.sample_state.MODELS`."""
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
 
     def __post_init__(self):
         super().__post_init__()
         if (self.shape is None) == (self.prior is None):
-            raise InputError("GEO needs a shape or a prior body, and not both", fix="a bounding box will do")
+            raise InputError(
+                "GEO needs a shape or a prior body, and not both",
+                fix="a bounding box will do",
+            )
         if self.prior is not None and not isinstance(self.prior, InertialParameters):
             raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:
@@ -95,7 +120,8 @@ class GEO(Estimator):
         return super().provenance | ({"gamma": GAMMA} if usual else {})
 
     def estimate(self, state: SampleState) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
+        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
+        are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
@@ -109,25 +135,36 @@ class GEO(Estimator):
             solution = solve(A, b, gamma)
         elif self.distance == "pullback":
             pull = math.sqrt(0.5 * gamma)
-            solution = solve(np.vstack((A, pull * np.eye(10))), np.concatenate((b, pull * IDENTITY)))
+            solution = solve(
+                np.vstack((A, pull * np.eye(10))), np.concatenate((b, pull * IDENTITY))
+            )
         else:
             pull = math.sqrt(gamma)
-            solution = solve(np.vstack((A, pull * T)), np.concatenate((b, pull * prior.vector)))
+            solution = solve(
+                np.vstack((A, pull * T)), np.concatenate((b, pull * prior.vector))
+            )
         vector = T @ solution.q
         return Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
             duration=state.duration,
-            certificate=Certificate(solution.objective, solution.bound, solution.iterations, solution.converged),
+            certificate=Certificate(
+                solution.objective,
+                solution.bound,
+                solution.iterations,
+                solution.converged,
+            ),
             bias=problem.bias(vector),
         )
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:
-        """The prior, of 1 kg where a shape gives it, and T (10, 10) such that phi = T q with that prior at Q = I.
+        """The prior, of 1 kg where a shape gives it, and T (10, 10) such that phi = T q
+        with that prior at Q = I.
 
-        The Euclidean distance knows nothing of the prior's shape: there a compact body is at Q = I.
+        The Euclidean distance knows nothing of the prior's shape: there a compact body
+        is at Q = I.
         """
         if self.prior is not None:
             prior = self.prior
@@ -141,7 +178,9 @@ class GEO(Estimator):
         if self.distance == "euclidean":
             G[:3, :3] *= COMPACT
         else:
-            G[:3, :3] = np.linalg.cholesky(prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m)
+            G[:3, :3] = np.linalg.cholesky(
+                prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m
+            )
         return prior, m * (PARAMETERS_OF @ congruence(G))
 
     def _gamma(self, problem: Quadratic) -> float:
@@ -159,15 +198,20 @@ def _shift(by: Array) -> Array:
 
 
 def weight_by_rule(A: Array) -> float:
-    """gamma = `KAPPA` tr(A'A) for a regressor A (r, 10), as in the later code of the method's authors.
+    """gamma = `KAPPA` tr(A'A) for a regressor A (r, 10), as in the later code of the
+    method's authors.
 
-    Each product of inertia counts half, as it stands twice in the tensor: so the sensor's axes do not matter.
+    Each product of inertia counts half, as it stands twice in the tensor: so the
+    sensor's axes do not matter.
     """
-    return KAPPA * float((A * A).sum(axis=0) @ (1.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 0.5, 1.0))
+    return KAPPA * float(
+        (A * A).sum(axis=0) @ (1.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 0.5, 1.0)
+    )
 
 
 def thickened(parameters: InertialParameters) -> InertialParameters:
-    """The body, at least `THINNEST` of its largest side thick in every direction (0.1 mm, if it is but a point)."""
+    """The body, at least `THINNEST` of its largest side thick in every direction (0.1
+    mm, if it is but a point)."""
     m, c = parameters.mass, parameters.center_of_mass
     P = parameters.pseudo_inertia[:3, :3] / m - np.outer(c, c)
     values, axes = np.linalg.eigh(P)
@@ -175,4 +219,6 @@ def thickened(parameters: InertialParameters) -> InertialParameters:
     if values[0] >= floor:
         return parameters
     second = (axes * np.maximum(values, floor)) @ axes.T
-    return InertialParameters.from_com(m, c, m * (np.trace(second) * np.eye(3) - second))
+    return InertialParameters.from_com(
+        m, c, m * (np.trace(second) * np.eye(3) - second)
+    )

@@ -22,12 +22,14 @@ REACH = 10.0
 
 @dataclass(frozen=True, eq=False)
 class HPS(Estimator):
-    """One non-negative mass for each part of the object, each part homogeneous, from gravity alone:
+    """One non-negative mass for each part of the object, each part homogeneous, from
+    gravity alone:
 
         minimise  |S^-1/2 (Ã M m - b)|²   over m >= 0,   samples with |a| and |alpha| below their limits
 
-    Column i of M holds the inertial parameters of part i with 1 kg. For stop-and-go motion; of more than four parts
-    gravity does not tell all masses. The choice of samples depends on the sensor's origin and on units.
+    Column i of M holds the inertial parameters of part i with 1 kg. For stop-and-go
+    motion; of more than four parts gravity does not tell all masses. The choice of
+    samples depends on the sensor's origin and on units.
     """
 
     rank = 40
@@ -36,14 +38,19 @@ class HPS(Estimator):
     consistent = True
     source = "Nadeau, Giamou & Kelly, ICRA 2023"
     best_for = "stop-and-go motion of an object whose parts are known"
-    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
+    invariances = frozenset(
+        {"world frame", "sample order", "merging", "sensor rotation", "wrench scale"}
+    )
 
     shape: Shape
-    """Points with the label of the part each belongs to, and its share of the volume."""
+    """Points with the label of the part each belongs to, and its share of the
+    volume."""
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    masses."""
     noise: WrenchNoise = None
-    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
+    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like
+    newton-metres."""
     max_acceleration: float = 1.0
     """Samples count as static below it [m/s²]."""
     max_angular_acceleration: float = 1.0
@@ -53,7 +60,8 @@ class HPS(Estimator):
         super().__post_init__()
         if self.shape.labels is None:
             raise InputError(
-                "HPS needs labelled parts", fix="give a .ply file of points with a 'segmentation' property"
+                "HPS needs labelled parts",
+                fix="give a .ply file of points with a 'segmentation' property",
             )
         for name in ("max_acceleration", "max_angular_acceleration"):
             value = getattr(self, name)
@@ -64,7 +72,11 @@ class HPS(Estimator):
     def _shares(self) -> Array:
         """(n, parts) mass of each point for 1 kg in each part."""
         _, part = np.unique(np.asarray(self.shape.labels), return_inverse=True)
-        volumes = self.shape.volumes if self.shape.volumes is not None else np.full(self.shape.n, 1.0 / self.shape.n)
+        volumes = (
+            self.shape.volumes
+            if self.shape.volumes is not None
+            else np.full(self.shape.n, 1.0 / self.shape.n)
+        )
         shares = np.zeros((self.shape.n, int(part.max()) + 1))
         shares[np.arange(self.shape.n), part] = volumes
         totals = shares.sum(axis=0)
@@ -85,24 +97,37 @@ class HPS(Estimator):
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the near-static samples seen.
 
-        Raises `NotIdentifiableError` when there are none, when they do not tell the mass from a bias, or when no
-        mass at all explains the wrench best.
+        Raises `NotIdentifiableError` when there are none, when they do not tell the
+        mass from a bias, or when no mass at all explains the wrench best.
         """
         if state.samples == 0:
-            raise NotIdentifiableError("no near-static samples to estimate from", fix="stop and go, or use GEO or PMD")
+            raise NotIdentifiableError(
+                "no near-static samples to estimate from",
+                fix="stop and go, or use GEO or PMD",
+            )
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         G, g = problem.A @ self._matrix, problem.b
-        lengths = np.sqrt((G * G).sum(axis=0) + ((problem.bias_rows[:, 6:16] @ self._matrix) ** 2).sum(axis=0))
+        lengths = np.sqrt(
+            (G * G).sum(axis=0)
+            + ((problem.bias_rows[:, 6:16] @ self._matrix) ** 2).sum(axis=0)
+        )
         lengths[lengths == 0.0] = 1.0
         U, S, V = np.linalg.svd(G / lengths, full_matrices=False)
-        told = int((RANK_TOLERANCE < S).sum())  # what is less, a bias and rounding explain as well
+        # what is less, a bias and rounding explain as well
+        told = int((RANK_TOLERANCE < S).sum())
         if told == 0:
-            what = "the poses do not tell the mass" + (" from a bias" if self.bias == "estimate" else "")
+            what = "the poses do not tell the mass" + (
+                " from a bias" if self.bias == "estimate" else ""
+            )
             raise NotIdentifiableError(what, fix="record more orientations")
-        masses = nonnegative_least_squares((V * lengths)[:told] * S[:told, None], U[:, :told].T @ g)
+        masses = nonnegative_least_squares(
+            (V * lengths)[:told] * S[:told, None], U[:, :told].T @ g
+        )
         if not masses.any():
             fix = "check the object's pose and the signs of wrench and gravity"
-            raise NotIdentifiableError("the wrench is best explained by no mass at all", fix=fix)
+            raise NotIdentifiableError(
+                "the wrench is best explained by no mass at all", fix=fix
+            )
         vector = self._matrix @ masses
         r = G @ masses - g
         return Estimate(
@@ -118,13 +143,22 @@ class HPS(Estimator):
 
 
 def _warnings(parts: int, told: int) -> tuple[str, ...]:
-    return () if told == parts else (f"gravity does not tell the masses of {parts} parts apart, only of {told}",)
+    return (
+        ()
+        if told == parts
+        else (
+            f"gravity does not tell the masses of {parts} parts apart, only of {told}",
+        )
+    )
 
 
 def _bound(G: Array, g: Array, masses: Array) -> float:
-    """Lower bound on |G m - g|² over m >= 0, by the residual made orthogonal to the columns in use."""
+    """Lower bound on |G m - g|² over m >= 0, by the residual made orthogonal to the
+    columns in use."""
     U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
     U = U[:, 1e-12 * S.max(initial=0.0) < S]
     u = -(g - U @ (U.T @ g))
     slope = min(0.0, float((G.T @ u).min()))
-    return max(0.0, -float(u @ u + 2.0 * (g @ u)) + 2.0 * REACH * float(masses.sum()) * slope)
+    return max(
+        0.0, -float(u @ u + 2.0 * (g @ u)) + 2.0 * REACH * float(masses.sum()) * slope
+    )

@@ -8,7 +8,13 @@ import numpy as np
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples, require_shape
+from hefting.estimators.base import (
+    INVARIANCES,
+    BiasModel,
+    Estimator,
+    require_samples,
+    require_shape,
+)
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import SampleState
@@ -25,7 +31,8 @@ class LMI(Estimator):
 
         minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
 
-    P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in the ellipsoid around its bounding
+    P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in
+    the ellipsoid around its bounding
     box: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
     """
 
@@ -39,11 +46,14 @@ class LMI(Estimator):
     variants: ClassVar = {"ellipsoid": {"ellipsoid": "shape"}}
 
     ellipsoid: Shape | None = None
-    """A shape; if given, the ellipsoid around its bounding box must be able to hold the mass."""
+    """A shape; if given, the ellipsoid around its bounding box must be able to hold the
+    mass."""
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    parameters."""
     noise: WrenchNoise = None
-    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like newton-metres."""
+    """Known wrench noise S, levels or a covariance (6, 6). None: newtons weigh like
+    newton-metres."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -56,7 +66,8 @@ class LMI(Estimator):
         return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
     def estimate(self, state: SampleState) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
+        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
+        are none."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
@@ -75,20 +86,28 @@ class LMI(Estimator):
         warnings = ()
         if len(open_):
             names = ", ".join(PARAMETERS[i] for i in open_.tolist())
-            warnings = (f"the motion does not determine {names}: shown are those of a compact body",)
+            warnings = (
+                f"the motion does not determine {names}: shown are those of a compact body",
+            )
         return Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
             duration=state.duration,
-            certificate=Certificate(solution.objective, solution.bound, solution.iterations, solution.converged),
+            certificate=Certificate(
+                solution.objective,
+                solution.bound,
+                solution.iterations,
+                solution.converged,
+            ),
             bias=problem.bias(vector),
             warnings=warnings,
         )
 
 
 def _typical(problem: Quadratic) -> Array:
-    """G (4, 4) with G G' the pseudo-inertia of a body like that of least squares: where the solver starts."""
+    """G (4, 4) with G G' the pseudo-inertia of a body like that of least squares: where
+    the solver starts."""
     vector = problem.least_squares()
     mass = float(vector[0])
     com, radius = np.zeros(3), TYPICAL_RADIUS
@@ -104,16 +123,21 @@ def _typical(problem: Quadratic) -> Array:
 
 
 def _scaled(problem: Quadratic, G: Array) -> Array:
-    """`G` for the mass with which its body would cause a wrench as large as the measured one."""
+    """`G` for the mass with which its body would cause a wrench as large as the
+    measured one."""
     wrench = problem.A @ (PARAMETERS_OF @ vec(G @ G.T))
     size = float(np.sqrt(wrench @ wrench))
-    return G * np.sqrt(problem.size / size if problem.size > 0.0 and size > 0.0 else 1.0)
+    return G * np.sqrt(
+        problem.size / size if problem.size > 0.0 and size > 0.0 else 1.0
+    )
 
 
 def bounding_ellipsoid(shape: Shape) -> Array:
-    """Q (4, 4) with x'Q x >= 0, x = (point, 1), inside the least ellipsoid around the shape's bounding box, by volume.
+    """Q (4, 4) with x'Q x >= 0, x = (point, 1), inside the least ellipsoid around the
+    shape's bounding box, by volume.
 
-    Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018). Sides of no length count as 1 mm.
+    Bodies with all mass inside have tr(P Q) >= 0 (Wensing et al. 2018). Sides of no
+    length count as 1 mm.
     """
     R = shape.pose[:3, :3]
     local = shape.hull @ R
@@ -130,7 +154,8 @@ def bounding_ellipsoid(shape: Shape) -> Array:
 def _inside(ellipsoid: Array) -> Array:
     """G (4, 4) with G G' the pseudo-inertia of a kilogram well inside the ellipsoid."""
     centre = np.linalg.solve(ellipsoid[:3, :3], -ellipsoid[:3, 3])
-    half = 0.4 * np.linalg.cholesky(np.linalg.inv(-ellipsoid[:3, :3]))  # of three axes, each 0.4² of 1: sum below 1
+    # of three axes, each 0.4² of 1: sum below 1
+    half = 0.4 * np.linalg.cholesky(np.linalg.inv(-ellipsoid[:3, :3]))
     G = np.eye(4)
     G[:3, :3], G[:3, 3] = half, centre
     return G

@@ -1,7 +1,7 @@
 """Every method, a line each; nothing else may be here.
 
-What a method is called, where it stands among the others, its variants and options: its class says so
-(`hefting.estimators.base`).
+What a method is called, where it stands among the others, its variants and options: its
+class says so (`hefting.estimators.base`).
 """
 
 from hefting.estimators.bayes import Bayes as Bayes

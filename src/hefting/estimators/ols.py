@@ -1,4 +1,5 @@
-"""OLS: least squares on the full model, plain or weighted by known noise (Atkeson, An & Hollerbach 1986)."""
+"""OLS: least squares on the full model, plain or weighted by known noise (Atkeson, An &
+Hollerbach 1986)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,8 +18,9 @@ from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 class OLS(Estimator):
     """Least squares: ten unconstrained parameters, so they may be those of no body.
 
-    Directions the motion does not excite get the smallest parameters that fit and infinite variance. The sensor's
-    origin and units do not matter where the noise is given.
+    Directions the motion does not excite get the smallest parameters that fit and
+    infinite variance. The sensor's origin and units do not matter where the noise is
+    given.
     """
 
     rank = 60
@@ -27,21 +29,28 @@ class OLS(Estimator):
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
     best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)
-    variants: ClassVar = {"blended": {"model": "blended"}, "reduced": {"model": "reduced"}}
+    variants: ClassVar = {
+        "blended": {"model": "blended"},
+        "reduced": {"model": "reduced"},
+    }
     when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    parameters."""
     noise: WrenchNoise = None
-    """Known wrench noise, levels or a covariance (6, 6): residuals are weighed by it. None: newtons weigh like
-    newton-metres, and the covariance comes from the residual."""
+    """Known wrench noise, levels or a covariance (6, 6): residuals are weighed by it.
+    None: newtons weigh like newton-metres, and the covariance comes from the
+    residual."""
     model: Model = "full"
-    """``"full"``, ``"reduced"`` or ``"blended"``, see `hefting.estimators.sample_state.MODELS`."""
+    """``"full"``, ``"reduced"`` or ``"blended"``, see
+    `hefting.estimators.sample_state.MODELS`."""
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
 
     def estimate(self, state: SampleState) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there are none."""
+        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
+        are none."""
         require_samples(state.samples)
         fit = least_squares(state, self.bias == "estimate", self.noise)
         return Estimate(
@@ -58,7 +67,8 @@ class OLS(Estimator):
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """Least-squares fit of the full model: the ten parameters and, when it is free, the six of a constant bias."""
+    """Least-squares fit of the full model: the ten parameters and, when it is free, the
+    six of a constant bias."""
 
     solution: Array
     """(10,) or (16,)"""
@@ -77,17 +87,23 @@ class LeastSquares:
         if not len(self.free):
             return ()
         names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in self.free.tolist())
-        return (f"the motion does not determine {names}: shown are the smallest values that fit",)
+        return (
+            f"the motion does not determine {names}: shown are the smallest values that fit",
+        )
 
 
 BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
 
 
-def least_squares(state: SampleState, free_bias: bool, noise: WrenchNoise) -> LeastSquares:
-    """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S from `noise`, or the identity.
+def least_squares(
+    state: SampleState, free_bias: bool, noise: WrenchNoise
+) -> LeastSquares:
+    """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S
+    from `noise`, or the identity.
 
-    Without `noise` the covariance is scaled by the mean squared residual. Directions that no sample excites get
-    the smallest solution (with columns scaled to one length) and infinite variance.
+    Without `noise` the covariance is scaled by the mean squared residual. Directions
+    that no sample excites get the smallest solution (with columns scaled to one length)
+    and infinite variance.
     """
     R = stacked_factor(state, noise, free_bias)
     if free_bias:
@@ -105,4 +121,6 @@ def least_squares(state: SampleState, free_bias: bool, noise: WrenchNoise) -> Le
     free = svd.open
     covariance[free], covariance[:, free] = 0.0, 0.0
     covariance[free, free] = np.inf
-    return LeastSquares(solution, covariance, free, square, max(0.0, square - float(slack @ slack)))
+    return LeastSquares(
+        solution, covariance, free, square, max(0.0, square - float(slack @ slack))
+    )

@@ -18,7 +18,8 @@ from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 from hefting.shapes import Shape
 
 ACCURACY = 1e-6
-"""Gap up to which a solution counts as converged, relative to the objective (or to 1e-6 |b| where it is smaller)."""
+"""Gap up to which a solution counts as converged, relative to the objective (or to 1e-6
+|b| where it is smaller)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +28,9 @@ class PMD(Estimator):
 
         minimise  |D(1-w) (Ã M m - b)| + |D(w) (A M m - b)| + lambda |m|   over m >= 0
 
-    with the reduced (gravity-only) regressor Ã, the full one A, and each sample's weight w = tanh(3 nu / c1) of its
-    dynamism nu. With ``bias="estimate"`` one constant wrench is added to both models and is free.
+    with the reduced (gravity-only) regressor Ã, the full one A, and each sample's
+    weight w = tanh(3 nu / c1) of its dynamism nu. With ``bias="estimate"`` one constant
+    wrench is added to both models and is free.
     """
 
     rank = 20
@@ -39,7 +41,9 @@ class PMD(Estimator):
     depends_on_count = True
     source = "Nadeau, Giamou & Kelly, ICRA 2022"
     best_for = "a few seconds of slow, noisy motion of a known shape"
-    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "wrench scale"})
+    invariances = frozenset(
+        {"world frame", "sample order", "merging", "sensor rotation", "wrench scale"}
+    )
     variants: ClassVar = {"full": {"model": "full"}, "reduced": {"model": "reduced"}}
     when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
@@ -47,49 +51,67 @@ class PMD(Estimator):
     """The points, in the sensor frame."""
     c1: float = field(
         default=300.0,
-        metadata={"help": "dynamism at which the full model takes over; default 300, 1 with smoothed poses"},
+        metadata={
+            "help": "dynamism at which the full model takes over; default 300, 1 with smoothed poses"
+        },
     )
-    """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3 and 25e3 on its robot."""
+    """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3
+    and 25e3 on its robot."""
     regularization: float = field(
-        default=0.1, metadata={"help": "pull to equal masses; default 0.1", "metavar": "LAMBDA"}
+        default=0.1,
+        metadata={"help": "pull to equal masses; default 0.1", "metavar": "LAMBDA"},
     )
     """lambda [N/kg]: pull towards equal masses."""
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the masses."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    masses."""
     model: Model = "blended"
     """``"blended"``, as published; ``"full"`` or ``"reduced"`` throughout."""
 
     def __post_init__(self):
         super().__post_init__()
-        if not (isinstance(self.regularization, int | float) and 0.0 <= self.regularization < math.inf):
-            raise InputError(f"the regularization must be finite and not negative, but is {self.regularization}")
+        if not (
+            isinstance(self.regularization, int | float)
+            and 0.0 <= self.regularization < math.inf
+        ):
+            raise InputError(
+                f"the regularization must be finite and not negative, but is {self.regularization}"
+            )
 
     @cached_property
     def _basis(self) -> tuple[Array, Array]:
-        """T (10, p) and V (p, n) with M = T V and orthonormal rows of V; p is the rank of M."""
+        """T (10, p) and V (p, n) with M = T V and orthonormal rows of V; p is the rank
+        of M."""
         M = self.shape.matrix
         U, S, V = np.linalg.svd(M, full_matrices=False)
         rank = int(np.sum(1e-12 * S[0] < S))
         return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
 
     def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
-        """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
+        """The estimate from the samples seen; `start`, an earlier estimate over the
+        same shape, saves time.
 
         Raises `NotIdentifiableError` when there are no samples.
         """
         require_samples(state.samples)
         rows = _Rows.of(state, self.bias == "estimate")
         T, V = self._basis
-        problem = ConeProblem(rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size)
+        problem = ConeProblem(
+            rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size
+        )
         masses = start.point_masses if start is not None else None
         if masses is not None and len(masses) != self.shape.n:
-            raise InputError(f"the start has {len(masses)} masses, the shape {self.shape.n} points")
+            raise InputError(
+                f"the start has {len(masses)} masses, the shape {self.shape.n} points"
+            )
         if masses is None or not masses @ masses > 0.0:
             masses = _homogeneous(problem)
         solution = solve(problem, masses)
         vector = self.shape.matrix @ solution.masses
         bias = rows.bias(vector, solution.scales) if self.bias == "estimate" else None
-        objective = rows.objective(vector, bias) + self.regularization * _norm(solution.masses)
+        objective = rows.objective(vector, bias) + self.regularization * _norm(
+            solution.masses
+        )
         scale = max(objective, 1e-6 * rows.size)
         return Estimate(
             method=self.name,
@@ -125,9 +147,11 @@ def _norm(x: Array) -> float:
 class _Rows:
     """Both models' equations in triangular form, and the same with the bias taken out.
 
-    The rows [bias columns | A | b] of each model are reduced to a triangular factor; as the bias columns are one
-    multiple of the identity for each sample, they stay so: c I6 in the first six rows, c² the sum of squared weights.
-    A dual point must be orthogonal to them, (c0 u0 + c1 u1) = 0 in those rows, which one unknown in place of two
+    The rows [bias columns | A | b] of each model are reduced to a triangular factor; as
+    the bias columns are one
+    multiple of the identity for each sample, they stay so: c I6 in the first six rows,
+        c² the sum of squared weights. A dual point must be orthogonal to them, (c0 u0 +
+        c1 u1) = 0 in those rows, which one unknown in place of two
     satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
     """
 
@@ -148,7 +172,10 @@ class _Rows:
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0
-        A, b = np.zeros((len(reduced) + len(full) - n, 10)), np.zeros(len(reduced) + len(full) - n)
+        A, b = (
+            np.zeros((len(reduced) + len(full) - n, 10)),
+            np.zeros(len(reduced) + len(full) - n),
+        )
         middle = len(reduced)
         A[n:middle, :4], b[n:middle] = reduced[n:, n:-1], reduced[n:, -1]
         A[middle:], b[middle:] = full[n:, n:-1], full[n:, -1]
@@ -166,11 +193,14 @@ class _Rows:
         return cls(reduced, full, A, b, K, size, c0, c1)
 
     def bias(self, vector: Array, scales: Array) -> Array:
-        """(6,) bias that minimises the sum of both norms, given parameters (10,) and the norms' optimal values (2,)."""
+        """(6,) bias that minimises the sum of both norms, given parameters (10,) and
+        the norms' optimal values (2,)."""
         g0 = self.reduced[:6, 6:-1] @ vector[:4] - self.reduced[:6, -1]
         g1 = self.full[:6, 6:-1] @ vector - self.full[:6, -1]
         weight0, weight1 = self.c0 / scales[0], self.c1 / scales[1]
-        return -(weight0 * g0 + weight1 * g1) / (weight0 * self.c0 + weight1 * self.c1 or 1.0)
+        return -(weight0 * g0 + weight1 * g1) / (
+            weight0 * self.c0 + weight1 * self.c1 or 1.0
+        )
 
     def objective(self, vector: Array, bias: Array | None) -> float:
         """Sum of both residual norms, from the factors themselves."""
@@ -183,7 +213,8 @@ class _Rows:
 
 
 def _factor(moments: Moments, equations: Array, free_bias: bool) -> Array:
-    """Triangular factor of [bias columns | regressor | wrench] over all samples; without bias columns if not free."""
+    """Triangular factor of [bias columns | regressor | wrench] over all samples;
+    without bias columns if not free."""
     if not free_bias:
         return moments.factor_of(equations[6:])
     factor = moments.factor_of(equations)

@@ -1,9 +1,11 @@
-"""Quadratic: the sum of squared residuals as a function of the ten parameters, a free constant bias minimised out.
+"""Quadratic: the sum of squared residuals as a function of the ten parameters, a free
+constant bias minimised out.
 
     |S^-1/2 (D(1-w) (Ã phi + beta - b))|² + |S^-1/2 (D(w) (A phi + beta - b))|²
 
-All samples together reduce to one triangular factor of [bias columns | regressor | wrench]: its last rows are the
-problem that is left when the bias takes its best value, whatever the parameters.
+All samples together reduce to one triangular factor of [bias columns | regressor |
+wrench]: its last rows are the problem that is left when the bias takes its best value,
+whatever the parameters.
 """
 
 from dataclasses import dataclass
@@ -19,41 +21,61 @@ from hefting.core.spatial import Array, Indices, frozen
 from hefting.estimators.sample_state import SampleState
 
 WrenchNoise = Noise | Array | None
-"""Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None: newtons weigh like N m."""
+"""Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None:
+newtons weigh like N m."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values of the column-scaled regressor below this, relative to the largest, count as zero."""
+"""Singular values of the column-scaled regressor below this, relative to the largest,
+count as zero."""
 
 VANISHING_COLUMN = 1e-13
-"""Columns of the regressor shorter than this, relative to the longest, count as zero: they are rounding errors."""
+"""Columns of the regressor shorter than this, relative to the longest, count as zero:
+they are rounding errors."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
 
 
 def whitening(noise: WrenchNoise) -> Array | None:
-    """S^-1/2 (6, 6), such that wrench noise multiplied by it has unit covariance; None for no known noise.
+    """S^-1/2 (6, 6), such that wrench noise multiplied by it has unit covariance; None
+    for no known noise.
 
-    Raises `InputError` unless the noise is positive in force and torque (definite, for a covariance).
+    Raises `InputError` unless the noise is positive in force and torque (definite, for
+    a covariance).
     """
     if noise is None:
         return None
     if isinstance(noise, Noise):
         if not (0.0 < noise.force < np.inf and 0.0 < noise.torque < np.inf):
-            raise InputError("known noise must be positive in force and torque", fix="or give noise=None")
+            raise InputError(
+                "known noise must be positive in force and torque",
+                fix="or give noise=None",
+            )
         return np.diag(np.repeat((1.0 / noise.force, 1.0 / noise.torque), 3))
     S = frozen(noise)
-    if S.shape != (6, 6) or not np.isfinite(S).all() or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max():
-        raise InputError("a noise covariance of the wrench is a symmetric matrix (6, 6)", fix="or give noise=None")
+    if (
+        S.shape != (6, 6)
+        or not np.isfinite(S).all()
+        or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max()
+    ):
+        raise InputError(
+            "a noise covariance of the wrench is a symmetric matrix (6, 6)",
+            fix="or give noise=None",
+        )
     try:
         scale = 1.0 / np.sqrt(np.where(S.diagonal() > 0.0, S.diagonal(), 1.0))
         return np.linalg.inv(np.linalg.cholesky(S * np.outer(scale, scale))) * scale
     except np.linalg.LinAlgError as error:
-        raise InputError("the noise covariance of the wrench is not positive definite") from error
+        raise InputError(
+            "the noise covariance of the wrench is not positive definite"
+        ) from error
 
 
-def stacked_factor(state: SampleState, noise: WrenchNoise = None, free_bias: bool = True) -> Array:
-    """Triangular factor (17, 17) of [bias columns | ten parameters | wrench] of both models' (whitened) equations.
+def stacked_factor(
+    state: SampleState, noise: WrenchNoise = None, free_bias: bool = True
+) -> Array:
+    """Triangular factor (17, 17) of [bias columns | ten parameters | wrench] of both
+    models' (whitened) equations.
 
     Without a free bias its six columns and rows are left out: (11, 11).
     """
@@ -72,12 +94,15 @@ def require_information(problem: "Quadratic") -> None:
     """`NotIdentifiableError` when the samples tell nothing at all."""
     if not len(problem.svd.S):
         beside = " beside a bias" if len(problem.bias_rows) else ""
-        raise NotIdentifiableError(f"the samples determine nothing{beside}", fix="record other orientations")
+        raise NotIdentifiableError(
+            f"the samples determine nothing{beside}", fix="record other orientations"
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class ScaledSVD:
-    """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one length: A = (U S V) scale."""
+    """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one
+    length: A = (U S V) scale."""
 
     U: Array
     """(r, k) for the k singular values above `RANK_TOLERANCE`"""
@@ -92,7 +117,8 @@ class ScaledSVD:
 
     @classmethod
     def of(cls, A: Array, lengths: Array | None = None) -> "ScaledSVD":
-        """Of `A`; given the columns' `lengths` (n,) before something was taken out of them, rounding of that is none.
+        """Of `A`; given the columns' `lengths` (n,) before something was taken out of
+        them, rounding of that is none.
 
         Without them the columns' own lengths serve.
         """
@@ -121,10 +147,13 @@ class Quadratic:
     b: Array
     """(11,)"""
     bias_rows: Array
-    """(6, 17) rows [C | A | b] that the best bias satisfies exactly; (0, 17) where none is free"""
+    """(6, 17) rows [C | A | b] that the best bias satisfies exactly; (0, 17) where none
+    is free"""
 
     @classmethod
-    def of(cls, state: SampleState, noise: WrenchNoise = None, free_bias: bool = False) -> "Quadratic":
+    def of(
+        cls, state: SampleState, noise: WrenchNoise = None, free_bias: bool = False
+    ) -> "Quadratic":
         """Of all samples in `state`."""
         R = stacked_factor(state, noise, free_bias)
         if free_bias:
@@ -154,18 +183,24 @@ class Quadratic:
         """(6,) best bias [N, N m] beside parameters (10,); None where none is free."""
         if not len(self.bias_rows):
             return None
-        C, right = self.bias_rows[:, :6], self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector
+        C, right = (
+            self.bias_rows[:, :6],
+            self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector,
+        )
         solution, failed = lapack.dtrtrs(C, right)
         return solution if not failed else np.zeros(6)
 
     def least_squares(self) -> Array:
-        """(10,) unconstrained least squares; of directions the data leave open the smallest solution."""
+        """(10,) unconstrained least squares; of directions the data leave open the
+        smallest solution."""
         return self.svd.solve(self.b)
 
     def measured_mass(self, homogeneous: Array) -> float:
-        """Mass [kg] that unconstrained least squares measures; where that is no mass, of `homogeneous` (10,) scaled.
+        """Mass [kg] that unconstrained least squares measures; where that is no mass,
+        of `homogeneous` (10,) scaled.
 
-        `homogeneous` are the parameters of 1 kg spread over the shape. Never zero or less.
+        `homogeneous` are the parameters of 1 kg spread over the shape. Never zero or
+        less.
         """
         mass = float(self.least_squares()[0])
         if mass > 0.0:

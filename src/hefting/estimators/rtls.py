@@ -17,49 +17,67 @@ from hefting.estimators.sample_state import SampleState
 
 @dataclass(frozen=True, eq=False)
 class RTLS(Estimator):
-    """Ten parameters of total least squares: the smallest change of regressor and wrench that makes them agree.
+    """Ten parameters of total least squares: the smallest change of regressor and
+    wrench that makes them agree.
 
         minimise  |[dA D^-1, db]|_F   such that  (A + dA) phi = b + db
 
-    Unconstrained, so they may be those of no body. Without known noise every column of [A | b] is taken to carry as
-    much of it as every other (D = I), as published, and the answer depends on units and axes: turned, products of
-    inertia become moments, and a tensor holds those twice and these once. With known noise it depends on neither, and
-    its mean error vanishes as samples grow in number. It always depends on the sensor's origin: noise there is not
-    noise elsewhere. The columns of a constant bias are exact.
+    Unconstrained, so they may be those of no body. Without known noise every column of
+    [A | b] is taken to carry as much of it as every other (D = I), as published, and
+    the answer depends on units and axes: turned, products of inertia become moments,
+    and a tensor holds those twice and these once. With known noise it depends on
+    neither, and its mean error vanishes as samples grow in number. It always depends on
+    the sensor's origin: noise there is not noise elsewhere. The columns of a constant
+    bias are exact.
     """
 
     rank = 70
     source = "Kubus, Kröger & Wahl, IROS 2008"
     best_for = "long, fast, clean recordings with known noise of the accelerations"
-    invariances = frozenset({"world frame", "sample order", "merging", "sensor rotation", "units"})
+    invariances = frozenset(
+        {"world frame", "sample order", "merging", "sensor rotation", "units"}
+    )
 
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the parameters."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    parameters."""
     noise: Noise | None = None
-    """Known noise: rows are divided by the wrench's levels, and D holds the root-mean-square error that those of the
-    accelerations make in each column. Where these are zero, so is the column's: that of ordinary least squares."""
+    """Known noise: rows are divided by the wrench's levels, and D holds the
+    root-mean-square error that those of the accelerations make in each column. Where
+    these are zero, so is the column's: that of ordinary least squares."""
 
     def __post_init__(self):
         if self.noise is not None and not isinstance(self.noise, Noise):
-            raise InputError("RTLS wants the noise as levels of wrench and accelerations", fix="give a Noise, or None")
+            raise InputError(
+                "RTLS wants the noise as levels of wrench and accelerations",
+                fix="give a Noise, or None",
+            )
         super().__post_init__()
         if self.noise is None:
             return
         for level in (self.noise.linear_acceleration, self.noise.angular_acceleration):
             if not 0.0 <= level < np.inf:
-                raise InputError(f"known noise of the accelerations must be zero or positive, not {level}")
+                raise InputError(
+                    f"known noise of the accelerations must be zero or positive, not {level}"
+                )
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As of every method, with the noise of wrench and accelerations; unknown where the latter's is."""
+        """As of every method, with the noise of wrench and accelerations; unknown where
+        the latter's is."""
         noise, motion = known.noise, known.motion_noise
-        both = None if motion is None else Noise(noise.force, noise.torque, motion.linear, motion.angular)
+        both = (
+            None
+            if motion is None
+            else Noise(noise.force, noise.torque, motion.linear, motion.angular)
+        )
         return super().settings(known, model) | {"noise": both}
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the samples seen.
 
-        Raises `NotIdentifiableError` when there are none, or when no finite parameters are best.
+        Raises `NotIdentifiableError` when there are none, or when no finite parameters
+        are best.
         """
         require_samples(state.samples)
         n = 6 if self.bias == "estimate" else 0
@@ -72,7 +90,9 @@ class RTLS(Estimator):
         U = np.empty((len(R), 0)) if svd is None else svd.U
         lengths = np.sqrt((A * A).sum(axis=0))
         lengths[lengths == 0.0] = 1.0
-        y, square, bound = _total_least_squares(A - U @ (U.T @ A), b - U @ (U.T @ b), lengths)
+        y, square, bound = _total_least_squares(
+            A - U @ (U.T @ A), b - U @ (U.T @ b), lengths
+        )
         solution = np.empty(n + 10)
         solution[noisy] = y / levels
         if svd is not None:
@@ -82,7 +102,9 @@ class RTLS(Estimator):
         warnings = ()
         if (open_ >= n).any():
             names = ", ".join(PARAMETERS[i - n] for i in open_.tolist() if i >= n)
-            warnings = (f"the motion does not determine {names}: shown are the smallest values that fit",)
+            warnings = (
+                f"the motion does not determine {names}: shown are the smallest values that fit",
+            )
         return Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
@@ -95,19 +117,34 @@ class RTLS(Estimator):
 
 
 def column_levels(noise: Noise) -> Array:
-    """Root-mean-square error (10,) that noise of the accelerations makes in the whitened regressor's columns."""
+    """Root-mean-square error (10,) that noise of the accelerations makes in the
+    whitened regressor's columns."""
     a, alpha = noise.linear_acceleration**2, noise.angular_acceleration**2
     f, t = noise.force**2, noise.torque**2
     first, second, product = 2.0 * (alpha / f + a / t), alpha / t, 2.0 * alpha / t
-    squares = (3.0 * a / f, first, first, first, second, product, product, second, product, second)
+    squares = (
+        3.0 * a / f,
+        first,
+        first,
+        first,
+        second,
+        product,
+        product,
+        second,
+        product,
+        second,
+    )
     return np.sqrt(np.array(squares) / 6.0)
 
 
-def _total_least_squares(A: Array, b: Array, lengths: Array) -> tuple[Array, float, float]:
-    """x (k,) by the smallest right singular vector of [A | b], its squared singular value, and a bound below that.
+def _total_least_squares(
+    A: Array, b: Array, lengths: Array
+) -> tuple[Array, float, float]:
+    """x (k,) by the smallest right singular vector of [A | b], its squared singular
+    value, and a bound below that.
 
-    Directions that A does not see, its columns taken relative to `lengths` (k,), are left out: of these the smallest
-    solution.
+    Directions that A does not see, its columns taken relative to `lengths` (k,), are
+    left out: of these the smallest solution.
     """
     basis = np.eye(A.shape[1])
     if A.shape[1]:
@@ -118,8 +155,14 @@ def _total_least_squares(A: Array, b: Array, lengths: Array) -> tuple[Array, flo
     _, S, V = np.linalg.svd(C)
     v = V[-1]
     if abs(v[-1]) < 1e-10:
-        raise NotIdentifiableError("total least squares has no finite solution here", fix="use another method")
+        raise NotIdentifiableError(
+            "total least squares has no finite solution here", fix="use another method"
+        )
     x = basis @ (-v[:-1] / v[-1])
     r = A @ x - b
     square = float(r @ r) / (1.0 + float(x @ x))
-    return x, square, max(0.0, float(S[-1]) - 16.0 * float(np.finfo(float).eps * S[0])) ** 2
+    return (
+        x,
+        square,
+        max(0.0, float(S[-1]) - 16.0 * float(np.finfo(float).eps * S[0])) ** 2,
+    )

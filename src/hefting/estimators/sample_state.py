@@ -1,4 +1,5 @@
-"""SampleState: samples divided between the reduced (gravity-only) and the full Newton-Euler model."""
+"""SampleState: samples divided between the reduced (gravity-only) and the full
+Newton-Euler model."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,16 +22,20 @@ MODELS: dict[str, str] = {
 }
 
 SMOOTHED_C1 = 1.0
-"""c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations as noisy as a causal filter's;
-with these it biases PMD's answer: on simulated recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean errors at
-300 over those at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.8 to 4 about the COM."""
+"""c1 of the blended model for poses smoothed here. The paper's 300 suits accelerations
+as noisy as a causal filter's; with these it biases PMD's answer: on simulated
+recordings of 1.5 to 10 s, 0.7 and 1.5 rad/s, two bodies, mean errors at 300 over those
+at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.8 to 4
+about the COM."""
 
 
 @dataclass(frozen=True, eq=False)
 class SampleState:
-    """Moments of the samples with their equations scaled by 1 - w for the reduced model and by w for the full one.
+    """Moments of the samples with their equations scaled by 1 - w for the reduced model
+    and by w for the full one.
 
-    This is the state of every estimator: w is 1 throughout for those that know the full model only.
+    This is the state of every estimator: w is 1 throughout for those that know the full
+    model only.
     """
 
     reduced: Moments
@@ -38,12 +43,17 @@ class SampleState:
     samples: int = 0
     """Samples seen."""
     record: TimeRecord | None = None
-    """How they followed one another, for estimators that find their own noise; None for the others, at no cost."""
+    """How they followed one another, for estimators that find their own noise; None for
+    the others, at no cost."""
 
     @classmethod
     def empty(cls, with_record: bool = False) -> Self:
         """No samples yet."""
-        return cls(Moments.empty(), Moments.empty(), record=TimeRecord() if with_record else None)
+        return cls(
+            Moments.empty(),
+            Moments.empty(),
+            record=TimeRecord() if with_record else None,
+        )
 
     @classmethod
     def of(cls, measurements: Measurements, weight: Array | float = 1.0) -> Self:
@@ -51,7 +61,8 @@ class SampleState:
         return cls.empty().fold(measurements, weight)
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> Self:
-        """With the samples of `measurements` added; `weight` w (K,) is the full model's share, or one for all."""
+        """With the samples of `measurements` added; `weight` w (K,) is the full model's
+        share, or one for all."""
         if len(measurements) > CHUNK:
             return self._fold_in_chunks(measurements, weight)
         x, time = features(measurements), measurements.time
@@ -59,22 +70,37 @@ class SampleState:
         if record is not None and len(time):
             record = record.fold(x, measurements.weights, measurements.motion_noise)
         if isinstance(weight, float) and weight == 1.0:
-            return type(self)(self.reduced, self.full.fold_features(x, time), samples, record)
+            return type(self)(
+                self.reduced, self.full.fold_features(x, time), samples, record
+            )
         if isinstance(weight, float) and weight == 0.0:
-            return type(self)(self.reduced.fold_features(x, time), self.full, samples, record)
+            return type(self)(
+                self.reduced.fold_features(x, time), self.full, samples, record
+            )
         w = np.asarray(weight, dtype=float)
-        if w.shape not in ((), time.shape) or (w.size and not 0.0 <= w.min() <= w.max() <= 1.0):
-            raise InputError(f"weights are one number or one for each of {len(time)} samples, from 0 to 1")
+        if w.shape not in ((), time.shape) or (
+            w.size and not 0.0 <= w.min() <= w.max() <= 1.0
+        ):
+            raise InputError(
+                f"weights are one number or one for each of {len(time)} samples, from 0 to 1"
+            )
         if not w.shape:
             w = np.full(time.shape, w)
-        reduced, full = self.reduced.fold_features(x, time, 1.0 - w), self.full.fold_features(x, time, w)
+        reduced, full = (
+            self.reduced.fold_features(x, time, 1.0 - w),
+            self.full.fold_features(x, time, w),
+        )
         return type(self)(reduced, full, samples, record)
 
-    def _fold_in_chunks(self, measurements: Measurements, weight: Array | float) -> Self:
+    def _fold_in_chunks(
+        self, measurements: Measurements, weight: Array | float
+    ) -> Self:
         state = self
         for first in range(0, len(measurements), CHUNK):
             part = slice(first, first + CHUNK)
-            state = state.fold(measurements[part], weight[part] if np.ndim(weight) == 1 else weight)  # type: ignore[index]
+            state = state.fold(
+                measurements[part], weight[part] if np.ndim(weight) == 1 else weight
+            )  # type: ignore[index]
         return state
 
     def merge(self, other: "SampleState") -> Self:
@@ -83,7 +109,12 @@ class SampleState:
         if self.record is not None and other.record is not None:
             first, later = (self, other) if self.end <= other.end else (other, self)
             record = first.record.merge(later.record)  # type: ignore[union-attr]
-        return type(self)(self.reduced.merge(other.reduced), self.full.merge(other.full), samples, record)
+        return type(self)(
+            self.reduced.merge(other.reduced),
+            self.full.merge(other.full),
+            samples,
+            record,
+        )
 
     @property
     def end(self) -> float:
@@ -93,17 +124,26 @@ class SampleState:
     @property
     def duration(self) -> float:
         """Time between the first and the last sample [s]."""
-        start, end = min(self.reduced.start, self.full.start), max(self.reduced.end, self.full.end)
+        start, end = (
+            min(self.reduced.start, self.full.start),
+            max(self.reduced.end, self.full.end),
+        )
         return max(0.0, end - start)
 
 
 def model_weight(measurements: Measurements, model: str, c1: float) -> Array | float:
-    """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al. 2022, eq. 9)."""
-    return full_model_weight(measurements, c1) if model == "blended" else float(model == "full")
+    """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al.
+    2022, eq. 9)."""
+    return (
+        full_model_weight(measurements, c1)
+        if model == "blended"
+        else float(model == "full")
+    )
 
 
 def require_model(model: str, c1: float) -> None:
-    """`InputError` unless `model` names a model of the motion and c1 is positive and finite."""
+    """`InputError` unless `model` names a model of the motion and c1 is positive and
+    finite."""
     require_one_of("model", model, MODELS)
     require_positive("c1", c1)
 

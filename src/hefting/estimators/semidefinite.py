@@ -1,11 +1,14 @@
-"""Quadratics over bodies that can exist: positive semidefinite 4 x 4 pseudo-inertias, ten unknowns.
+"""Quadratics over bodies that can exist: positive semidefinite 4 x 4 pseudo-inertias,
+ten unknowns.
 
     minimise   |A q - b|² + gamma (tr Q - log det Q - 4)    over Q = mat(q) >= 0 (and e'q >= 0)
 
-q (10,) are the entries of Q in an orthonormal basis. For gamma > 0 this is a point of the central path of the problem
-without the logarithm, so one path-following method serves both: primal-dual, with Nesterov & Todd's scaling (1997) and
-Mehrotra's predictor and corrector, following the path down to gamma. Iterates are kept as factors Q = L L', Z = K K',
-so no matrix near the boundary is ever decomposed. Every u (r,) certifies a lower bound: with 2 A'u = vec S (+ y e),
+q (10,) are the entries of Q in an orthonormal basis. For gamma > 0 this is a point of
+the central path of the problem without the logarithm, so one path-following method
+serves both: primal-dual, with Nesterov & Todd's scaling (1997) and Mehrotra's predictor
+and corrector, following the path down to gamma. Iterates are kept as factors Q = L L',
+Z = K K', so no matrix near the boundary is ever decomposed. Every u (r,) certifies a
+lower bound: with 2 A'u = vec S (+ y e),
 
     |A q - b|² >= -|u|² - 2 b'u + <S, Q>   and   <S, Q> + gamma (tr Q - log det Q - 4) >= gamma log det(I + S / gamma).
 """
@@ -22,25 +25,31 @@ from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, 
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14
-"""gamma relative to |b|² where no prior is given. It decides only the directions that the data leave undetermined."""
+"""gamma relative to |b|² where no prior is given. It decides only the directions that
+the data leave undetermined."""
 GAP_TOLERANCE = 1e-6
-"""Certified gap at which a solution counts as converged, relative to the objective (or 1e-6 |b|², if it is smaller)."""
+"""Certified gap at which a solution counts as converged, relative to the objective (or
+1e-6 |b|², if it is smaller)."""
 TRACE_BOUND = 10.0
-"""The lower bound without logarithm holds for bodies whose tr Q is at most this multiple of the trace found."""
+"""The lower bound without logarithm holds for bodies whose tr Q is at most this
+multiple of the trace found."""
 SMALLEST_EIGENVALUE = 1e-15
-"""Smallest eigenvalue of Q relative to its trace. Below it rounding would decide whether Q is positive definite."""
+"""Smallest eigenvalue of Q relative to its trace. Below it rounding would decide
+whether Q is positive definite."""
 SUFFICIENT_GAP = 1e-9
-"""Duality gap relative to the objective at which the path ends early, for gamma = 0 and a unique solution."""
+"""Duality gap relative to the objective at which the path ends early, for gamma = 0 and
+a unique solution."""
 FIRST_MU = 0.01
-"""First mu, relative to the largest entry of the gradient at Q = I. Smaller values save steps, much smaller
-ones fail."""
+"""First mu, relative to the largest entry of the gradient at Q = I. Smaller values save
+steps, much smaller ones fail."""
 MOST_PATH_STEPS = 60
 """Largest number of steps along the central path."""
 MOST_RESTARTS = 2
-"""Largest number of restarts from the body found, for gamma = 0, where its bound does not prove it optimal."""
+"""Largest number of restarts from the body found, for gamma = 0, where its bound does
+not prove it optimal."""
 SMALLEST_CENTRALITY = 1e-3
-"""Smallest product of an eigenvalue of Q with that of Z, relative to their mean: further from the central path the
-steps get short."""
+"""Smallest product of an eigenvalue of Q with that of Z, relative to their mean:
+further from the central path the steps get short."""
 
 _EYE = np.eye(4)
 
@@ -66,11 +75,15 @@ class Solution:
     converged: bool
 
 
-def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = None) -> Solution:
-    """Solve for `A` (r, 10), `b` (r,), `gamma` >= 0 and, if given, e (10,) with e'q >= 0 and e'vec(I) > 0.
+def solve(
+    A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = None
+) -> Solution:
+    """Solve for `A` (r, 10), `b` (r,), `gamma` >= 0 and, if given, e (10,) with e'q >=
+    0 and e'vec(I) > 0.
 
-    Starts from Q = I, which should be of the order of the answer: see `congruence`. With gamma = 0 what the data leave
-    open is taken as close to I as the rest allows; a half space is for gamma = 0 only.
+    Starts from Q = I, which should be of the order of the answer: see `congruence`.
+    With gamma = 0 what the data leave open is taken as close to I as the rest allows; a
+    half space is for gamma = 0 only.
     """
     size = math.sqrt(b @ b) or 1.0
     A, b, prior = A / size, b / size, gamma / size**2
@@ -80,14 +93,22 @@ def solve(A: Array, b: Array, gamma: float = 0.0, half_space: Array | None = Non
         svd = ScaledSVD.of(A)
         determined = not len(svd.kernel)
         found = _unconstrained(A, b, half_space, svd) if determined else None
-        found = found or _follow(A, b, 0.0, half_space, SUFFICIENT_GAP if determined else 0.0)
+        found = found or _follow(
+            A, b, 0.0, half_space, SUFFICIENT_GAP if determined else 0.0
+        )
         for _ in range(MOST_RESTARTS):
             if not found.converged:
                 found = _restart(A, b, half_space, found)
         if prior:
             objective = found.objective + prior * divergence(mat(found.q))
-            found = replace(found, objective=objective, converged=found.bound >= _sufficient(objective))
-    return replace(found, objective=found.objective * size**2, bound=found.bound * size**2)
+            found = replace(
+                found,
+                objective=objective,
+                converged=found.bound >= _sufficient(objective),
+            )
+    return replace(
+        found, objective=found.objective * size**2, bound=found.bound * size**2
+    )
 
 
 def _sufficient(objective: float) -> float:
@@ -95,10 +116,13 @@ def _sufficient(objective: float) -> float:
     return objective - GAP_TOLERANCE * max(objective, 1e-6)
 
 
-def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: float = 0.0) -> Solution:
+def _follow(
+    A: Array, b: Array, gamma: float, half_space: Array | None, enough: float = 0.0
+) -> Solution:
     """The point of the central path at gamma, or the best found on the way.
 
-    On the way to the end of the path a duality gap `enough`, relative to the objective, will do.
+    On the way to the end of the path a duality gap `enough`, relative to the objective,
+    will do.
     """
     path = _Path(A, b, max(gamma, SMALLEST_GAMMA), half_space)
     q, multiplier, least = IDENTITY, path.multiplier, math.inf
@@ -121,7 +145,8 @@ def _follow(A: Array, b: Array, gamma: float, half_space: Array | None, enough: 
 
 
 def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
-    """The better of `found` and of a second solution that starts from it, for a start that was far from optimal."""
+    """The better of `found` and of a second solution that starts from it, for a start
+    that was far from optimal."""
     thick = mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE
     T = congruence(lapack.dpotrf(thick, lower=1)[0])
     second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
@@ -131,10 +156,14 @@ def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> S
     return replace(found, iterations=steps)
 
 
-def _unconstrained(A: Array, b: Array, half_space: Array | None, svd: ScaledSVD) -> Solution | None:
+def _unconstrained(
+    A: Array, b: Array, half_space: Array | None, svd: ScaledSVD
+) -> Solution | None:
     """Least squares, when that is a body; else None."""
     q = svd.solve(b)
-    if _eigenvalues(mat(q))[0] < 1e-9 * np.abs(q).max() or (half_space is not None and half_space @ q < 0.0):
+    if _eigenvalues(mat(q))[0] < 1e-9 * np.abs(q).max() or (
+        half_space is not None and half_space @ q < 0.0
+    ):
         return None
     r = A @ q - b
     slack = svd.U.T @ r
@@ -143,7 +172,8 @@ def _unconstrained(A: Array, b: Array, half_space: Array | None, svd: ScaledSVD)
 
 
 def divergence(Q: Array) -> float:
-    """tr Q - log det Q - 4 of a positive definite Q (4, 4): the entropic distance from I (Lee et al. 2020)."""
+    """tr Q - log det Q - 4 of a positive definite Q (4, 4): the entropic distance from
+    I (Lee et al. 2020)."""
     values = _eigenvalues(Q)
     if values[0] <= 0.0:
         return math.inf
@@ -151,10 +181,19 @@ def divergence(Q: Array) -> float:
     return float(np.sum(excess - np.log1p(excess)))
 
 
-def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float, *, feasible: bool = False) -> float:
+def _bound(
+    A: Array,
+    b: Array,
+    q: Array,
+    gamma: float,
+    multiplier: Array | float,
+    *,
+    feasible: bool = False,
+) -> float:
     """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
 
-    With `feasible`, u is moved to the nearest one for which S has no negative eigenvalue, within the range of A.
+    With `feasible`, u is moved to the nearest one for which S has no negative
+    eigenvalue, within the range of A.
     """
     u = A @ q - b
     S = 2.0 * (A.T @ u) - multiplier
@@ -172,7 +211,8 @@ def _bound(A: Array, b: Array, q: Array, gamma: float, multiplier: Array | float
 
 
 class _Path:
-    """The central path: Q Z = mu I (and e'q y = mu), where Z, y are the gradient's multipliers, down to `target`."""
+    """The central path: Q Z = mu I (and e'q y = mu), where Z, y are the gradient's
+    multipliers, down to `target`."""
 
     def __init__(self, A: Array, b: Array, target: float, half_space: Array | None):
         self._A, self._b = A * math.sqrt(2.0), b * math.sqrt(2.0)
@@ -190,7 +230,8 @@ class _Path:
 
     @property
     def gap(self) -> float:
-        """Sum of the products of Q with Z, and of the slack with y: the duality gap of a feasible iterate."""
+        """Sum of the products of Q with Z, and of the slack with y: the duality gap of
+        a feasible iterate."""
         s = self._svd[1]
         return float(s @ s) + self._slack * self._y
 
@@ -200,13 +241,19 @@ class _Path:
         return 0.0 if self._e is None else self._y * self._e
 
     def advance(self) -> bool:
-        """Take one step; False when the end is reached or rounding forbids further ones."""
+        """Take one step; False when the end is reached or rounding forbids further
+        ones."""
         U, s, V = self._svd
         roots = np.sqrt(s)
-        R, Rt = (self.L @ V.T) / roots, (self._K @ U) / roots  # R^-1 Q R^-T = R'Z R = diag(s), Rt = R^-T
+        # R^-1 Q R^-T = R'Z R = diag(s), Rt = R^-T
+        R, Rt = (self.L @ V.T) / roots, (self._K @ U) / roots
         T = congruence(R)
         At, scaled = self._A @ T, DIAGONAL @ s
-        mismatch = At.T @ (At @ scaled - self._b) + T.T @ (self._target * IDENTITY - self.multiplier) - scaled
+        mismatch = (
+            At.T @ (At @ scaled - self._b)
+            + T.T @ (self._target * IDENTITY - self.multiplier)
+            - scaled
+        )
         if self._arrive(s, mismatch):
             return False
         N = At.T @ At
@@ -230,7 +277,8 @@ class _Path:
         return self._arrived > 1 or float(mismatch @ mismatch) < 1e-14 * target
 
     def _goals(self, step: "_Step") -> Iterator[tuple[float, Array | float, float]]:
-        """mu to aim at, with corrections of second order: Mehrotra's; then, should that fail, ever more central."""
+        """mu to aim at, with corrections of second order: Mehrotra's; then, should that
+        fail, ever more central."""
         target, mu = self._target, step.mu
         dQ, dZ, ds, dy = step.towards(target)
         sigma = 0.0
@@ -242,8 +290,17 @@ class _Path:
         yield 0.5 * (mu + target), 0.0, 0.0
         yield mu, 0.0, 0.0
 
-    def _take(self, step: "_Step", R: Array, Rt: Array, goal: float, cross: Array | float, cross_y: float) -> bool:
-        """Move towards `goal` as far as the iterates stay inside and near the path; False where that is nowhere."""
+    def _take(
+        self,
+        step: "_Step",
+        R: Array,
+        Rt: Array,
+        goal: float,
+        cross: Array | float,
+        cross_y: float,
+    ) -> bool:
+        """Move towards `goal` as far as the iterates stay inside and near the path;
+        False where that is nowhere."""
         dQ, dZ, ds, dy = step.towards(goal, cross, cross_y)
         a = min(1.0, 0.98 * step.length(dQ, dZ, ds, dy))
         while a > 1e-4:
@@ -265,23 +322,44 @@ class _Path:
 class _Step:
     """Newton's equations at one iterate, in coordinates in which Q = Z = diag(s)."""
 
-    def __init__(self, s: Array, slack: float, y: float, factor: Array, mismatch: Array, e: Array | None):
-        self.s, self._slack, self._y, self._factor, self._mismatch, self._e = s, slack, y, factor, mismatch, e
+    def __init__(
+        self,
+        s: Array,
+        slack: float,
+        y: float,
+        factor: Array,
+        mismatch: Array,
+        e: Array | None,
+    ):
+        self.s, self._slack, self._y, self._factor, self._mismatch, self._e = (
+            s,
+            slack,
+            y,
+            factor,
+            mismatch,
+            e,
+        )
         self.diagonal = s * _EYE
         self._sums = 0.5 * (s[:, None] + s)
         self._roots = np.sqrt(s[:, None] * s)
         total = float(s @ s)
         self.mu = total / 4.0 if e is None else (total + slack * y) / 5.0
 
-    def towards(self, mu: float, cross: Array | float = 0.0, cross_y: float = 0.0) -> tuple[Array, Array, float, float]:
-        """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu`, less corrections."""
+    def towards(
+        self, mu: float, cross: Array | float = 0.0, cross_y: float = 0.0
+    ) -> tuple[Array, Array, float, float]:
+        """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu`, less
+        corrections."""
         right = vec(((mu - self.s * self.s) * _EYE - cross) / self._sums)
         dq = lapack.dpotrs(self._factor, right - self._mismatch)[0]
         ds = dy = 0.0
-        if self._e is not None:  # y by elimination: dividing by the slack would magnify rounding as it vanishes
+        # y by elimination: dividing by the slack would magnify rounding as it vanishes
+        if self._e is not None:
             per_y = lapack.dpotrs(self._factor, self._e)[0]
             goal = mu - self._slack * self._y - cross_y
-            dy = (goal - self._y * float(self._e @ dq)) / (self._slack + self._y * float(self._e @ per_y))
+            dy = (goal - self._y * float(self._e @ dq)) / (
+                self._slack + self._y * float(self._e @ per_y)
+            )
             dq = dq + dy * per_y
             ds = (goal - self._slack * dy) / self._y
         return mat(dq), mat(right - dq), ds, dy
@@ -296,4 +374,8 @@ class _Step:
     def mu_after(self, a: float, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
         """Mean product after a step of length `a`."""
         total = float(np.vdot(self.diagonal + a * dQ, self.diagonal + a * dZ))
-        return total / 4.0 if self._e is None else (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0
+        return (
+            total / 4.0
+            if self._e is None
+            else (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0
+        )

@@ -1,4 +1,5 @@
-"""Stretches: the samples in four to eight consecutive parts, so that they can be compared with each other."""
+"""Stretches: the samples in four to eight consecutive parts, so that they can be
+compared with each other."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -23,7 +24,8 @@ def _empty_factor() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Triangular factors of consecutive stretches of one length, and of the one that is being filled. Immutable."""
+    """Triangular factors of consecutive stretches of one length, and of the one that is
+    being filled. Immutable."""
 
     factors: tuple[Array, ...] = ()
     """(22, 22) each, of the complete ones"""
@@ -47,25 +49,40 @@ class Stretches:
         return stretches
 
     def merge(self, other: "Stretches") -> Self:
-        """With those of other samples; what either was filling is complete, however short."""
-        parts = [*zip(self.factors, self.counts, strict=True), (self.open_factor, self.open_count)]
-        parts += [*zip(other.factors, other.counts, strict=True), (other.open_factor, other.open_count)]
+        """With those of other samples; what either was filling is complete, however
+        short."""
+        parts = [
+            *zip(self.factors, self.counts, strict=True),
+            (self.open_factor, self.open_count),
+        ]
+        parts += [
+            *zip(other.factors, other.counts, strict=True),
+            (other.open_factor, other.open_count),
+        ]
         parts = [part for part in parts if part[1]]
-        while len(parts) >= MOST_STRETCHES:  # the two neighbours that are shortest together
+        # the two neighbours that are shortest together
+        while len(parts) >= MOST_STRETCHES:
             sizes = [first[1] + second[1] for first, second in pairwise(parts)]
             at = int(np.argmin(sizes))
             parts[at : at + 2] = [_join(parts[at], parts[at + 1])]
         length = max(self.length, other.length)
-        return type(self)(tuple(part[0] for part in parts), tuple(part[1] for part in parts), length)
+        return type(self)(
+            tuple(part[0] for part in parts), tuple(part[1] for part in parts), length
+        )
 
     @property
     def parts(self) -> list[tuple[Array, int]]:
-        """Factor and samples of each; what is being filled belongs to the last one until it is half a stretch."""
+        """Factor and samples of each; what is being filled belongs to the last one
+        until it is half a stretch."""
         parts = list(zip(self.factors, self.counts, strict=True))
         rest = (self.open_factor, self.open_count)
         if self.open_count >= 0.5 * self.length:
             return [*parts, rest]
-        return [*parts[:-1], _join(parts[-1], rest)] if parts and self.open_count else parts
+        return (
+            [*parts[:-1], _join(parts[-1], rest)]
+            if parts and self.open_count
+            else parts
+        )
 
     def _with_open(self, factor: Array, count: int) -> Self:
         if count < self.length:
@@ -73,9 +90,13 @@ class Stretches:
         parts = [*zip(self.factors, self.counts, strict=True), (factor, count)]
         length = self.length
         if len(parts) >= MOST_STRETCHES:
-            parts = [_join(parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)] + parts[len(parts) // 2 * 2 :]
+            parts = [
+                _join(parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)
+            ] + parts[len(parts) // 2 * 2 :]
             length *= 2
-        return type(self)(tuple(part[0] for part in parts), tuple(part[1] for part in parts), length)
+        return type(self)(
+            tuple(part[0] for part in parts), tuple(part[1] for part in parts), length
+        )
 
 
 def _join(first: tuple[Array, int], second: tuple[Array, int]) -> tuple[Array, int]:

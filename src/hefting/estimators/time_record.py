@@ -1,4 +1,5 @@
-"""Time record: moments of a state's samples by time scale and by stretch, for estimators that model coloured noise."""
+"""Time record: moments of a state's samples by time scale and by stretch, for
+estimators that model coloured noise."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,45 +13,66 @@ from hefting.estimators.stretches import Stretches
 from hefting.estimators.timescales import TimeScales
 
 BUFFERED_SAMPLES = 64
-"""Number of samples that are transformed together. An update by one sample then costs little, and the transform of 64
-is a few array operations. It is a power of two so that blocks are aligned however the samples arrive."""
+"""Number of samples that are transformed together. An update by one sample then costs
+little, and the transform of 64 is a few array operations. It is a power of two so that
+blocks are aligned however the samples arrive."""
 
 
 @dataclass(frozen=True, eq=False)
 class TimeRecord:
-    """Features by time scale and by stretch, and the errors of the motion. Immutable; amortised cost is constant."""
+    """Features by time scale and by stretch, and the errors of the motion. Immutable;
+    amortised cost is constant."""
 
     scales: TimeScales = field(default_factory=TimeScales)
     stretches: Stretches = field(default_factory=Stretches)
     buffer: tuple[Array, ...] = ()
-    """(k, 22) features of the latest samples, fewer than `BUFFERED_SAMPLES` in all, not yet in the other two"""
+    """(k, 22) features of the latest samples, fewer than `BUFFERED_SAMPLES` in all, not
+    yet in the other two"""
     buffered: int = 0
     motion: tuple[float, ...] = (0.0,) * 5
-    """sums over samples, by weight: 1 for all; and, of those whose motion's noise is known: 1, squared errors of linear
-    [m²/s⁴] and of angular [rad²/s⁴] acceleration, the time for which those errors last [s]"""
+    """sums over samples, by weight: 1 for all; and, of those whose motion's noise is
+    known: 1, squared errors of linear [m²/s⁴] and of angular [rad²/s⁴] acceleration,
+    the time for which those errors last [s]"""
 
     def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
-        """With samples of features `x` (K, 22), their `weights` (K,) and the noise of their motion."""
-        motion = self._motion_with(float(len(x)) if weights is None else float(weights.sum()), noise)
+        """With samples of features `x` (K, 22), their `weights` (K,) and the noise of
+        their motion."""
+        motion = self._motion_with(
+            float(len(x)) if weights is None else float(weights.sum()), noise
+        )
         count = self.buffered + len(x)
         if count < BUFFERED_SAMPLES:
-            return replace(self, buffer=(*self.buffer, x), buffered=count, motion=motion)
-        rows = np.ascontiguousarray(np.concatenate((*self.buffer, x)) if self.buffer else x)
+            return replace(
+                self, buffer=(*self.buffer, x), buffered=count, motion=motion
+            )
+        rows = np.ascontiguousarray(
+            np.concatenate((*self.buffer, x)) if self.buffer else x
+        )
         whole = count - count % BUFFERED_SAMPLES
         rest = (rows[whole:].copy(),) if whole < count else ()
-        scales, stretches = self.scales.fold(rows[:whole]), self.stretches.fold(rows[:whole])
+        scales, stretches = (
+            self.scales.fold(rows[:whole]),
+            self.stretches.fold(rows[:whole]),
+        )
         return type(self)(scales, stretches, rest, count - whole, motion)
 
     def merge(self, later: "TimeRecord") -> "TimeRecord":
         """With that of other samples; what follows continues the `later` ones."""
-        motion = tuple(mine + theirs for mine, theirs in zip(self.motion, later.motion, strict=True))
+        motion = tuple(
+            mine + theirs
+            for mine, theirs in zip(self.motion, later.motion, strict=True)
+        )
         if not self.buffered and not self.scales.counts:
             return replace(later, motion=motion)
         if not later.buffered and not later.scales.counts:
             return replace(self, motion=motion)
         scales, stretches = self.complete
         return type(self)(
-            scales.merge(later.scales), stretches.merge(later.stretches), later.buffer, later.buffered, motion
+            scales.merge(later.scales),
+            stretches.merge(later.stretches),
+            later.buffer,
+            later.buffered,
+            motion,
         )
 
     @cached_property
@@ -63,13 +85,16 @@ class TimeRecord:
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square over all samples; None where the motion is exact, or nothing was said of its noise."""
+        """Root mean square over all samples; None where the motion is exact, or nothing
+        was said of its noise."""
         n, known, linear, angular, memory = self.motion
         if not (linear or angular):
             return None
         return MotionNoise((linear / n) ** 0.5, (angular / n) ** 0.5, memory / known)
 
-    def _motion_with(self, weight: float, noise: MotionNoise | None) -> tuple[float, ...]:
+    def _motion_with(
+        self, weight: float, noise: MotionNoise | None
+    ) -> tuple[float, ...]:
         n, known, linear, angular, memory = self.motion
         if noise is None:
             return n + weight, known, linear, angular, memory

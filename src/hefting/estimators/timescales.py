@@ -1,10 +1,13 @@
-"""Time scales: the features of consecutive samples, divided into changes of ever longer duration.
+"""Time scales: the features of consecutive samples, divided into changes of ever longer
+duration.
 
-The orthonormal Haar transform of a series pairs neighbours: a pair (x1, x2) becomes its detail (x1 - x2) / sqrt(2) and
-its sum (x1 + x2) / sqrt(2); the sums are paired in turn. Level j holds the differences between blocks of 2^j samples.
-Each level keeps a triangular factor of its details' features. As residuals are linear in the features, their energy at
-every level follows for any parameters after the samples are gone: the noise spectrum by octaves. A constant offset has
-no details. See Percival & Walden, *Wavelet Methods for Time Series Analysis*, 2000.
+The orthonormal Haar transform of a series pairs neighbours: a pair (x1, x2) becomes its
+detail (x1 - x2) / sqrt(2) and its sum (x1 + x2) / sqrt(2); the sums are paired in turn.
+Level j holds the differences between blocks of 2^j samples. Each level keeps a
+triangular factor of its details' features. As residuals are linear in the features,
+their energy at every level follows for any parameters after the samples are gone: the
+noise spectrum by octaves. A constant offset has no details. See Percival & Walden,
+*Wavelet Methods for Time Series Analysis*, 2000.
 """
 
 from dataclasses import dataclass
@@ -26,15 +29,21 @@ class TimeScales:
     """Triangular factors of Haar details, finest level first. Immutable."""
 
     factors: tuple[Array, ...] = ()
-    """(22, 22) each: level j holds differences between neighbouring blocks of 2^j samples"""
+    """(22, 22) each: level j holds differences between neighbouring blocks of 2^j
+    samples"""
     counts: tuple[int, ...] = ()
     """details at each level"""
     pending: tuple[Array | None, ...] = ()
-    """(1, 22) each: the sum at each level that waits for its neighbour, if there is one"""
+    """(1, 22) each: the sum at each level that waits for its neighbour, if there is
+    one"""
 
     def fold(self, rows: Array) -> Self:
         """With the features `rows` (k, 22) of samples that follow those before."""
-        factors, counts, pending = list(self.factors), list(self.counts), list(self.pending)
+        factors, counts, pending = (
+            list(self.factors),
+            list(self.counts),
+            list(self.pending),
+        )
         level = 0
         while len(rows):
             if level == len(factors):
@@ -56,10 +65,12 @@ class TimeScales:
         return type(self)(tuple(factors), tuple(counts), tuple(pending))
 
     def closed(self) -> Self:
-        """With contrasts among the sums that still wait: all that the samples tell but their total.
+        """With contrasts among the sums that still wait: all that the samples tell but
+        their total.
 
-        The sums s1 and s2 over n1 and n2 samples give the contrast (sqrt(n2) s1 - sqrt(n1) s2) / sqrt(n1 + n2), which
-        stands at the level of blocks of sqrt(n1 n2) samples.
+        The sums s1 and s2 over n1 and n2 samples give the contrast (sqrt(n2) s1 -
+        sqrt(n1) s2) / sqrt(n1 + n2), which stands at the level of blocks of sqrt(n1 n2)
+        samples.
         """
         factors, counts = list(self.factors), list(self.counts)
         total, number = None, 0
@@ -72,7 +83,10 @@ class TimeScales:
                 continue
             both = (number + size) ** 0.5
             contrast = (size**0.5 * total - number**0.5 * waiting) / both
-            total, number = (number**0.5 * total + size**0.5 * waiting) / both, number + size
+            total, number = (
+                (number**0.5 * total + size**0.5 * waiting) / both,
+                number + size,
+            )
             at = round(0.5 * np.log2((number - size) * size))
             while at >= len(factors):
                 factors.append(np.zeros((FEATURES, FEATURES)))
@@ -85,7 +99,8 @@ class TimeScales:
         return type(self)(tuple(factors), tuple(counts))
 
     def merge(self, later: "TimeScales") -> Self:
-        """With those of samples that are not known to follow: no detail spans the two."""
+        """With those of samples that are not known to follow: no detail spans the
+        two."""
         size = max(len(self.factors), len(later.factors))
         factors, counts = [], []
         for level in range(size):

@@ -4,7 +4,8 @@
     exported = export(estimate, "ur", sensor_pose_in_flange=pose)
     exported = export(estimate, "urdf", into="robot.urdf", link="tool0")
 
-Each target is a file of this package that ends with its `Target`; here is their list, and what is done with one.
+Each target is a file of this package that ends with its `Target`; here is their list,
+and what is done with one.
 """
 
 from collections.abc import Sequence
@@ -53,13 +54,17 @@ def _by_suffix(targets: Sequence[Target]) -> dict[str, str]:
 REGISTRY: dict[str, Target] = _by_name(FILES)
 """Every target by its name."""
 
-TARGETS: dict[str, str] = {name: target.description for name, target in REGISTRY.items()}
+TARGETS: dict[str, str] = {
+    name: target.description for name, target in REGISTRY.items()
+}
 """Every target and what it is."""
 
 SUFFIXES: dict[str, str] = _by_suffix(tuple(REGISTRY.values()))
 """Target of each file suffix; first that of a text which is read back."""
 
-INSERTABLE: dict[str, str] = {name: target.place.format for name, target in REGISTRY.items() if target.place}
+INSERTABLE: dict[str, str] = {
+    name: target.place.format for name, target in REGISTRY.items() if target.place
+}
 """Targets that can be put into an existing file, and the name of its format."""
 
 
@@ -97,18 +102,24 @@ def export(
     link : name of the link (of the body, in MJCF) in that file.
     name : name of the body in a file of its own; one printable line.
 
-    Raises `InputError` for an unknown target, arguments that do not fit it, a file or link that does not,
-    and, for everything but JSON and CSV, parameters no body can have.
+    Raises `InputError` for an unknown target, arguments that do not fit it, a file or
+    link that does not, and, for everything but JSON and CSV, parameters no body can
+    have.
     """
     if target not in REGISTRY:
         raise InputError(
-            f"unknown target '{target}'{nearest(target, REGISTRY)}", fix=f"choose from: {', '.join(REGISTRY)}"
+            f"unknown target '{target}'{nearest(target, REGISTRY)}",
+            fix=f"choose from: {', '.join(REGISTRY)}",
         )
     chosen = REGISTRY[target]
     _check_arguments(chosen, into, link, name)
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
-        return Exported(text, "sensor", () if sensor_pose_in_flange is None else (_pose_unused(chosen),))
+        return Exported(
+            text,
+            "sensor",
+            () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
+        )
 
     body = Body.from_parameters(estimate.parameters, name, "sensor")
     if sensor_pose_in_flange is not None:
@@ -126,13 +137,23 @@ def export(
     return Exported(text, body.frame, (*warnings, *more))
 
 
-def _check_arguments(target: Target, into: str | Path | None, link: str | None, name: str) -> None:
+def _check_arguments(
+    target: Target, into: str | Path | None, link: str | None, name: str
+) -> None:
     if into is not None and target.place is None:
-        raise InputError(f"{target.name} cannot be put into an existing file", fix=f"only {', '.join(INSERTABLE)} can")
+        raise InputError(
+            f"{target.name} cannot be put into an existing file",
+            fix=f"only {', '.join(INSERTABLE)} can",
+        )
     if link is not None and into is None:
-        raise InputError(f"link '{link}' of which file?", fix="name the file with (`into`=FILE)")
+        raise InputError(
+            f"link '{link}' of which file?", fix="name the file with (`into`=FILE)"
+        )
     if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
-        raise InputError(f"{name[:200]!r} cannot name a body", fix="give one printable line, and not 'world'")
+        raise InputError(
+            f"{name[:200]!r} cannot name a body",
+            fix="give one printable line, and not 'world'",
+        )
 
 
 def _pose_unused(target: Target) -> Message:
@@ -141,7 +162,8 @@ def _pose_unused(target: Target) -> Message:
 
 
 def _body_warnings(target: Target, body: Body) -> list[Message]:
-    """Of a body whose thickness was raised, of sensor axes where flange axes are wanted, and the target's own."""
+    """Of a body whose thickness was raised, of sensor axes where flange axes are
+    wanted, and the target's own."""
     warnings = []
     if body.thickened:
         what = (
@@ -158,13 +180,26 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
     return [*warnings, *target.warnings(body)]
 
 
-def _put_into(target: Target, body: Body, into: str | Path, link: str | None) -> tuple[str, list[Message]]:
-    """Text of the file `into` with the body's inertial in a link, and what to know of it."""
+def _put_into(
+    target: Target, body: Body, into: str | Path, link: str | None
+) -> tuple[str, list[Message]]:
+    """Text of the file `into` with the body's inertial in a link, and what to know of
+    it."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     text, replaced = put_inertial(into, link, target.inertial(body), target.place)
-    warnings = [warning("link-frame-assumed", f"the frame of '{link}' is taken to be the {body.frame} frame")]
+    warnings = [
+        warning(
+            "link-frame-assumed",
+            f"the frame of '{link}' is taken to be the {body.frame} frame",
+        )
+    ]
     warnings += target.file_warnings(text)
     if replaced:
-        warnings.append(warning("inertial-replaced", f"'{link}' had an inertial: it was replaced, not added to"))
+        warnings.append(
+            warning(
+                "inertial-replaced",
+                f"'{link}' had an inertial: it was replaced, not added to",
+            )
+        )
     return text, warnings

@@ -7,13 +7,18 @@ from hefting.export.target import Target
 
 
 def write(body: Body) -> str:
-    """RAPID loaddata: kg; **mm**; quaternion w, x, y, z of the principal axes; their moments [kg m²].
+    """RAPID loaddata: kg; **mm**; quaternion w, x, y, z of the principal axes; their
+    moments [kg m²].
 
-    Technical reference manual RAPID, data type loaddata. Moments about the COM; three zeros: a point mass.
+    Technical reference manual RAPID, data type loaddata. Moments about the COM; three
+    zeros: a point mass.
     """
     moments, _ = body.principal()
-    com, aom = (", ".join(in_single(v)) for v in (1e3 * body.center_of_mass, body.quaternion()))
-    name = f"load_{body.identifier}"[:32]  # RAPID: a letter first, at most 32 characters, no reserved word
+    com, aom = (
+        ", ".join(in_single(v)) for v in (1e3 * body.center_of_mass, body.quaternion())
+    )
+    # RAPID: a letter first, at most 32 characters, no reserved word
+    name = f"load_{body.identifier}"[:32]
     return (
         comment(
             "!",
@@ -31,7 +36,11 @@ def warnings(body: Body) -> list[Message]:
     """A warning where the body is a point mass."""
     if not body.is_point:
         return []
-    return [warning("point-mass", "the estimate is a point mass: the three moments are zero")]
+    return [
+        warning(
+            "point-mass", "the estimate is a point mass: the three moments are zero"
+        )
+    ]
 
 
 TARGET = Target(

@@ -1,4 +1,5 @@
-"""CSV: the estimate itself as a row, in sensor axes and SI units, whether or not a body can have it."""
+"""CSV: the estimate itself as a row, in sensor axes and SI units, whether or not a body
+can have it."""
 
 import io
 
@@ -15,8 +16,8 @@ COLUMNS = (
     *(f"std_{column}" for column in AT_COM),
     *("samples", "duration", "physically_consistent"),
 )
-"""Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one standard deviation, is
-empty where the method has none; duration in s."""
+"""Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one
+standard deviation, is empty where the method has none; duration in s."""
 
 
 def write(estimate: Estimate, name: str) -> str:
@@ -25,7 +26,11 @@ def write(estimate: Estimate, name: str) -> str:
 
     p, std = estimate.parameters, estimate.std
     at_com = (p.mass, *p.center_of_mass, *tensor_to_vector(p.inertia_at_com))
-    spread = (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"])) if std else (None,) * 10
+    spread = (
+        (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"]))
+        if std
+        else (None,) * 10
+    )
     values = (*at_com, *p.vector[4:], *spread)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")

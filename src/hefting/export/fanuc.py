@@ -13,14 +13,24 @@ KGF_CM_S2 = -STANDARD_GRAVITY[2] * 0.01
 
 
 def write(body: Body) -> str:
-    """Lines of the MOTION/PAYLOAD SET screen: kg; **cm** from the faceplate; moments about axes through the
-    COM, parallel to the faceplate's, in **kgf cm s²**. There is no place for products of inertia.
+    """Lines of the MOTION/PAYLOAD SET screen: kg; **cm** from the faceplate; moments
+    about axes through the COM, parallel to the faceplate's, in **kgf cm s²**. There is
+    no place for products of inertia.
     """
-    com, moments = in_single(1e2 * body.center_of_mass), in_single(np.diag(body.inertia) / KGF_CM_S2)
+    com, moments = (
+        in_single(1e2 * body.center_of_mass),
+        in_single(np.diag(body.inertia) / KGF_CM_S2),
+    )
     rows = [
         ("PAYLOAD           [kg]", in_single(body.mass)[0]),
-        *((f"PAYLOAD CENTER {axis}  [cm]", value) for axis, value in zip("XYZ", com, strict=True)),
-        *((f"PAYLOAD INERTIA {axis} [kgfcms^2]", value) for axis, value in zip("XYZ", moments, strict=True)),
+        *(
+            (f"PAYLOAD CENTER {axis}  [cm]", value)
+            for axis, value in zip("XYZ", com, strict=True)
+        ),
+        *(
+            (f"PAYLOAD INERTIA {axis} [kgfcms^2]", value)
+            for axis, value in zip("XYZ", moments, strict=True)
+        ),
     ]
     return comment(
         "!",

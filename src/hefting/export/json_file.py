@@ -1,4 +1,5 @@
-"""JSON: the estimate itself, in sensor axes and SI units, whether or not a body can have it."""
+"""JSON: the estimate itself, in sensor axes and SI units, whether or not a body can
+have it."""
 
 from hefting.core.estimate import Estimate
 from hefting.export.target import Target

@@ -1,6 +1,8 @@
-"""MJCF: the inertial element of a body. https://mujoco.readthedocs.io/en/stable/XMLreference.html#body-inertial
+"""MJCF: the inertial element of a body.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html#body-inertial
 
-`pos` is the COM; `fullinertia` is Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM in the body's axes.
+`pos` is the COM; `fullinertia` is Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM in the
+body's axes.
 """
 
 import re
@@ -35,10 +37,13 @@ def write(body: Body) -> str:
 
 
 def file_warnings(model: str) -> list[Message]:
-    """A warning where the model's text makes MuJoCo compute inertia from geoms alone."""
+    """A warning where the model's text makes MuJoCo compute inertia from geoms
+    alone."""
     if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model) is None:
         return []
-    what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
+    what = (
+        "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
+    )
     return [warning("inertials-ignored", what)]
 
 

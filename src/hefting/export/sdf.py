@@ -1,7 +1,7 @@
 """SDFormat: the inertial element of a link. http://sdformat.org/spec?elem=link
 
-The inertial's pose is the COM, and the tensor is about the COM in the axes of that pose, here the link's;
-products of inertia are those of the tensor, -∫ x y dm.
+The inertial's pose is the COM, and the tensor is about the COM in the axes of that
+pose, here the link's; products of inertia are those of the tensor, -∫ x y dm.
 """
 
 from hefting.export.body import Body, number, numbers, quoted
@@ -14,7 +14,9 @@ PLACE = Place("SDF", roots=("sdf",), element="link", parents=("model",))
 def inertial(body: Body) -> str:
     """The inertial element [m, kg, kg m²]."""
     order = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    tensor = "\n".join(f"    <{name}>{number(body.tensor[name])}</{name}>" for name in order)
+    tensor = "\n".join(
+        f"    <{name}>{number(body.tensor[name])}</{name}>" for name in order
+    )
     return (
         f"<inertial>\n  <pose>{numbers(body.center_of_mass)} 0 0 0</pose>\n"
         f"  <mass>{number(body.mass)}</mass>\n  <inertia>\n{tensor}\n  </inertia>\n</inertial>"

@@ -1,7 +1,9 @@
-"""Putting an inertial element into an existing XML file, leaving every other byte as it is.
+"""Putting an inertial element into an existing XML file, leaving every other byte as it
+is.
 
-A parser finds where the element goes; the text is cut there. XML from elsewhere is hostile: a document type
-declaration is refused, so no entity is ever expanded or fetched, and the size is bounded.
+A parser finds where the element goes; the text is cut there. XML from elsewhere is
+hostile: a document type declaration is refused, so no entity is ever expanded or
+fetched, and the size is bounded.
 """
 
 import re
@@ -30,7 +32,8 @@ class Place:
 
 @dataclass
 class _Holder:
-    """Offsets [bytes] of an element found: its start tag, and the inertial directly inside it."""
+    """Offsets [bytes] of an element found: its start tag, and the inertial directly
+    inside it."""
 
     name: str
     start: int
@@ -38,11 +41,15 @@ class _Holder:
     inertial: tuple[int, int] | None = None
 
 
-def put_inertial(path: str | Path, name: str | None, inertial: str, place: Place) -> tuple[str, bool]:
-    """Text of the file with `inertial` in the element called `name`, and whether it replaced another.
+def put_inertial(
+    path: str | Path, name: str | None, inertial: str, place: Place
+) -> tuple[str, bool]:
+    """Text of the file with `inertial` in the element called `name`, and whether it
+    replaced another.
 
-    Raises `InputError` when the file cannot be read, is not well-formed XML of that format in UTF-8, has a
-    document type, is larger than `hefting.core.files.MAX_XML`, or does not hold the element exactly once.
+    Raises `InputError` when the file cannot be read, is not well-formed XML of that
+    format in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`,
+    or does not hold the element exactly once.
     """
     data = read_xml(path)
     holder = _only(_find(data, path, place), path, name, place)
@@ -58,11 +65,15 @@ def put_inertial(path: str | Path, name: str | None, inertial: str, place: Place
     if data[end - 2 : end] == b"/>":
         closing = newline + margin + b"</" + place.element.encode() + b">"
         opening = data[: end - 2].rstrip() + b">"
-        return (opening + newline + deeper + block + closing + data[end:]).decode(), False
+        return (
+            opening + newline + deeper + block + closing + data[end:]
+        ).decode(), False
     return (data[:end] + newline + deeper + block + data[end:]).decode(), False
 
 
-def _only(holders: list[_Holder], path: str | Path, name: str | None, place: Place) -> _Holder:
+def _only(
+    holders: list[_Holder], path: str | Path, name: str | None, place: Place
+) -> _Holder:
     names = [holder.name for holder in holders]
     matches = [holder for holder in holders if holder.name == name]
     if len(matches) == 1:
@@ -74,7 +85,11 @@ def _only(holders: list[_Holder], path: str | Path, name: str | None, place: Pla
     else:
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    fix = f"choose one of: {listed}" if names else f"the file has no <{place.element}> with a name"
+    fix = (
+        f"choose one of: {listed}"
+        if names
+        else f"the file has no <{place.element}> with a name"
+    )
     raise InputError(what, where=path, fix=fix)
 
 
@@ -92,13 +107,27 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
 
     def start_element(tag: str, attributes: dict[str, str], offset: int):
         if not stack and tag not in place.roots:
-            raise InputError(f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>", where=path)
-        if tag == place.element and "name" in attributes and (place.parents is None or stack[-1] in place.parents):
+            raise InputError(
+                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
+                where=path,
+            )
+        if (
+            tag == place.element
+            and "name" in attributes
+            and (place.parents is None or stack[-1] in place.parents)
+        ):
             open_holders.append(_Holder(attributes["name"], offset, len(stack)))
             holders.append(open_holders[-1])
-        elif tag == "inertial" and open_holders and len(stack) == open_holders[-1].depth + 1:
+        elif (
+            tag == "inertial"
+            and open_holders
+            and len(stack) == open_holders[-1].depth + 1
+        ):
             if open_holders[-1].inertial is not None:
-                raise InputError(f"<{place.element}> '{open_holders[-1].name}' has two inertials", where=path)
+                raise InputError(
+                    f"<{place.element}> '{open_holders[-1].name}' has two inertials",
+                    where=path,
+                )
             open_holders[-1].inertial = (offset, -1)
         stack.append(tag)
 
@@ -109,7 +138,11 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
         holder = open_holders[-1]
         if len(stack) == holder.depth:
             open_holders.pop()
-        elif tag == "inertial" and len(stack) == holder.depth + 1 and holder.inertial is not None:
+        elif (
+            tag == "inertial"
+            and len(stack) == holder.depth + 1
+            and holder.inertial is not None
+        ):
             start = holder.inertial[0]
             first = _tag_end(data, start)
             empty = data[first - 2 : first] == b"/>"

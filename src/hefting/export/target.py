@@ -1,6 +1,8 @@
-"""Target: all that `hefting.export.export` knows of a simulator, a controller or a table.
+"""Target: all that `hefting.export.export` knows of a simulator, a controller or a
+table.
 
-Each target is one file that ends with its `TARGET`; `hefting.export` lists the files, one line each.
+Each target is one file that ends with its `TARGET`; `hefting.export` lists the files,
+one line each.
 """
 
 from collections.abc import Callable
@@ -32,15 +34,18 @@ class Target:
     write: Callable[[Body], str] | None = None
     """Text of a file of its own, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
-    """Text of the estimate itself in sensor axes, whether or not a body can have it, and of its name."""
+    """Text of the estimate itself in sensor axes, whether or not a body can have it,
+    and of its name."""
     is_read_back: bool = False
     """Whether `Estimate.load` reads the text; its suffixes are then named first."""
     wants_flange: bool = False
-    """Whether its numbers must be in flange axes, about the flange's origin; otherwise any frame will do."""
+    """Whether its numbers must be in flange axes, about the flange's origin; otherwise
+    any frame will do."""
     needs_inertia: bool = False
     """Whether a point mass cannot be written."""
     place: Place | None = None
-    """Where in an existing file of the format an inertial goes; None: it cannot be put into one."""
+    """Where in an existing file of the format an inertial goes; None: it cannot be put
+    into one."""
     inertial: Callable[[Body], str] | None = None
     """Text of that inertial; there is one wherever there is a `place`."""
     warnings: Callable[[Body], list[Message]] = _no_warnings

@@ -1,4 +1,5 @@
-"""Universal Robots: a call of set_target_payload in URScript, with its frame and units in a comment."""
+"""Universal Robots: a call of set_target_payload in URScript, with its frame and units
+in a comment."""
 
 import numpy as np
 
@@ -8,12 +9,14 @@ from hefting.export.target import Target
 
 
 def write(body: Body) -> str:
-    """URScript set_target_payload: kg, m, kg m² as Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the COM.
+    """URScript set_target_payload: kg, m, kg m² as Ixx, Iyy, Izz, Ixy, Ixz, Iyz about
+    the COM.
 
     https://www.universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm
     """
     mass, com, tensor = (
-        ", ".join(in_double(v)) for v in (body.mass, body.center_of_mass, np.array(list(body.tensor.values())))
+        ", ".join(in_double(v))
+        for v in (body.mass, body.center_of_mass, np.array(list(body.tensor.values())))
     )
     return (
         comment(

@@ -1,6 +1,7 @@
 """URDF: the inertial element of a link. http://wiki.ros.org/urdf/XML/link
 
-The inertial's origin is the COM and the tensor is about the COM, in the axes of that origin, here the link's.
+The inertial's origin is the COM and the tensor is about the COM, in the axes of that
+origin, here the link's.
 """
 
 from hefting.export.body import Body, number, numbers, quoted
@@ -12,7 +13,9 @@ PLACE = Place("URDF", roots=("robot",), element="link", parents=("robot",))
 
 def inertial(body: Body) -> str:
     """The inertial element [kg, m, kg m²]."""
-    tensor = " ".join(f'{name}="{number(value)}"' for name, value in body.tensor.items())
+    tensor = " ".join(
+        f'{name}="{number(value)}"' for name, value in body.tensor.items()
+    )
     return (
         f'<inertial>\n  <origin xyz="{numbers(body.center_of_mass)}" rpy="0 0 0"/>\n'
         f'  <mass value="{number(body.mass)}"/>\n  <inertia {tensor}/>\n</inertial>'
@@ -22,7 +25,8 @@ def inertial(body: Body) -> str:
 def write(body: Body) -> str:
     """A whole robot: the body as a link that floats in the world.
 
-    Not as the root link, whose inertia simulators attach to the world or drop (MuJoCo, KDL).
+    Not as the root link, whose inertia simulators attach to the world or drop (MuJoCo,
+    KDL).
     """
     name = quoted(body.name)
     content = inertial(body).replace("\n", "\n    ")

@@ -1,8 +1,9 @@
 """USD: a rigid body with UsdPhysics mass properties, as usda text.
 
-https://openusd.org/release/api/class_usd_physics_mass_a_p_i.html
-centerOfMass, diagonalInertia and principalAxes are in the prim's axes and in the stage's units, here metres
-and kilograms; the quaternion is w first. Readers keep single precision: the attributes are floats.
+https://openusd.org/release/api/class_usd_physics_mass_a_p_i.html centerOfMass,
+diagonalInertia and principalAxes are in the prim's axes and in the stage's units, here
+metres and kilograms; the quaternion is w first. Readers keep single precision: the
+attributes are floats.
 """
 
 from hefting.export.body import Body, number, numbers
@@ -11,7 +12,9 @@ from hefting.export.target import Target
 
 def write(body: Body) -> str:
     """A stage whose default prim is the body."""
-    name = body.identifier if not body.identifier[0].isdigit() else f"_{body.identifier}"
+    name = (
+        body.identifier if not body.identifier[0].isdigit() else f"_{body.identifier}"
+    )
     return f"""#usda 1.0
 (
     defaultPrim = "{name}"

@@ -1,4 +1,5 @@
-"""UFACTORY xArm: a call of set_tcp_load of the Python SDK, with its frame and units in a comment."""
+"""UFACTORY xArm: a call of set_tcp_load of the Python SDK, with its frame and units in
+a comment."""
 
 from hefting.export.body import Body
 from hefting.export.controller import comment, in_double
@@ -10,8 +11,14 @@ def write(body: Body) -> str:
 
     https://github.com/xArm-Developer/xArm-Python-SDK/blob/master/doc/api/xarm_api.md
     """
-    mass, com = ", ".join(in_double(body.mass)), ", ".join(in_double(1e3 * body.center_of_mass))
-    return comment("#", body, "kg, mm; the controller takes no inertia") + f"arm.set_tcp_load({mass}, [{com}])\n"
+    mass, com = (
+        ", ".join(in_double(body.mass)),
+        ", ".join(in_double(1e3 * body.center_of_mass)),
+    )
+    return (
+        comment("#", body, "kg, mm; the controller takes no inertia")
+        + f"arm.set_tcp_load({mass}, [{com}])\n"
+    )
 
 
 TARGET = Target(

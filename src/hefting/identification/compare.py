@@ -10,7 +10,12 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
-from hefting.identification.identify import NeedError, estimator_for, run, with_diagnostics
+from hefting.identification.identify import (
+    NeedError,
+    estimator_for,
+    run,
+    with_diagnostics,
+)
 from hefting.identification.recommend import recommend
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
@@ -52,8 +57,8 @@ def compare(
     hyperparameters : fields of estimators, such as ``c1``, for those that have them.
     reading : gravity, wrench, bias, motion, start, duration as for `hefting.identification.identify`.
 
-    Raises `InputError` for an unknown method or hyperparameter, or one named that needs what is not given; and as
-    `identify` does.
+    Raises `InputError` for an unknown method or hyperparameter, or one named that needs
+    what is not given; and as `identify` does.
     """
     if isinstance(methods, str):
         methods = methods.split(",")
@@ -62,14 +67,23 @@ def compare(
     for word in methods:
         if word.strip().lower() == "all":
             everything = True
-            kinds |= {name: method_named(name) for name in (*METHODS, *VARIANTS) if name not in kinds}
+            kinds |= {
+                name: method_named(name)
+                for name in (*METHODS, *VARIANTS)
+                if name not in kinds
+            }
             continue
         kind, settings = method_named(word.strip())
         kinds.setdefault(spelled(word.strip()), (kind, settings))
     if not kinds:
-        raise InputError("no method is named", fix=f"use all or some of {', '.join(METHODS)}")
+        raise InputError(
+            "no method is named", fix=f"use all or some of {', '.join(METHODS)}"
+        )
     wanted = hyperparameters or {}
-    taken = {name: kind.hyperparameters(settings.get("model")) for name, (kind, settings) in kinds.items()}
+    taken = {
+        name: kind.hyperparameters(settings.get("model"))
+        for name, (kind, settings) in kinds.items()
+    }
     for key in wanted:
         if not any(key in known for known in taken.values()):
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
@@ -91,7 +105,11 @@ def compare(
             if name in METHODS:
                 skipped[name] = str(error)
     if not results:
-        raise InputError("no method could be used", found.log, next(iter(skipped.values())))
-    proper = {name: estimate for name, estimate in results.items() if name not in VARIANTS}
+        raise InputError(
+            "no method could be used", found.log, next(iter(skipped.values()))
+        )
+    proper = {
+        name: estimate for name, estimate in results.items() if name not in VARIANTS
+    }
     recommended, reason = recommend(proper or results, found, shape, seen)
     return Comparison(results, seconds, skipped, recommended, reason, found)

@@ -1,8 +1,10 @@
 """Identifiability: how much of a body a motion can tell, and why not the rest.
 
-Ranks and condition numbers speak of the motion alone; which parameters are open depends on the noise and on a free
-bias as well, so that is taken from unconstrained least squares (`hefting.ingest.free_fit.FreeFit`). The reasons are
-read off the motion: where gravity pointed in sensor axes, and about which axes the sensor was accelerated.
+Ranks and condition numbers speak of the motion alone; which parameters are open depends
+on the noise and on a free bias as well, so that is taken from unconstrained least
+squares (`hefting.ingest.free_fit.FreeFit`). The reasons are
+read off the motion: where gravity pointed in sensor axes, and about which axes the
+    sensor was accelerated.
 """
 
 from collections.abc import Iterable
@@ -34,30 +36,42 @@ RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
 
 
-def rank(state: SampleState | Moments, model: RigidModel = "full", tolerance: float = RANK_TOLERANCE) -> int:
-    """Rank of the stacked regressors of all samples: at most 10, and 4 of the reduced (gravity-only) model.
+def rank(
+    state: SampleState | Moments,
+    model: RigidModel = "full",
+    tolerance: float = RANK_TOLERANCE,
+) -> int:
+    """Rank of the stacked regressors of all samples: at most 10, and 4 of the reduced
+    (gravity-only) model.
 
-    Singular values below `tolerance` times the largest count as zero, with columns in SI units: those of a body of
-    1 kg and 1 m. Another frame of the sensor does not change it. Noise in the motion can hide a deficiency;
-    `condition_number` then shows it. Raises `InputError` for another model.
+    Singular values below `tolerance` times the largest count as zero, with columns in
+    SI units: those of a body of 1 kg and 1 m. Another frame of the sensor does not
+    change it. Noise in the motion can hide a deficiency; `condition_number` then shows
+    it. Raises `InputError` for another model.
     """
     singular = np.linalg.svd(_columns(_moments(state), model), compute_uv=False)
     return int(np.sum(singular > tolerance * singular[0])) if singular[0] > 0.0 else 0
 
 
-def condition_number(moments: Moments, size: float, model: RigidModel = "full") -> float:
-    """Condition number of the stacked regressors in the units of the body; infinite where they are rank-deficient.
+def condition_number(
+    moments: Moments, size: float, model: RigidModel = "full"
+) -> float:
+    """Condition number of the stacked regressors in the units of the body; infinite
+    where they are rank-deficient.
 
-    Columns are multiplied by a-priori magnitudes of their parameters (Gautier & Khalil, IJRR 11(4), 1992), here those
-    of 1 kg with a radius of gyration of `size` [m]: 1, size, size²; torques are counted in force times `size`. So
-    the figure is the same in any unit of length, and falls as the rotation comes to weigh as much as gravity: for
-    slow motion it is about |g| / (size · angular acceleration).
+    Columns are multiplied by a-priori magnitudes of their parameters (Gautier & Khalil,
+    IJRR 11(4), 1992), here those
+    of 1 kg with a radius of gyration of `size` [m]: 1, size, size²; torques are counted
+        in force times `size`. So the figure is the same in any unit of length, and
+        falls as the rotation comes to weigh as much as gravity: for slow motion it is
+        about |g| / (size · angular acceleration).
 
-    This is the reading of "scaled" that comes nearest to Nadeau et al. 2022 (147, 68.4, 58.0 at 1, 1.5, 2 rad/s, for
-    an object of 0.2 x 0.3 m): their motion over 35 s gives 258, 106, 59.5 at a size of 0.15 m and
-    193, 79.3, 44.3 at 0.2 m.
-    Newtons beside newton-metres (torques not divided) give 1671, 640, 328 at 0.15 m; columns scaled to one length,
-    which hides how little a slow motion excites, 4.3, 3.8, 3.3.
+    This is the reading of "scaled" that comes nearest to Nadeau et al. 2022 (147, 68.4,
+    58.0 at 1, 1.5, 2 rad/s, for
+    an object of 0.2 x 0.3 m): their motion over 35 s gives 258, 106, 59.5 at a size of
+        0.15 m and 193, 79.3, 44.3 at 0.2 m. Newtons beside newton-metres (torques not
+        divided) give 1671, 640, 328 at 0.15 m; columns scaled to one length, which
+        hides how little a slow motion excites, 4.3, 3.8, 3.3.
 
     Raises `InputError` for another model or a size that is not positive.
     """
@@ -77,7 +91,10 @@ def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:
     if model not in _EQUATIONS:
         raise InputError(f"unknown model '{model}'", fix=f"use {', '.join(_EQUATIONS)}")
     equations = _EQUATIONS[model] / np.repeat((1.0, size), 3)[:, None]
-    return moments.factor_of(equations) * np.repeat((1.0, size, size**2), (1, 3, 6))[: len(equations)]
+    return (
+        moments.factor_of(equations)
+        * np.repeat((1.0, size, size**2), (1, 3, 6))[: len(equations)]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,17 +110,27 @@ class Identifiability:
     condition_reduced: float
     """the same of the reduced model"""
     open: dict[str, str]
-    """parameters the data leave open (`hefting.core.spatial.PARAMETERS`), each with one sentence why"""
+    """parameters the data leave open (`hefting.core.spatial.PARAMETERS`), each with one
+    sentence why"""
     summary: tuple[str, ...]
     """the same sentences, parameters with one reason joined"""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; null for an infinite condition number."""
-        return json_ready({name: getattr(self, name) for name in self.__dataclass_fields__ if name != "summary"})
+        return json_ready(
+            {
+                name: getattr(self, name)
+                for name in self.__dataclass_fields__
+                if name != "summary"
+            }
+        )
 
 
-def identifiability(measurements: Measurements, fit: FreeFit, size: float) -> Identifiability:
-    """What `measurements` can tell of a body of about `size` [m], of which `fit` is the unconstrained fit.
+def identifiability(
+    measurements: Measurements, fit: FreeFit, size: float
+) -> Identifiability:
+    """What `measurements` can tell of a body of about `size` [m], of which `fit` is the
+    unconstrained fit.
 
     Open are `fit.open_parameters(size)`, beside a bias when the fit has one.
     """
@@ -121,7 +148,8 @@ def identifiability(measurements: Measurements, fit: FreeFit, size: float) -> Id
 
 @dataclass(frozen=True)
 class _Finding:
-    """One open parameter: `subject` "COM z" and the reason, or how much too large its standard deviation is."""
+    """One open parameter: `subject` "COM z" and the reason, or how much too large its
+    standard deviation is."""
 
     subject: str
     reason: str = ""
@@ -143,7 +171,9 @@ def _sentence(group: list[_Finding]) -> str:
         return f"{subjects} not observable: {first.reason}"
     excess = max(finding.excess for finding in group)
     names = sorted(set("".join(finding.axes for finding in group)))
-    axes = (" or " if one else " and ").join((*[", ".join(names[:-1])] * (len(names) > 1), *names[-1:]))
+    axes = (" or " if one else " and ").join(
+        (*[", ".join(names[:-1])] * (len(names) > 1), *names[-1:])
+    )
     return (
         f"{subjects} {'is' if one else 'are'} lost in the noise: {'its' if one else 'the largest'} standard deviation "
         f"is {excess:.2g} times {first.yardstick}; {first.remedy.format(axes)}"
@@ -165,7 +195,9 @@ class _Reasons:
         self._weights = np.ones(len(z)) if z.weights is None else z.weights
         self._biased = fit.bias is not None
         self._std = np.sqrt(fit.covariance.diagonal()[:10])
-        g = z.gravity / np.maximum(np.linalg.norm(z.gravity, axis=1, keepdims=True), 1e-300)
+        g = z.gravity / np.maximum(
+            np.linalg.norm(z.gravity, axis=1, keepdims=True), 1e-300
+        )
         self._gravity = g - self._mean(g) if self._biased else g
         self._turn = self._rms(g - self._mean(g))
 
@@ -175,8 +207,16 @@ class _Reasons:
             return {}
         com, idle = self._open_com_directions(), self._idle_directions()
         found = {"m": self._mass()} if "m" in names else {}
-        found |= {name: self._com(axis, com) for axis, name in enumerate(PARAMETERS[1:4]) if name in names}
-        return found | {name: self._inertia(entry, idle) for entry, name in enumerate(PARAMETERS[4:]) if name in names}
+        found |= {
+            name: self._com(axis, com)
+            for axis, name in enumerate(PARAMETERS[1:4])
+            if name in names
+        }
+        return found | {
+            name: self._inertia(entry, idle)
+            for entry, name in enumerate(PARAMETERS[4:])
+            if name in names
+        }
 
     # mass and centre of mass: where gravity pointed
 
@@ -186,12 +226,21 @@ class _Reasons:
             return _Finding("mass", reason)
         mass = abs(float(self._fit.vector[0]))
         excess = 3.0 * float(self._std[0]) / max(mass, 1e-300)
-        return _Finding("mass", "", excess, f"a third of the {mass:.2g} kg found", "is anything held?")
+        return _Finding(
+            "mass",
+            "",
+            excess,
+            f"a third of the {mass:.2g} kg found",
+            "is anything held?",
+        )
 
     def _com(self, axis: int, open_directions: Array) -> _Finding:
-        direction = open_directions.T @ open_directions[:, axis]  # the part of the axis that is open
+        # the part of the axis that is open
+        direction = open_directions.T @ open_directions[:, axis]
         length = float(np.linalg.norm(direction))
-        direction = _snapped(direction / length if length > 1e-3 else open_directions[-1])
+        direction = _snapped(
+            direction / length if length > 1e-3 else open_directions[-1]
+        )
         name = _name(direction)
         subject = f"COM {name}" if len(name) == 1 else f"COM along {name}"
         reason = self._gravity_reason(direction) or self._unknown(1 + axis)
@@ -200,19 +249,33 @@ class _Reasons:
         limit = abs(float(self._fit.vector[0])) * self._size / 2.0
         remedy = f"turn sensor {{}} further {'over' if self._biased else 'from the vertical'}, or record longer"
         excess = float(self._std[1 + axis]) / limit
-        return _Finding(f"COM {AXES[axis]}", "", excess, f"half of {self._size:g} m", remedy, AXES[axis])
+        return _Finding(
+            f"COM {AXES[axis]}",
+            "",
+            excess,
+            f"half of {self._size:g} m",
+            remedy,
+            AXES[axis],
+        )
 
     def _gravity_reason(self, direction: Array | None = None) -> str | None:
-        """Why gravity does not show the mass, or the COM along `direction` (3,); None where it is not the reason."""
+        """Why gravity does not show the mass, or the COM along `direction` (3,); None
+        where it is not the reason."""
         if not self._z.gravity.any():
-            return "without gravity only acceleration shows it, and there was too little"
+            return (
+                "without gravity only acceleration shows it, and there was too little"
+            )
         if not self._biased:
             assert direction is not None
             tilt, name = self._across(direction), _name(direction)
             what = f"sensor {name}" if len(name) == 1 else "this direction"
             if tilt < STILL:
                 return f"{what} never left the vertical"
-            return f"{what} stayed within about {_degrees(tilt)} of the vertical" if tilt < NARROW else None
+            return (
+                f"{what} stayed within about {_degrees(tilt)} of the vertical"
+                if tilt < NARROW
+                else None
+            )
         if self._turn < STILL:
             return "gravity kept its direction in sensor axes, so a bias cannot be told from weight"
         if direction is not None and self._across(direction) < 0.3 * self._turn:
@@ -223,7 +286,8 @@ class _Reasons:
         return None
 
     def _open_com_directions(self) -> Array:
-        """(k, 3) orthonormal directions in which m c is open, whatever the other parameters are; k >= 1."""
+        """(k, 3) orthonormal directions in which m c is open, whatever the other
+        parameters are; k >= 1."""
         R = stacked_factor(SampleState.of(self._z), self._fit.noise, self._biased)
         A = R[6:, 6:16] if self._biased else R[:, :10]
         others = np.delete(A, (1, 2, 3), axis=1)
@@ -232,7 +296,9 @@ class _Reasons:
         seen = A[:, 1:4] - U @ (U.T @ A[:, 1:4])
         _, S, V = np.linalg.svd(seen, full_matrices=False)
         limit = abs(float(self._fit.vector[0])) * self._size / 2.0
-        known = (RANK_TOLERANCE * float(np.linalg.norm(A, 2)) < S) & (limit * S >= np.sqrt(self._fit.autocorrelation))
+        known = (RANK_TOLERANCE * float(np.linalg.norm(A, 2)) < S) & (
+            limit * S >= np.sqrt(self._fit.autocorrelation)
+        )
         return V[~known] if not known.all() else V[-1:]
 
     # inertia: about which axes the sensor was accelerated
@@ -245,18 +311,31 @@ class _Reasons:
         if reason is not None:
             return _Finding(name, reason)
         limit = abs(float(self._fit.vector[0])) * self._size**2 / 12.0
-        yardstick, remedy = f"what a body of {self._size:g} m would have", "turn faster or longer about {}"
-        return _Finding(name, "", float(self._std[4 + entry]) / limit, yardstick, remedy, name[1:])
+        yardstick, remedy = (
+            f"what a body of {self._size:g} m would have",
+            "turn faster or longer about {}",
+        )
+        return _Finding(
+            name, "", float(self._std[4 + entry]) / limit, yardstick, remedy, name[1:]
+        )
 
     def _idle_directions(self) -> Array:
-        """(k, 3) orthonormal directions about which there was no angular acceleration, k = 0 to 3.
+        """(k, 3) orthonormal directions about which there was no angular acceleration,
+        k = 0 to 3.
 
-        None means: less than would show the inertia of a body of the given size through the torque's noise, and as
-        little as its own known noise, `IDLE_SHARE`, or `IDLE`; the latter unless all of the motion is lost in noise,
-        as one axis is then no worse than the others.
+        None means: less than would show the inertia of a body of the given size through
+        the torque's noise, and as little as its own known noise, `IDLE_SHARE`, or
+        `IDLE`; the latter unless all of the motion is lost in noise, as one axis is
+        then no worse than the others.
         """
-        alpha = self._z.angular_acceleration * np.sqrt(self._weights / self._weights.mean())[:, None]
-        _, S, V = np.linalg.svd(np.vstack((alpha, np.zeros((3, 3)))) / np.sqrt(len(alpha)), full_matrices=False)
+        alpha = (
+            self._z.angular_acceleration
+            * np.sqrt(self._weights / self._weights.mean())[:, None]
+        )
+        _, S, V = np.linalg.svd(
+            np.vstack((alpha, np.zeros((3, 3)))) / np.sqrt(len(alpha)),
+            full_matrices=False,
+        )
         mass = self._rms(self._z.force) / max(self._rms(self._z.gravity), 1e-300)
         if not self._fit.mass_is_open:
             mass = abs(float(self._fit.vector[0]))
@@ -280,7 +359,8 @@ class _Reasons:
         return f"angular acceleration about {name} only"
 
     def _unknown(self, index: int) -> str | None:
-        """Why a parameter is open that the motion excites, where noise is not the reason."""
+        """Why a parameter is open that the motion excites, where noise is not the
+        reason."""
         if index and self._fit.mass_is_open:
             return "the mass itself is not known"
         if np.isfinite(self._std[index]):
@@ -290,7 +370,8 @@ class _Reasons:
         return f"in {'this motion' if len(self._z) > 3 else samples} {others} explain the wrench as well"
 
     def _across(self, direction: Array) -> float:
-        """Root-mean-square part of gravity's directions (with a bias: of what changed of them) across `direction`."""
+        """Root-mean-square part of gravity's directions (with a bias: of what changed
+        of them) across `direction`."""
         return self._rms(self._gravity - np.outer(self._gravity @ direction, direction))
 
     def _mean(self, values: Array) -> Array:
@@ -298,11 +379,14 @@ class _Reasons:
 
     def _rms(self, values: Array) -> float:
         """Root-mean-square length of vectors (K, 3)."""
-        return float(np.sqrt(np.average((values * values).sum(axis=1), weights=self._weights)))
+        return float(
+            np.sqrt(np.average((values * values).sum(axis=1), weights=self._weights))
+        )
 
 
 def _snapped(direction: Array) -> Array:
-    """The sensor axis within 6° of a unit vector (3,), else the vector, its largest component positive."""
+    """The sensor axis within 6° of a unit vector (3,), else the vector, its largest
+    component positive."""
     largest = int(np.argmax(np.abs(direction)))
     if abs(direction[largest]) > 0.995:
         return np.eye(3)[largest]

@@ -1,4 +1,5 @@
-"""Recording -> Estimate: the whole way, with what has to be found out on it (sign, bias, weights) and told."""
+"""Recording -> Estimate: the whole way, with what has to be found out on it (sign,
+bias, weights) and told."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,7 +39,8 @@ class Identification:
 
     estimate: Estimate
     measurements: Measurements
-    """With the sign convention of `hefting.core.spatial`, a given bias removed, and the weights that were used."""
+    """With the sign convention of `hefting.core.spatial`, a given bias removed, and the
+    weights that were used."""
     sign: WrenchSign | None
     """What the data say of the wrench's sign; None when it was given."""
     source: str
@@ -82,8 +84,8 @@ def identify(
         exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is
         `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here, else the paper's.
 
-    Raises `InputError` for input that cannot be right (names what, where and what to do) and
-    `NotIdentifiableError` when the recording determines nothing.
+    Raises `InputError` for input that cannot be right (names what, where and what to
+    do) and `NotIdentifiableError` when the recording determines nothing.
     """
     warnings = ()
     if method is None:
@@ -107,42 +109,65 @@ def identify(
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
-    return Identification(estimate, found.measurements, found.sign if found.sign_found else None, found.source)
+    return Identification(
+        estimate,
+        found.measurements,
+        found.sign if found.sign_found else None,
+        found.source,
+    )
 
 
 def calibrate(
-    recording: Recording | str | Path, *, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
+    recording: Recording | str | Path,
+    *,
+    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
 ) -> Estimate:
-    """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the wrench's bias, and its noise.
+    """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the
+    wrench's bias, and its noise.
 
-    Ten-parameter least squares, which has no prior to lean the object's estimate one way. The bias is in
-    ``Estimate.bias``, the noise levels in ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError`
-    also when the motion leaves the COM open.
+    Ten-parameter least squares, which has no prior to lean the object's estimate one
+    way. The bias is in ``Estimate.bias``, the noise levels in ``provenance["noise"]``.
+    Errors as for `identify`; `NotIdentifiableError` also when the motion leaves the COM
+    open.
     """
     tool = identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
     if tool.covariance is None or not np.isfinite(tool.covariance.diagonal()[:4]).all():
         where = tool.provenance["log"]
         raise NotIdentifiableError(
-            "the motion leaves the tool's centre of mass open", where, "turn the sensor about two axes or more"
+            "the motion leaves the tool's centre of mass open",
+            where,
+            "turn the sensor about two axes or more",
         )
     return tool
 
 
 def estimator_for(
-    kind: type[Estimator], found: Ingested, shape: Shape | None, hyperparameters: dict[str, Any]
+    kind: type[Estimator],
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
 ) -> Estimator:
     """Estimator whose other hyperparameters follow from the recording and the shape.
 
-    Raises `InputError` when the method needs what is not given, or has no such hyperparameter.
+    Raises `InputError` when the method needs what is not given, or has no such
+    hyperparameter.
     """
     model = hyperparameters.get("model")
     known = kind.hyperparameters(model)
     for name in hyperparameters:
         if name not in known:
             others = methods_with(name)
-            fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
-            raise InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
-    standing = [name for name in kind.takes_shape if hyperparameters.get(name) == "shape"]
+            fix = (
+                f"{', '.join(others)} has it"
+                if others
+                else f"it has {', '.join(known)}"
+            )
+            raise InputError(
+                f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix
+            )
+    standing = [
+        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
+    ]
     _require_what_it_needs(kind, shape, hyperparameters, standing)
     settings = kind.settings(_known(found, shape), model)
     if any(name in hyperparameters for name in kind.instead_of_shape):
@@ -151,15 +176,25 @@ def estimator_for(
 
 
 def _require_what_it_needs(
-    kind: type[Estimator], shape: Shape | None, hyperparameters: dict[str, Any], standing: list[str]
+    kind: type[Estimator],
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+    standing: list[str],
 ) -> None:
-    """`NeedError` where the shape is not there, or not as a method needs it; `standing` are its hyperparameters for
-    which the shape stands."""
+    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
+    are its hyperparameters for which the shape stands."""
     name, needs = kind.__name__, kind.needs
     if standing:
         name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
-    if shape is None and needs != "nothing" and not any(key in hyperparameters for key in kind.instead_of_shape):
-        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}")
+    if (
+        shape is None
+        and needs != "nothing"
+        and not any(key in hyperparameters for key in kind.instead_of_shape)
+    ):
+        raise NeedError(
+            f"{name} needs {needs}",
+            fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}",
+        )
     if needs == "labelled parts" and shape is not None and shape.labels is None:
         raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
 
@@ -169,7 +204,9 @@ def _known(found: Ingested, shape: Shape | None) -> Known:
     return Known(
         bias=found.bias,
         noise=found.fit.noise,
-        motion_noise=None if found.source == "columns" else found.measurements.motion_noise,
+        motion_noise=None
+        if found.source == "columns"
+        else found.measurements.motion_noise,
         smoothed=found.source in ("smooth", "inertial"),
         systematic=found.systematic,
         shape=shape,
@@ -177,7 +214,8 @@ def _known(found: Ingested, shape: Shape | None) -> Known:
 
 
 def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
-    """The estimate, and the recording as far as it was used: no farther than an accuracy `asked` for takes."""
+    """The estimate, and the recording as far as it was used: no farther than an
+    accuracy `asked` for takes."""
     z = found.weighted_by_count if estimator.depends_on_count else found.measurements
     if estimator.asked is None:
         return estimator.fit(z), found
@@ -190,19 +228,29 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
 
 
-def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None) -> Estimate:
+def with_diagnostics(
+    estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
+) -> Estimate:
     """The estimate with its residual, with what was assumed and what gives doubt.
 
     Raises `NotIdentifiableError` when its mass is not positive.
     """
     fit = found.fit
-    negative = estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
+    negative = (
+        estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
+    )
     if negative or not estimate.parameters.mass > 0.0:
         if shape is None or estimator.needs == "nothing":
-            what, fix = "no positive mass explains the wrench", "check `wrench` (sign) and `gravity`"
+            what, fix = (
+                "no positive mass explains the wrench",
+                "check `wrench` (sign) and `gravity`",
+            )
         else:
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
-            what, fix = f"no mass inside the shape explains the wrench{doubts}", "check the shape's pose and unit"
+            what, fix = (
+                f"no mass inside the shape explains the wrench{doubts}",
+                "check the shape's pose and unit",
+            )
         raise NotIdentifiableError(what, where=found.log, fix=fix)
     rms = found.residual(estimate.parameters.vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance
@@ -220,12 +268,16 @@ def with_diagnostics(estimate: Estimate, estimator: Estimator, found: Ingested, 
     )
     warnings = [*found.warnings, *com_warnings(fit, shape)]
     warnings += [*(shape.warnings if shape is not None else ()), *estimate.warnings]
-    warnings += [*misfit_warnings(estimate, rms, found), *_doubts(estimate, estimator, shape, found)]
+    warnings += [
+        *misfit_warnings(estimate, rms, found),
+        *_doubts(estimate, estimator, shape, found),
+    ]
     return replace(estimate, warnings=tuple(warnings))
 
 
 def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
-    """Depth of the COM in the hull; where the shape is uncertain the method knows better where that is."""
+    """Depth of the COM in the hull; where the shape is uncertain the method knows
+    better where that is."""
     if shape is None or estimate.hull_margin is not None:
         return estimate.hull_margin
     return shape.margin(estimate.parameters.center_of_mass)
@@ -234,8 +286,8 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
 def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
     """The method's own covariance, widened for coloured residuals and by the tool's.
 
-    With gravity found as well it is that of the fit which found it: gravity's error is the larger part. A method that
-    gives intervals has seen to all that itself.
+    With gravity found as well it is that of the fit which found it: gravity's error is
+    the larger part. A method that gives intervals has seen to all that itself.
     """
     if estimate.covariance is None or estimate.intervals is not None:
         return estimate.covariance
@@ -243,15 +295,25 @@ def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
     if found.conditioned.tilt_std is not None:
         covariance = found.conditioned.covariance
     tool = found.tool
-    return covariance if tool is None or tool.covariance is None else covariance + tool.covariance
+    return (
+        covariance
+        if tool is None or tool.covariance is None
+        else covariance + tool.covariance
+    )
 
 
-def _doubts(estimate: Estimate, estimator: Estimator, shape: Shape | None, found: Ingested) -> list[Message]:
+def _doubts(
+    estimate: Estimate, estimator: Estimator, shape: Shape | None, found: Ingested
+) -> list[Message]:
     """What the estimate owes to assumptions, and what is wrong with it."""
     doubts: list[Message] = []
     if estimator.needs != "nothing" and shape is not None:
         free = found.fit.open_parameters(float(np.linalg.norm(shape.extents)))
-        names = " and ".join(n for n, c in (("the COM", "m"), ("the inertia", "J")) if any(f[0] == c for f in free))
+        names = " and ".join(
+            n
+            for n, c in (("the COM", "m"), ("the inertia", "J"))
+            if any(f[0] == c for f in free)
+        )
         if free:
             what = f"the motion leaves {names} open: what is shown follows from {estimator.assumes}"
             doubts.append(warning("open-without-shape", what))
@@ -260,7 +322,16 @@ def _doubts(estimate: Estimate, estimator: Estimator, shape: Shape | None, found
         doubts.extend(warning("not-identifiable", line) for line in summary)
     certificate = estimate.certificate
     if certificate is not None and not certificate.converged:
-        doubts.append(warning("not-converged", f"the solver stopped {certificate.gap:.2g} above its lower bound"))
+        doubts.append(
+            warning(
+                "not-converged",
+                f"the solver stopped {certificate.gap:.2g} above its lower bound",
+            )
+        )
     if not estimate.physically_consistent:
-        doubts.append(warning("not-physical", f"no body has these parameters: {estimate.consistency}"))
+        doubts.append(
+            warning(
+                "not-physical", f"no body has these parameters: {estimate.consistency}"
+            )
+        )
     return doubts

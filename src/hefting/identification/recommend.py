@@ -1,10 +1,12 @@
 """Recommendation: which of several estimates to trust, judged without the truth.
 
-The rule was chosen among several by what it cost beside the best method of each case, on simulated recordings with the
-right shape, a bounding box, a shape 20 % too large and one misplaced by 5 mm and 5°, and on grossly wrong shapes. A
-shape that is nearly right is worth more than a perfect fit: noise of the accelerations alone makes least squares
-contradict the true body. Only where the data determine everything do they overrule the shape. Bayes, where it explains
-the wrench, was the closest of all in the median in each of the four, COM and inertia alike.
+The rule was chosen among several by what it cost beside the best method of each case,
+on simulated recordings with the right shape, a bounding box, a shape 20 % too large and
+one misplaced by 5 mm and 5°, and on grossly wrong shapes. A
+shape that is nearly right is worth more than a perfect fit: noise of the accelerations
+    alone makes least squares contradict the true body. Only where the data determine
+    everything do they overrule the shape. Bayes, where it explains the wrench, was the
+    closest of all in the median in each of the four, COM and inertia alike.
 
 What a method may be recommended for, its class says (`hefting.estimators.base.ROLES`).
 """
@@ -20,44 +22,67 @@ from hefting.ingest.ingest import Ingested
 from hefting.shapes import Shape
 
 MISFIT = 100.0
-"""Excess chi² above which an estimate contradicts the recording; 10 for the true parameters and perfect motion."""
+"""Excess chi² above which an estimate contradicts the recording; 10 for the true
+parameters and perfect motion."""
 PRECISE = 0.1
 """Uncertainty of least squares up to which the recording may overrule the shape."""
 SUFFICIENT = 0.2
-"""Uncertainty of least squares up to which a body without a shape beats point masses."""
+"""Uncertainty of least squares up to which a body without a shape beats point
+masses."""
 
 OUTSIDE = 0.02
-"""Depth outside the shape's hull, over its largest side, from which the COM contradicts the shape."""
+"""Depth outside the shape's hull, over its largest side, from which the COM contradicts
+the shape."""
 
 
 def misfit(estimate: Estimate, found: Ingested) -> float:
-    """Sum of squared residuals above that of unconstrained least squares, in units of the noise's variance.
+    """Sum of squared residuals above that of unconstrained least squares, in units of
+    the noise's variance.
 
-    For the true parameters this is chi² distributed with as many degrees of freedom as the data determine parameters,
-    at most ten; the residuals' correlation in time is allowed for.
+    For the true parameters this is chi² distributed with as many degrees of freedom as
+    the data determine parameters, at most ten; the residuals' correlation in time is
+    allowed for.
     """
-    problem = Quadratic.of(SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate")
-    excess = problem.square(estimate.parameters.vector) - problem.square(problem.least_squares())
+    problem = Quadratic.of(
+        SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate"
+    )
+    excess = problem.square(estimate.parameters.vector) - problem.square(
+        problem.least_squares()
+    )
     return max(0.0, excess) / found.fit.autocorrelation
 
 
 def uncertainty(found: Ingested, shape: Shape) -> float:
-    """Largest relative standard deviation of unconstrained least squares: of the mass, of the first moment in sizes of
-    the shape, of the inertia in that of a rod of its size; infinite where the motion leaves something open."""
+    """Largest relative standard deviation of unconstrained least squares: of the mass,
+    of the first moment in sizes of the shape, of the inertia in that of a rod of its
+    size; infinite where the motion leaves something open."""
     std = np.sqrt(found.fit.covariance.diagonal()[:10])
     size = float(np.linalg.norm(shape.extents))
-    scale = abs(float(found.fit.vector[0])) * np.concatenate(([1.0], np.full(3, size), np.full(6, size**2 / 12.0)))
+    scale = abs(float(found.fit.vector[0])) * np.concatenate(
+        ([1.0], np.full(3, size), np.full(6, size**2 / 12.0))
+    )
     return float(np.max(std / scale)) if scale.all() else np.inf
 
 
 def recommend(
-    results: dict[str, Estimate], found: Ingested, shape: Shape | None, seen: dict[str, Ingested] | None = None
+    results: dict[str, Estimate],
+    found: Ingested,
+    shape: Shape | None,
+    seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """Name of the estimate to trust, and a sentence why; `seen` is what methods saw, where that was only a part."""
-    bodies = {name: e for name, e in results.items() if e.parameters.consistency().is_consistent}
+    """Name of the estimate to trust, and a sentence why; `seen` is what methods saw,
+    where that was only a part."""
+    bodies = {
+        name: e
+        for name, e in results.items()
+        if e.parameters.consistency().is_consistent
+    }
     if not bodies:
         best = min(results, key=lambda name: misfit(results[name], found))
-        return best, "no method found a body that can exist; this one explains the wrench best"
+        return (
+            best,
+            "no method found a body that can exist; this one explains the wrench best",
+        )
     free, prior = _first("free", bodies), _first("prior", bodies)
     if shape is None:
         if free is None:
@@ -65,36 +90,75 @@ def recommend(
             return best, "a body that can exist"
         return free, "the body that explains the wrench best; no shape is known"
     margin = bodies[prior].hull_margin if prior is not None else None
-    if free is not None and (_is_outside(bodies[free], found, shape) or (margin is not None and margin < -OUTSIDE)):
-        return free, "without the shape the COM is outside it: check the shape's pose and unit"
+    if free is not None and (
+        _is_outside(bodies[free], found, shape)
+        or (margin is not None and margin < -OUTSIDE)
+    ):
+        return (
+            free,
+            "without the shape the COM is outside it: check the shape's pose and unit",
+        )
     posterior = _first("posterior", bodies)
     if posterior is not None:
         chi2 = misfit(bodies[posterior], (seen or {}).get(posterior, found))
         if chi2 <= MISFIT:
-            return posterior, f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
+            return (
+                posterior,
+                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is",
+            )
     s = uncertainty(found, shape)
     if prior is not None:
         chi2 = misfit(bodies[prior], found)
         if chi2 <= MISFIT:
-            return prior, f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape"
+            return (
+                prior,
+                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape",
+            )
         if s > PRECISE or free is None:
-            return prior, f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit"
-        return free, f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone"
+            return (
+                prior,
+                f"the recording alone leaves {100 * s:.0f} % open: the shape is worth more than a closer fit",
+            )
+        return (
+            free,
+            f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone",
+        )
     if free is not None and s < SUFFICIENT:
-        return free, f"the recording determines all parameters to {100 * s:.0f} % of a body of this size"
+        return (
+            free,
+            f"the recording determines all parameters to {100 * s:.0f} % of a body of this size",
+        )
     if (inside := _first("shape", bodies)) is not None:
         return inside, "the recording is too poor to do without the shape"
-    return next(iter(bodies)), "the only body that can exist" if len(bodies) == 1 else "a body that can exist"
+    return next(iter(bodies)), "the only body that can exist" if len(
+        bodies
+    ) == 1 else "a body that can exist"
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
     """Of the methods with a role the first that found a body."""
-    return next((name for name, kind in METHODS.items() if kind.role == role and name in bodies), None)
+    return next(
+        (
+            name
+            for name, kind in METHODS.items()
+            if kind.role == role and name in bodies
+        ),
+        None,
+    )
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
-    """Whether a COM found without the shape is outside its hull, by more than its uncertainty and `OUTSIDE`."""
-    if estimate.hull_margin is None or not np.isfinite(found.fit.covariance.diagonal()[1:4]).all():
+    """Whether a COM found without the shape is outside its hull, by more than its
+    uncertainty and `OUTSIDE`."""
+    if (
+        estimate.hull_margin is None
+        or not np.isfinite(found.fit.covariance.diagonal()[1:4]).all()
+    ):
         return False
-    spread = float(np.sqrt(found.fit.covariance.diagonal()[1:4].max())) / estimate.parameters.mass
-    return estimate.hull_margin < -OUTSIDE - 3.0 * spread / (float(shape.extents.max()) or 1.0)
+    spread = (
+        float(np.sqrt(found.fit.covariance.diagonal()[1:4].max()))
+        / estimate.parameters.mass
+    )
+    return estimate.hull_margin < -OUTSIDE - 3.0 * spread / (
+        float(shape.extents.max()) or 1.0
+    )

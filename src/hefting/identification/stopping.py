@@ -1,4 +1,5 @@
-"""Stopping: how much of a recording it takes until the posterior is as sure as was asked for."""
+"""Stopping: how much of a recording it takes until the posterior is as sure as was
+asked for."""
 
 from dataclasses import replace
 
@@ -11,17 +12,23 @@ from hefting.core.measurements import Measurements
 from hefting.estimators.base import Estimator
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
-"""Number of samples before the first estimate; static poses are checked from the first one on."""
+"""Number of samples before the first estimate; static poses are checked from the first
+one on."""
 SHORTEST_CHECK_INTERVAL = 0.1
 """[s] Shortest time between two estimates."""
 CHECK_INTERVAL_SHARE = 0.02
-"""Time between two estimates as a share of the recording so far, where that is longer."""
+"""Time between two estimates as a share of the recording so far, where that is
+longer."""
 
 
-def first_sufficient(estimator: Estimator, measurements: Measurements, static: bool = False) -> tuple[Estimate, int]:
-    """The first sufficient estimate and how many samples it took; or that of all, where none is.
+def first_sufficient(
+    estimator: Estimator, measurements: Measurements, static: bool = False
+) -> tuple[Estimate, int]:
+    """The first sufficient estimate and how many samples it took; or that of all, where
+    none is.
 
-    The samples are in order of time, or static poses. Errors as for the `estimate` of all samples.
+    The samples are in order of time, or static poses. Errors as for the `estimate` of
+    all samples.
     """
     z = measurements
     state, estimate, seen = estimator.start(), None, 0
@@ -39,10 +46,18 @@ def first_sufficient(estimator: Estimator, measurements: Measurements, static: b
     return estimate, seen
 
 
-def with_stop_reason(estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str) -> Estimate:
-    """`estimate` with `used` of the `whole` recording in its provenance, and a warning where it does not suffice."""
+def with_stop_reason(
+    estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str
+) -> Estimate:
+    """`estimate` with `used` of the `whole` recording in its provenance, and a warning
+    where it does not suffice."""
     assert estimate.accuracy is not None
-    provenance = estimate.provenance | {"until": str(asked), "used": used, "of": whole, "used_unit": unit}
+    provenance = estimate.provenance | {
+        "until": str(asked),
+        "used": used,
+        "of": whole,
+        "used_unit": unit,
+    }
     warnings = estimate.warnings
     if not estimate.sufficient:
         why = asked.shortfall(estimate.accuracy) or "the wrench contradicts the shape"
@@ -61,7 +76,13 @@ def _looks(z: Measurements, static: bool) -> list[int]:
         ends.append(end)
         now = time[end - 1]
         end = max(
-            int(np.searchsorted(time, now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now), side="right")),
+            int(
+                np.searchsorted(
+                    time,
+                    now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now),
+                    side="right",
+                )
+            ),
             end + 1,
         )
     return [*ends, K]

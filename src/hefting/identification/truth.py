@@ -17,7 +17,8 @@ from hefting.shapes import Shape
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """True parameters in the sensor frame, with the object's bounding box where it is known."""
+    """True parameters in the sensor frame, with the object's bounding box where it is
+    known."""
 
     parameters: InertialParameters
     extents: Array | None = None
@@ -25,24 +26,34 @@ class Truth:
     axes: Array | None = None
     """(3, 3) axes of the shape's own file in the sensor frame"""
 
-    def errors(self, estimate: InertialParameters, shape: Shape | None = None) -> Errors:
-        """Errors of `estimate`; the bounding box is that of the truth, else that of `shape`.
+    def errors(
+        self, estimate: InertialParameters, shape: Shape | None = None
+    ) -> Errors:
+        """Errors of `estimate`; the bounding box is that of the truth, else that of
+        `shape`.
 
         Raises `InputError` when neither has one.
         """
         extents, axes = self.extents, self.axes
         if extents is None and shape is not None:
-            extents, axes = shape.extents, shape.pose[:3, :3] if shape.pose is not None else None
+            extents, axes = (
+                shape.extents,
+                shape.pose[:3, :3] if shape.pose is not None else None,
+            )
         if extents is None:
-            raise InputError("the errors need the object's size", fix="give `shape`, or mesh_extents_m in the truth")
+            raise InputError(
+                "the errors need the object's size",
+                fix="give `shape`, or mesh_extents_m in the truth",
+            )
         return errors_between(estimate, self.parameters, extents, axes)
 
 
 def load_truth(path: str | Path) -> Truth:
     """Truth from a JSON file: another estimate, or an object with the keys
 
-    ``mass`` [kg], ``center_of_mass_sensor`` [m], ``inertia_at_com_sensor_axes`` or ``inertia_at_sensor`` [kg m²], and
-    optionally ``mesh_extents_m`` [m] and ``object_pose_in_sensor`` (4 x 4).
+    ``mass`` [kg], ``center_of_mass_sensor`` [m], ``inertia_at_com_sensor_axes`` or
+    ``inertia_at_sensor`` [kg m²], and optionally ``mesh_extents_m`` [m] and
+    ``object_pose_in_sensor`` (4 x 4).
 
     Raises `InputError` when the file cannot be read or a key is missing or malformed.
     """
@@ -58,18 +69,31 @@ def load_truth(path: str | Path) -> Truth:
         except KeyError as error:
             raise InputError(f"has no '{key}'", where=path) from error
         except (TypeError, ValueError, OverflowError) as error:
-            raise InputError(f"'{key}' is not an array of numbers", where=path) from error
+            raise InputError(
+                f"'{key}' is not an array of numbers", where=path
+            ) from error
         if values.shape != shape or not np.isfinite(values).all():
-            raise InputError(f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)", where=path)
+            raise InputError(
+                f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)",
+                where=path,
+            )
         return values
 
     mass, com = float(array("mass")), array("center_of_mass_sensor", 3)
     if not mass > 0.0:
         raise InputError(f"'mass' must be positive, not {mass:g}", where=path)
     if "inertia_at_sensor" in data:
-        parameters = InertialParameters.from_origin(mass, com, array("inertia_at_sensor", 3, 3))
+        parameters = InertialParameters.from_origin(
+            mass, com, array("inertia_at_sensor", 3, 3)
+        )
     else:
-        parameters = InertialParameters.from_com(mass, com, array("inertia_at_com_sensor_axes", 3, 3))
+        parameters = InertialParameters.from_com(
+            mass, com, array("inertia_at_com_sensor_axes", 3, 3)
+        )
     extents = array("mesh_extents_m", 3) if "mesh_extents_m" in data else None
-    axes = array("object_pose_in_sensor", 4, 4)[:3, :3] if "object_pose_in_sensor" in data else None
+    axes = (
+        array("object_pose_in_sensor", 4, 4)[:3, :3]
+        if "object_pose_in_sensor" in data
+        else None
+    )
     return Truth(parameters, extents, axes)

@@ -1,8 +1,9 @@
 """Blocks: the wrench averaged over 10 ms, which is short beside an arm's motion.
 
-An arm with an object moves at no more than 10 to 15 Hz, so the average over 10 ms, weighted by its number of samples,
-is as informative as the samples. The motion is averaged too, to second order: the mean of x(t) over times of mean t'
-and variance s² is x(t') + s² x''(t') / 2.
+An arm with an object moves at no more than 10 to 15 Hz, so the average over 10 ms,
+weighted by its number of samples, is as informative as the samples. The motion is
+averaged too, to second order: the mean of x(t) over times of mean t' and variance s² is
+x(t') + s² x''(t') / 2.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,8 @@ BLOCK_DURATION = 0.01
 BLOCKS_AT_A_TIME = 10_000
 """Number of blocks processed together, where that bounds the memory."""
 FEWEST_SAMPLES_PER_BLOCK = 3
-"""Smallest average number of samples in a block. With slower sensors each sample is a block."""
+"""Smallest average number of samples in a block. With slower sensors each sample is a
+block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +32,8 @@ class Blocks:
     variance: Array
     """(B,) [s²] of the samples' times"""
     count: Array
-    """(B,) samples averaged; 0 where none was kept: the block then holds the average of all of its samples"""
+    """(B,) samples averaged; 0 where none was kept: the block then holds the average of
+    all of its samples"""
     wrench: Array
     """(B, 6) mean [N, N m]"""
     starts: Indices | None = None
@@ -46,23 +49,30 @@ class Blocks:
         return float(self.count[used].mean()) if used.any() else 1.0
 
     @classmethod
-    def of(cls, time: Array, wrench: Array, kept: Mask | None = None, smooth: bool = True) -> Self:
-        """Of samples at `time` (K,) of `wrench` (K, 6), or of those `kept` (K,) alone; each by itself if not `smooth`,
-        that is where the motion is not."""
+    def of(
+        cls, time: Array, wrench: Array, kept: Mask | None = None, smooth: bool = True
+    ) -> Self:
+        """Of samples at `time` (K,) of `wrench` (K, 6), or of those `kept` (K,) alone;
+        each by itself if not `smooth`, that is where the motion is not."""
         starts = block_starts(time) if smooth else None
         if starts is None:
             count = np.ones(len(time)) if kept is None else kept.astype(float)
             return cls(time, np.zeros(len(time)), count, wrench)
         weight = np.ones(len(time)) if kept is None else kept.astype(float)
         count = np.add.reduceat(weight, starts)
-        if (count == 0.0).any():  # a block without inliers has the average of all of its samples
+        # a block without inliers has the average of all of its samples
+        if (count == 0.0).any():
             none = np.repeat(count == 0.0, np.diff(np.append(starts, len(time))))
             weight = np.where(none, 1.0, weight)
         total = np.add.reduceat(weight, starts)
         since = time - time[0]
         mean = np.add.reduceat(weight * since, starts) / total
-        variance = np.maximum(np.add.reduceat(weight * since * since, starts) / total - mean**2, 0.0)
-        average = np.add.reduceat(wrench * weight[:, None], starts, axis=0) / total[:, None]
+        variance = np.maximum(
+            np.add.reduceat(weight * since * since, starts) / total - mean**2, 0.0
+        )
+        average = (
+            np.add.reduceat(wrench * weight[:, None], starts, axis=0) / total[:, None]
+        )
         return cls(mean + time[0], variance, count, average, starts)
 
     def every(self, most: int) -> Self:
@@ -70,18 +80,26 @@ class Blocks:
         step = -(-len(self) // most)
         if step <= 1:
             return self
-        return type(self)(self.time[::step], self.variance[::step], self.count[::step], self.wrench[::step])
+        return type(self)(
+            self.time[::step],
+            self.variance[::step],
+            self.count[::step],
+            self.wrench[::step],
+        )
 
 
 def block_starts(time: Array) -> Indices | None:
-    """First sample of each block of samples at `time` (K,) [s]; None where the sensor is too slow for blocks."""
+    """First sample of each block of samples at `time` (K,) [s]; None where the sensor
+    is too slow for blocks."""
     if (
         len(time) < FEWEST_SAMPLES_PER_BLOCK
         or time[-1] <= time[0]
         or len(time) < FEWEST_SAMPLES_PER_BLOCK * (time[-1] - time[0]) / BLOCK_DURATION
     ):
         return None
-    return np.flatnonzero(np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0))
+    return np.flatnonzero(
+        np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0)
+    )
 
 
 def medians(wrench: Array, starts: Indices | None) -> Array:
@@ -97,19 +115,30 @@ def medians(wrench: Array, starts: Indices | None) -> Array:
     return 0.5 * (table[rows, (sizes - 1) // 2] + table[rows, sizes // 2])
 
 
-def within_blocks(blocks: Blocks, time: Array, wrench: Array, kept: Mask | None = None) -> Array:
-    """(6, 6) covariance of the samples of the wrench (K, 6) at `time` (K,) about the mean of their block.
+def within_blocks(
+    blocks: Blocks, time: Array, wrench: Array, kept: Mask | None = None
+) -> Array:
+    """(6, 6) covariance of the samples of the wrench (K, 6) at `time` (K,) about the
+    mean of their block.
 
-    What changes from block to block is no part of it. `kept` (K,) are those the blocks average; all by default.
+    What changes from block to block is no part of it. `kept` (K,) are those the blocks
+    average; all by default.
     """
     if blocks.starts is None:
         return np.zeros((6, 6))
     ends = np.append(blocks.starts, len(wrench))
-    rate = np.gradient(blocks.wrench, blocks.time, axis=0) if len(blocks) > 1 else np.zeros((1, 6))
+    rate = (
+        np.gradient(blocks.wrench, blocks.time, axis=0)
+        if len(blocks) > 1
+        else np.zeros((1, 6))
+    )
     total, count = np.zeros((6, 6)), 0
     for begins in range(0, len(blocks), BLOCKS_AT_A_TIME):
         part = slice(begins, begins + BLOCKS_AT_A_TIME)
-        sizes, samples = np.diff(ends)[part], slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))])
+        sizes, samples = (
+            np.diff(ends)[part],
+            slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))]),
+        )
         since = time[samples] - np.repeat(blocks.time[part], sizes)
         apart = wrench[samples] - np.repeat(blocks.wrench[part], sizes, axis=0)
         apart -= np.repeat(rate[part], sizes, axis=0) * since[:, None]

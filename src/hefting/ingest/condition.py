@@ -1,4 +1,5 @@
-"""Conditioning: find what is wrong with a recording, by a robust fit, and estimate gravity's direction."""
+"""Conditioning: find what is wrong with a recording, by a robust fit, and estimate
+gravity's direction."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +10,12 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 from hefting.ingest.blocks import Blocks, medians, within_blocks
-from hefting.ingest.conditioned import Conditioned, GravityEstimate, WrenchSign, mass_over_std
+from hefting.ingest.conditioned import (
+    Conditioned,
+    GravityEstimate,
+    WrenchSign,
+    mass_over_std,
+)
 from hefting.ingest.drift import Drift, candidates
 from hefting.ingest.findings import RejectedOffset, Search, findings_of, warnings_of
 from hefting.ingest.fit import Fit, gauss_newton
@@ -25,27 +31,37 @@ from hefting.ingest.robust_fit import (
     offset_is_significant,
     remove_offset,
 )
-from hefting.ingest.samples import Samples, find_outliers_of_fit, find_outliers_piecewise
+from hefting.ingest.samples import (
+    Samples,
+    find_outliers_of_fit,
+    find_outliers_piecewise,
+)
 from hefting.ingest.uncertainty import estimate_uncertainty
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 
 MOST_FITTED_SAMPLES = 100_000
-"""Largest number of samples that are fitted directly. Of longer recordings block medians are fitted."""
+"""Largest number of samples that are fitted directly. Of longer recordings block
+medians are fitted."""
 MOST_FITTED_BLOCKS = 10_000
-"""Largest number of block medians that are fitted; of longer recordings evenly chosen ones."""
+"""Largest number of block medians that are fitted; of longer recordings evenly chosen
+ones."""
 FEWEST_CONDITIONED_SAMPLES = 12
 """Number of samples below which a recording is not conditioned."""
 GRAVITY_INSTANTS = 2000
-"""Number of instants at which gravity's direction is evaluated to find its autocorrelation time."""
+"""Number of instants at which gravity's direction is evaluated to find its
+autocorrelation time."""
 KNOT_SPACING_IN_CORRELATION_TIMES = 3.0
-"""Smallest distance between bias knots, in autocorrelation times of gravity's direction in sensor axes."""
+"""Smallest distance between bias knots, in autocorrelation times of gravity's direction
+in sensor axes."""
 SHORTEST_CONDITIONED_RECORDING = 1.0
-"""[s] In shorter recordings offset, bias and gravity cannot be distinguished, and no offset or gravity is estimated."""
+"""[s] In shorter recordings offset, bias and gravity cannot be distinguished, and no
+offset or gravity is estimated."""
 POORLY_EXPLAINED_SHARE = 0.1
-"""Ratio of force residual to the force's changes, or share of rejected samples, above which gravity's direction is
-checked. With a base tilted by 15° these are 0.2 to 0.3 and 0.1 to 0.3; on the Panda recordings 0.08."""
+"""Ratio of force residual to the force's changes, or share of rejected samples, above
+which gravity's direction is checked. With a base tilted by 15° these are 0.2 to 0.3 and
+0.1 to 0.3; on the Panda recordings 0.08."""
 BLOCKS_FOR_GRAVITY = 5_000
 """Number of blocks used for finding gravity's direction."""
 
@@ -70,7 +86,8 @@ def condition(
     tilt: bool = False,
     hint: bool = False,
 ) -> Conditioned:
-    """Find clock offset, drifting bias, sign and outliers of a recording and, if asked for, gravity's direction.
+    """Find clock offset, drifting bias, sign and outliers of a recording and, if asked
+    for, gravity's direction.
 
     Parameters
     ----------
@@ -81,8 +98,8 @@ def condition(
     tilt : whether to estimate gravity's direction. The errors of a sensor change it by a few degrees.
     hint : whether to estimate, for information, gravity's direction even where it is given and the wrench is explained.
 
-    What cannot be found counts as absent, with a warning. Raises `InputError` where `hefting.motion.measure.measure`
-    does.
+    What cannot be found counts as absent, with a warning. Raises `InputError` where
+    `hefting.motion.measure.measure` does.
     """
     g = check_gravity(gravity)
     wrench = recording["wrench"]
@@ -100,12 +117,16 @@ def condition(
     working = _thinned(samples)
     free_gravity = tilt and long and not path.gravity_measured
     knots = _numbers_of_knots(path, time, g)
-    problem = Problem(path, working.blocks(), clock and moving and long, free_gravity, knots)
+    problem = Problem(
+        path, working.blocks(), clock and moving and long, free_gravity, knots
+    )
     found = _fit(working, problem, g)
     if not free_gravity and long and not path.gravity_measured and not samples.static:
         poor = _is_poorly_explained(working, found.fit)
         if hint or poor:
-            found = replace(found, gravity=_estimate_gravity(working, found.fit, suspected=poor))
+            found = replace(
+                found, gravity=_estimate_gravity(working, found.fit, suspected=poor)
+            )
     if working is not samples:
         outliers = find_outliers_piecewise(samples, found.fit.problem, found.fit.fit)
         found = replace(found, fit=replace(found.fit, outliers=outliers))
@@ -117,7 +138,9 @@ def _thinned(samples: Samples) -> Samples:
     if len(samples.time) <= MOST_FITTED_SAMPLES:
         return samples
     blocks = samples.blocks()
-    chosen = replace(blocks, wrench=medians(samples.wrench, blocks.starts)).every(MOST_FITTED_BLOCKS)
+    chosen = replace(blocks, wrench=medians(samples.wrench, blocks.starts)).every(
+        MOST_FITTED_BLOCKS
+    )
     return Samples(chosen.time, chosen.wrench, samples.static, smooth=False)
 
 
@@ -132,7 +155,8 @@ def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
 
 
 def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
-    """Numbers of bias knots to choose from. A bias that varies as fast as gravity would fit the object's weight."""
+    """Numbers of bias knots to choose from. A bias that varies as fast as gravity would
+    fit the object's weight."""
     duration = float(time[-1] - time[0])
     if path.kind == "static" or candidates(duration, 0.0) == (1,):
         return (1,)
@@ -141,39 +165,54 @@ def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...
     if not reading.known.any():
         return (1,)
     in_sensor_axes = reading.value[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ gravity
-    correlation_time = autocorrelation_time(in_sensor_axes[reading.known]) * (times[1] - times[0])
+    correlation_time = autocorrelation_time(in_sensor_axes[reading.known]) * (
+        times[1] - times[0]
+    )
     return candidates(duration, KNOT_SPACING_IN_CORRELATION_TIMES * correlation_time)
 
 
 def autocorrelation_time(series: Array) -> float:
-    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1 for white noise, never less."""
+    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1
+    for white noise, never less."""
     x = series - series.mean(axis=0)
     n = len(x)
     if n < 8 or not x.any():
         return 1.0
     size = 1 << (2 * n - 1).bit_length()
-    covariance = np.fft.irfft(np.abs(np.fft.rfft(x, size, axis=0)) ** 2, size, axis=0)[: n // 2]
+    covariance = np.fft.irfft(np.abs(np.fft.rfft(x, size, axis=0)) ** 2, size, axis=0)[
+        : n // 2
+    ]
     times = []
     for column in covariance.T[covariance[0] > 0.0]:
         rho = column / column[0]
         below = np.flatnonzero(rho < 0.05)
-        times.append(1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum()))
+        times.append(
+            1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum())
+        )
     return max(1.0, float(np.mean(times))) if times else 1.0
 
 
 def _is_poorly_explained(samples: Samples, found: RobustFit) -> bool:
-    """Whether so little of the wrench is explained that gravity's direction is in doubt."""
+    """Whether so little of the wrench is explained that gravity's direction is in
+    doubt."""
     changes = float(np.sqrt(np.mean(np.var(samples.wrench[:, :3], axis=0))))
     large_residual = float(found.fit.scale[0]) > POORLY_EXPLAINED_SHARE * changes
-    return large_residual or float(found.outliers.rejected.mean()) > POORLY_EXPLAINED_SHARE
+    return (
+        large_residual or float(found.outliers.rejected.mean()) > POORLY_EXPLAINED_SHARE
+    )
 
 
-def _estimate_gravity(samples: Samples, found: RobustFit, *, suspected: bool) -> GravityEstimate | None:
-    """Gravity as the data have it, starting from the fit with gravity as given; None where it is undetermined."""
+def _estimate_gravity(
+    samples: Samples, found: RobustFit, *, suspected: bool
+) -> GravityEstimate | None:
+    """Gravity as the data have it, starting from the fit with gravity as given; None
+    where it is undetermined."""
     knots = found.fit.hats.n
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
-    problem = replace(found.problem, blocks=typical, free_gravity=True).every(BLOCKS_FOR_GRAVITY)
+    problem = replace(found.problem, blocks=typical, free_gravity=True).every(
+        BLOCKS_FOR_GRAVITY
+    )
     fit = gauss_newton(problem, found.fit.start, knots, robust=True, steps=8)
     time, wrench = problem.time, problem.wrench
     chosen = Samples(time, wrench, static=False, smooth=False)
@@ -181,7 +220,9 @@ def _estimate_gravity(samples: Samples, found: RobustFit, *, suspected: bool) ->
     problem = replace(problem, blocks=blocks)
     for _ in range(2):
         outliers = find_outliers_of_fit(chosen, problem, fit)
-        problem = replace(problem, blocks=replace(blocks, count=(~outliers.rejected).astype(float)))
+        problem = replace(
+            problem, blocks=replace(blocks, count=(~outliers.rejected).astype(float))
+        )
         fit = gauss_newton(problem, fit.start, knots, steps=8)
     uncertainty = estimate_uncertainty(fit, fastest_frequency(problem))
     std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
@@ -191,8 +232,11 @@ def _estimate_gravity(samples: Samples, found: RobustFit, *, suspected: bool) ->
     return GravityEstimate(fit.gravity, std, ratio, suspected)
 
 
-def _conclude(recording: Recording, samples: Samples, found: _Found, *, clock: bool, tilt: bool) -> Conditioned:
-    """The result, with the sign convention of `hefting.core.spatial`; `clock` and `tilt` as for `condition`."""
+def _conclude(
+    recording: Recording, samples: Samples, found: _Found, *, clock: bool, tilt: bool
+) -> Conditioned:
+    """The result, with the sign convention of `hefting.core.spatial`; `clock` and
+    `tilt` as for `condition`."""
     problem, fit, uncertainty = found.fit.problem, found.fit.fit, found.fit.uncertainty
     outliers, biased, path = found.fit.outliers, found.fit.biased, problem.path
     sign = _sign(found.fit)
@@ -211,14 +255,22 @@ def _conclude(recording: Recording, samples: Samples, found: _Found, *, clock: b
         offset=fit.offset if problem.free_offset else 0.0,
         offset_std=_offset_std(found) if clock and path.moves else None,
         sign=sign,
-        bias=Drift(fit.hats.knots, fit.bias, uncertainty.bias if biased else np.full_like(fit.bias, np.inf), mean_bias),
+        bias=Drift(
+            fit.hats.knots,
+            fit.bias,
+            uncertainty.bias if biased else np.full_like(fit.bias, np.inf),
+            mean_bias,
+        ),
         biased=biased,
         gravity=fit.gravity,
         tilt_std=tilt_std,
         tilted=found.gravity,
         noise=_estimate_noise(samples, problem, fit, outliers),
         rejected=outliers.rejected,
-        reasons={name: int(getattr(outliers, name).sum()) for name in ("contact", "spike", "saturation")},
+        reasons={
+            name: int(getattr(outliers, name).sum())
+            for name in ("contact", "spike", "saturation")
+        },
         inflation=uncertainty.inflation,
         findings=(),
         curves=curves,
@@ -238,10 +290,14 @@ def _conclude(recording: Recording, samples: Samples, found: _Found, *, clock: b
 
 
 def _sign(found: RobustFit) -> WrenchSign:
-    """The sign convention by the sign of the mass; with t = 0 where the mass, or a bias beside it, is undetermined."""
+    """The sign convention by the sign of the mass; with t = 0 where the mass, or a bias
+    beside it, is undetermined."""
     mass = float(found.fit.phi[0])
     doubtful = found.mass_is_open or not found.biased
-    return WrenchSign(bool(mass >= 0.0), 0.0 if doubtful else mass_over_std(mass, found.uncertainty.mass_std))
+    return WrenchSign(
+        bool(mass >= 0.0),
+        0.0 if doubtful else mass_over_std(mass, found.uncertainty.mass_std),
+    )
 
 
 def _offset_std(found: _Found) -> float:
@@ -250,29 +306,48 @@ def _offset_std(found: _Found) -> float:
     return found.fit.uncertainty.offset_std if rejected is None else rejected.std
 
 
-def _estimate_noise(samples: Samples, problem: Problem, fit: Fit, outliers: Outliers) -> Noise:
-    """Noise of one sample of the wrench without the effect of the motion's errors, and that of the accelerations."""
+def _estimate_noise(
+    samples: Samples, problem: Problem, fit: Fit, outliers: Outliers
+) -> Noise:
+    """Noise of one sample of the wrench without the effect of the motion's errors, and
+    that of the accelerations."""
     used = fit.weights > 0.0
     unknowns = len(fit.phi) / 6.0 + fit.hats.n
     correction = used.sum() / max(used.sum() - unknowns, 1.0)
     square = _mean_squared_residual(samples, problem, fit, outliers)
     square = np.maximum(square, problem.floor**2) * correction
     if problem.blocks.starts is not None:
-        within = within_blocks(problem.blocks, samples.time, samples.wrench, ~outliers.rejected)
+        within = within_blocks(
+            problem.blocks, samples.time, samples.wrench, ~outliers.rejected
+        )
         square = square + within.diagonal().reshape(2, 3).mean(axis=1)
-    variances = fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)
+    variances = (
+        fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)
+    )
     effect = effect_of_acceleration_errors(fit.phi) @ variances / 3.0
     force, torque = np.sqrt(np.maximum(square - effect, 0.01 * square))
-    return Noise(float(force), float(torque), float(variances[0] ** 0.5), float(variances[1] ** 0.5))
+    return Noise(
+        float(force),
+        float(torque),
+        float(variances[0] ** 0.5),
+        float(variances[1] ** 0.5),
+    )
 
 
-def _mean_squared_residual(samples: Samples, problem: Problem, fit: Fit, outliers: Outliers) -> Array:
+def _mean_squared_residual(
+    samples: Samples, problem: Problem, fit: Fit, outliers: Outliers
+) -> Array:
     """(2,) of force [N²] and torque [N² m²], of one axis, over the inliers."""
     count = np.where(fit.weights > 0.0, problem.blocks.count, 0.0)
     residual = fit.residual
-    medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(problem.time)
-    if medians_were_fitted:  # a median has less noise than a sample: use the next sample instead
-        nearest = np.minimum(np.searchsorted(samples.time, problem.time), len(samples.time) - 1)
+    medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(
+        problem.time
+    )
+    # a median has less noise than a sample: use the next sample instead
+    if medians_were_fitted:
+        nearest = np.minimum(
+            np.searchsorted(samples.time, problem.time), len(samples.time) - 1
+        )
         residual = samples.wrench[nearest] - (problem.wrench - fit.residual)
         count = np.where(outliers.rejected[nearest], 0.0, count)
     square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)

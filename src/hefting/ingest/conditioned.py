@@ -12,9 +12,11 @@ from hefting.ingest.drift import Drift
 from hefting.motion import Curves
 
 SIGNIFICANT = 3.0
-"""Number of standard deviations from zero at which a clock offset, a mass or a bias counts as significant."""
+"""Number of standard deviations from zero at which a clock offset, a mass or a bias
+counts as significant."""
 SIGN_CONFIDENCE = 10.0
-"""Smallest |t| of the mass at which its sign decides the wrench's sign convention with certainty."""
+"""Smallest |t| of the mass at which its sign decides the wrench's sign convention with
+certainty."""
 
 
 def mass_over_std(mass: float, std: float) -> float:
@@ -27,7 +29,8 @@ class WrenchSign:
     """Sign convention of the recorded wrench, from the sign of the estimated mass."""
 
     on_object: bool
-    """True: the log holds what the sensor exerts on the object; False: what the object exerts on it."""
+    """True: the log holds what the sensor exerts on the object; False: what the object
+    exerts on it."""
     t: float
     """Mass over its standard deviation, as recorded: positive for on-object."""
 
@@ -57,7 +60,11 @@ class GravityEstimate:
 
     def angle(self, gravity: Array) -> float:
         """rad from another direction of gravity (3,)."""
-        return float(np.arctan2(np.linalg.norm(np.cross(gravity, self.gravity)), gravity @ self.gravity))
+        return float(
+            np.arctan2(
+                np.linalg.norm(np.cross(gravity, self.gravity)), gravity @ self.gravity
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,34 +72,43 @@ class Conditioned:
     """Clock offset, sign, bias, gravity, noise and outliers of a recording."""
 
     parameters: Array
-    """(10,) by least squares on the inliers, with the sign convention of `hefting.core.spatial`"""
+    """(10,) by least squares on the inliers, with the sign convention of
+    `hefting.core.spatial`"""
     covariance: Array
-    """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured residuals; infinite where open"""
+    """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured
+    residuals; infinite where open"""
     offset: float
-    """s the wrench is late: stamped t, it shows the motion at t - offset. Zero unless significant."""
+    """s the wrench is late: stamped t, it shows the motion at t - offset. Zero unless
+    significant."""
     offset_std: float | None
-    """s; infinite where the recording does not tell, None where it was not asked or there is no motion"""
+    """s; infinite where the recording does not tell, None where it was not asked or
+    there is no motion"""
     sign: WrenchSign
-    """which way the sensor counts, and the mass over its standard deviation, as recorded"""
+    """which way the sensor counts, and the mass over its standard deviation, as
+    recorded"""
     bias: Drift
     """as recorded, as a function of the recording's time"""
     biased: bool
-    """whether the motion tells a bias from the object's weight; if not, none is assumed"""
+    """whether the motion tells a bias from the object's weight; if not, none is
+    assumed"""
     gravity: Array
     """(3,) in world axes [m/s²]: as given, or as found"""
     tilt_std: float | None
-    """rad, of gravity's direction about each axis; infinite where the motion does not tell it, None where it was
-    given or is measured"""
+    """rad, of gravity's direction about each axis; infinite where the motion does not
+    tell it, None where it was given or is measured"""
     tilted: GravityEstimate | None
-    """gravity as estimated, where it was given and is in doubt or an estimate was asked for; else None"""
+    """gravity as estimated, where it was given and is in doubt or an estimate was asked
+    for; else None"""
     noise: Noise
-    """of the wrench, root mean square of what the model leaves; of the accelerations, as smoothing says"""
+    """of the wrench, root mean square of what the model leaves; of the accelerations,
+    as smoothing says"""
     rejected: Mask
     """(K,) wrench samples left out"""
     reasons: dict[str, int]
     """how many for contact, as spikes, for saturation"""
     inflation: Array
-    """(16,) variance of each parameter, and of each component of a bias, over that if the residuals were white"""
+    """(16,) variance of each parameter, and of each component of a bias, over that if
+    the residuals were white"""
     findings: tuple[Message, ...]
     """what was found and corrected, a sentence each"""
     warnings: tuple[Message, ...] = ()
@@ -109,7 +125,8 @@ class Conditioned:
 
     @property
     def autocorrelation(self) -> float:
-        """Variance of the parameters over that if the residuals were white, on average."""
+        """Variance of the parameters over that if the residuals were white, on
+        average."""
         known = np.isfinite(self.covariance.diagonal())
         return float(np.mean(self.inflation[:10][known])) if known.any() else 1.0
 
@@ -119,11 +136,13 @@ class Conditioned:
         return np.sqrt(self.covariance.diagonal())
 
     def corrected(self, recording: Recording, drift: bool = True) -> Recording:
-        """`recording` with its wrench at the motion's clock, its drift removed, and without the rejected samples.
+        """`recording` with its wrench at the motion's clock, its drift removed, and
+        without the rejected samples.
 
-        The drift stays where `drift` is False: then the bias is said to be known. What is constant of the bias stays:
-        every estimator finds it with the object. The very same object where there is nothing to correct. All samples
-        stay where none is left otherwise.
+        The drift stays where `drift` is False: then the bias is said to be known. What
+        is constant of the bias stays: every estimator finds it with the object. The
+        very same object where there is nothing to correct. All samples stay where none
+        is left otherwise.
         """
         wrench = recording["wrench"]
         drifts = drift and self.bias.kind != "constant"
@@ -132,12 +151,20 @@ class Conditioned:
         time, values = wrench.time, wrench.values
         if drifts:
             values = values - self.bias.change(time)
-        kept = ~self.rejected if not self.rejected.all() else np.ones(len(time), dtype=bool)
+        kept = (
+            ~self.rejected
+            if not self.rejected.all()
+            else np.ones(len(time), dtype=bool)
+        )
         streams = dict(recording.streams)
-        streams["wrench"] = Stream((time - self.offset)[kept], values[kept], wrench.rows[kept])
+        streams["wrench"] = Stream(
+            (time - self.offset)[kept], values[kept], wrench.rows[kept]
+        )
         if recording.static:
             streams = {
-                name: s if name == "wrench" else s[np.isin(s.rows, streams["wrench"].rows)]
+                name: s
+                if name == "wrench"
+                else s[np.isin(s.rows, streams["wrench"].rows)]
                 for name, s in streams.items()
             }
         return replace(recording, streams=streams)

@@ -7,25 +7,30 @@ import numpy as np
 from hefting.core.spatial import Array, Indices, frozen
 
 SHORTEST_DRIFTING_RECORDING = 8.0
-"""[s] In shorter recordings the bias counts as constant: a drift cannot be distinguished from model errors."""
+"""[s] In shorter recordings the bias counts as constant: a drift cannot be
+distinguished from model errors."""
 CLOSEST_KNOTS = 12.0
-"""[s] Smallest distance between knots of a drifting bias. With closer knots the bias would fit the object's wrench."""
+"""[s] Smallest distance between knots of a drifting bias. With closer knots the bias
+would fit the object's wrench."""
 MOST_KNOTS = 81
-"""Largest number of knots of a drifting bias; it bounds the size of the normal equations."""
+"""Largest number of knots of a drifting bias; it bounds the size of the normal
+equations."""
 DRIFT_KINDS = ("constant", "linear", "random walk")
 """Names of a bias with one, two, and three or more knots."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """A sensor's bias as a function of time: linear between knots, constant before the first and after the last."""
+    """A sensor's bias as a function of time: linear between knots, constant before the
+    first and after the last."""
 
     knots: Array
     """(n,) [s]; one: a constant bias, two: a linear drift"""
     values: Array
     """(n, 6) bias at the knots, as recorded [N, N m]"""
     std: Array
-    """(n, 6) standard deviations; infinite where the motion cannot tell a bias from the object"""
+    """(n, 6) standard deviations; infinite where the motion cannot tell a bias from the
+    object"""
     mean: Array
     """(6,) average over the samples kept"""
 
@@ -45,7 +50,9 @@ class Drift:
 
     def __call__(self, time: Array) -> Array:
         """Bias (K, 6) at times (K,) [s]."""
-        return np.column_stack([np.interp(time, self.knots, column) for column in self.values.T])
+        return np.column_stack(
+            [np.interp(time, self.knots, column) for column in self.values.T]
+        )
 
     def change(self, time: Array) -> Array:
         """Bias (K, 6) at times (K,) [s] less its mean."""
@@ -53,7 +60,8 @@ class Drift:
 
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
-    """Numbers of knots to compare, in increasing order, for a duration [s]; knots are at least `closest` [s] apart."""
+    """Numbers of knots to compare, in increasing order, for a duration [s]; knots are
+    at least `closest` [s] apart."""
     if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
@@ -70,13 +78,16 @@ class HatFunctions:
     knots: Array
     """(n,) [s]"""
     functions: Array
-    """(K, 1) or (K, 2) values at each sample of the one or two functions that are not zero there"""
+    """(K, 1) or (K, 2) values at each sample of the one or two functions that are not
+    zero there"""
     bounds: Indices
-    """(s + 1,) indices of the first sample of each interval between knots, and the number of samples"""
+    """(s + 1,) indices of the first sample of each interval between knots, and the
+    number of samples"""
 
     @classmethod
     def over(cls, time: Array, n: int) -> "HatFunctions":
-        """`n` knots evenly over the times (K,) [s]; with none, one function that is zero."""
+        """`n` knots evenly over the times (K,) [s]; with none, one function that is
+        zero."""
         if n == 0:
             return cls(time[:1], np.zeros((len(time), 1)), np.array([0, len(time)]))
         if n == 1 or time[-1] <= time[0]:
@@ -85,7 +96,9 @@ class HatFunctions:
         knots = np.linspace(time[0], time[-1], n)
         segment = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, n - 2)
         s = (time - knots[segment]) / (knots[1] - knots[0])
-        bounds = np.concatenate(([0], np.searchsorted(segment, np.arange(1, n - 1)), [len(time)]))
+        bounds = np.concatenate(
+            ([0], np.searchsorted(segment, np.arange(1, n - 1)), [len(time)])
+        )
         return cls(knots, np.column_stack((1.0 - s, s)), bounds)
 
     @property
@@ -96,7 +109,9 @@ class HatFunctions:
     def part(self, rows: slice) -> "HatFunctions":
         """At some of the samples, in a row."""
         start, stop, _ = rows.indices(len(self.functions))
-        return HatFunctions(self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start)
+        return HatFunctions(
+            self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start
+        )
 
     def combine(self, coefficients: Array) -> Array:
         """Sums (K, ...) of the functions with coefficients (n, ...)."""
@@ -112,11 +127,14 @@ class HatFunctions:
             return self.functions.T @ rows
         out = np.zeros((self.n, rows.shape[1]))
         for i, piece in enumerate(self._pieces()):
-            out[i : i + self.functions.shape[1]] += self.functions[piece].T @ rows[piece]
+            out[i : i + self.functions.shape[1]] += (
+                self.functions[piece].T @ rows[piece]
+            )
         return out
 
     def gram(self, weights: Array) -> Array:
-        """Weighted inner products (n, n) of the functions with each other, weights (K,)."""
+        """Weighted inner products (n, n) of the functions with each other, weights
+        (K,)."""
         out = np.zeros((self.n, self.n))
         width = self.functions.shape[1]
         for i, piece in enumerate(self._pieces()):
@@ -125,4 +143,6 @@ class HatFunctions:
         return out
 
     def _pieces(self):
-        return (slice(a, b) for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True))
+        return (
+            slice(a, b) for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True)
+        )

@@ -11,18 +11,21 @@ from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.outliers import Outliers
 
 LARGEST_OFFSET_STD = 0.05
-"""[s] Standard deviation of the clock offset from which on the offset counts as undetermined."""
+"""[s] Standard deviation of the clock offset from which on the offset counts as
+undetermined."""
 LARGEST_TILT_STD = 2.0
 """[deg] Standard deviation of gravity's direction from which on a warning is given."""
 SMALLEST_EXPLAINED_SHARE = 0.8
-"""Share of the wrench's variance that the fit should explain; a warning is given below it."""
+"""Share of the wrench's variance that the fit should explain; a warning is given below
+it."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 
 
 @dataclass(frozen=True)
 class RejectedOffset:
-    """A clock offset that was found but is not significant, or does not explain the wrench."""
+    """A clock offset that was found but is not significant, or does not explain the
+    wrench."""
 
     value: float
     """[s]"""
@@ -36,7 +39,8 @@ class RejectedOffset:
 
     @property
     def contradictory(self) -> bool:
-        """Whether it is significantly different from zero, and was rejected for explaining too little."""
+        """Whether it is significantly different from zero, and was rejected for
+        explaining too little."""
         return abs(self.value) > max(SIGNIFICANT * self.std, 1e-5)
 
 
@@ -56,23 +60,54 @@ class Search:
 
 
 def findings_of(
-    found: Conditioned, recording: Recording, outliers: Outliers, rejected: RejectedOffset | None
+    found: Conditioned,
+    recording: Recording,
+    outliers: Outliers,
+    rejected: RejectedOffset | None,
 ) -> tuple[Message, ...]:
-    """What was found and corrected, and the clock offset that was `rejected`, if any."""
+    """What was found and corrected, and the clock offset that was `rejected`, if
+    any."""
     said = []
     if rejected is not None and rejected.known and not rejected.contradictory:
         offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
         said.append(note("clock-no-offset", f"no clock offset: {offset}"))
     if found.offset:
-        side, std = "late" if found.offset > 0.0 else "early", 1e3 * (found.offset_std or 0.0)
+        side, std = (
+            "late" if found.offset > 0.0 else "early",
+            1e3 * (found.offset_std or 0.0),
+        )
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
-        said.append(note("clock-offset", f"the wrench is {size} ms {side} against the motion; shifted"))
+        said.append(
+            note(
+                "clock-offset",
+                f"the wrench is {size} ms {side} against the motion; shifted",
+            )
+        )
     if found.sign.t and found.sign.certain:
-        said.append(note("wrench-sign", f"the wrench is {found.sign.name} (t = {_t_text(found.sign.t)})", "wrench"))
+        said.append(
+            note(
+                "wrench-sign",
+                f"the wrench is {found.sign.name} (t = {_t_text(found.sign.t)})",
+                "wrench",
+            )
+        )
     if found.bias.kind != "constant":
-        force, torque = (float(np.linalg.norm(r)) for r in (found.bias.range[:3], found.bias.range[3:]))
-        how = "linearly" if found.bias.kind == "linear" else f"between {len(found.bias.knots)} knots"
-        said.append(note("bias-drift", f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}", "bias"))
+        force, torque = (
+            float(np.linalg.norm(r))
+            for r in (found.bias.range[:3], found.bias.range[3:])
+        )
+        how = (
+            "linearly"
+            if found.bias.kind == "linear"
+            else f"between {len(found.bias.knots)} knots"
+        )
+        said.append(
+            note(
+                "bias-drift",
+                f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}",
+                "bias",
+            )
+        )
     if found.tilt_std is not None and np.isfinite(found.tilt_std):
         x, y, z = found.gravity
         degrees = np.degrees(found.tilt_std)
@@ -81,12 +116,24 @@ def findings_of(
     if outliers.contact.any():
         seconds, stretches = _contact_stretches(outliers.contact, recording)
         several = "stretch" if stretches == 1 else "stretches"
-        said.append(note("contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"))
+        said.append(
+            note(
+                "contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"
+            )
+        )
     odd = "odd pose" if recording.static else "spike"
-    for code, name, mask in (("spikes", odd, outliers.spike), ("saturation", "saturated sample", outliers.saturation)):
+    for code, name, mask in (
+        ("spikes", odd, outliers.spike),
+        ("saturation", "saturated sample", outliers.saturation),
+    ):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
-            said.append(note(code, f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out"))
+            said.append(
+                note(
+                    code,
+                    f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out",
+                )
+            )
     return tuple(said)
 
 
@@ -98,7 +145,11 @@ def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
         said.append(warning("bias-unknown", what, "bias"))
     if search.gravity:
         said += _gravity_warnings(found)
-    if not search.few_samples and found.biased and search.explained < SMALLEST_EXPLAINED_SHARE:
+    if (
+        not search.few_samples
+        and found.biased
+        and search.explained < SMALLEST_EXPLAINED_SHARE
+    ):
         share = f"{100.0 * max(search.explained, 0.0):.0f} %"
         what = f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?"
         said.append(warning("motion-explains-little", what))
@@ -112,11 +163,14 @@ def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
 def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
     """At most one warning: of too few samples, or of the clock offset."""
     unknown = warning(
-        "clock-offset-unknown", "the motion does not tell a clock offset between wrench and motion: none assumed"
+        "clock-offset-unknown",
+        "the motion does not tell a clock offset between wrench and motion: none assumed",
     )
     rejected = search.rejected_offset
     if search.few_samples:
-        what = "too few samples to look for clock offset, drift and outliers: none assumed"
+        what = (
+            "too few samples to look for clock offset, drift and outliers: none assumed"
+        )
         return [warning("too-few-samples", what)]
     if search.clock and found.offset_std == np.inf:
         return [unknown]
@@ -134,13 +188,23 @@ def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
 def _gravity_warnings(found: Conditioned) -> list[Message]:
     """At most one warning, where gravity's direction was to be found."""
     if found.tilt_std is None:
-        what = "the direction of gravity was not looked for: the accelerometer measures it"
+        what = (
+            "the direction of gravity was not looked for: the accelerometer measures it"
+        )
         return [warning("gravity-measured", what, "gravity")]
     if found.tilt_std == np.inf:
-        what = "the direction of gravity was not looked for: the motion does not tell it"
+        what = (
+            "the direction of gravity was not looked for: the motion does not tell it"
+        )
         return [warning("gravity-unknown", what, "gravity")]
     if not found.tilt_std < np.radians(LARGEST_TILT_STD):
-        return [warning("gravity-uncertain", "the motion hardly tells the direction of gravity", "gravity")]
+        return [
+            warning(
+                "gravity-uncertain",
+                "the motion hardly tells the direction of gravity",
+                "gravity",
+            )
+        ]
     return []
 
 
@@ -155,9 +219,14 @@ def _t_text(t: float) -> str:
 
 
 def _contact_stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
-    """Duration [s] of the samples in a mask (K,), and the number of uninterrupted stretches."""
+    """Duration [s] of the samples in a mask (K,), and the number of uninterrupted
+    stretches."""
     time = recording["wrench"].time
     starts = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
-    stretches = 1 + int(np.sum(time[starts[1:]] - time[starts[:-1]] > 0.0)) if len(starts) else 0
+    stretches = (
+        1 + int(np.sum(time[starts[1:]] - time[starts[:-1]] > 0.0))
+        if len(starts)
+        else 0
+    )
     interval = float(np.median(np.diff(time)))
     return float(mask.sum()) * interval, stretches

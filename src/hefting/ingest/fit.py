@@ -1,7 +1,9 @@
-"""Gauss-Newton fit of parameters, bias, clock offset and gravity's direction: robust, or plain on chosen samples.
+"""Gauss-Newton fit of parameters, bias, clock offset and gravity's direction: robust,
+or plain on chosen samples.
 
-The robust fit is iteratively reweighted least squares with the weights of the multivariate Student t distribution of a
-sample's six residuals (Lange, Little & Taylor, J. American Statistical Association 84, 1989). The model is that of
+The robust fit is iteratively reweighted least squares with the weights of the
+multivariate Student t distribution of a sample's six residuals (Lange, Little & Taylor,
+J. American Statistical Association 84, 1989). The model is that of
 `hefting.ingest.model`.
 """
 
@@ -18,7 +20,8 @@ from hefting.ingest.path import Reading
 from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
 
 STUDENT_DEGREES_OF_FREEDOM = 3.0
-"""Degrees of freedom of the Student t distribution assumed for a sample's residual in a robust fit."""
+"""Degrees of freedom of the Student t distribution assumed for a sample's residual in a
+robust fit."""
 LARGEST_OFFSET_STEP = 0.02
 """[s] Largest change of the clock offset in one Gauss-Newton step."""
 LARGEST_OFFSET_CHANGE = 0.1
@@ -28,8 +31,8 @@ LARGEST_TILT_STEP = 3.0
 NEGLIGIBLE_OFFSET_STEP = 1e-6
 """[s] Change of the clock offset at which a fit counts as converged."""
 NEGLIGIBLE_PREDICTION_CHANGE = 1e-3
-"""Change of the predicted wrench, as a share of the residual scale, at which a robust fit counts as converged. A plain
-fit must change by a tenth of it."""
+"""Change of the predicted wrench, as a share of the residual scale, at which a robust
+fit counts as converged. A plain fit must change by a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +40,21 @@ class Fit:
     """A solution, and the residuals it leaves."""
 
     phi: Array
-    """(10,) parameters in the sign of the recorded wrench: of negative mass for the other sign convention"""
+    """(10,) parameters in the sign of the recorded wrench: of negative mass for the
+    other sign convention"""
     hats: HatFunctions
     """functions of time of which the bias is composed"""
     bias: Array
     """(n, 6) at the knots [N, N m]"""
     scale: Array
-    """(2,) of force [N] and torque [N m] residuals: root mean square, or that of the Student t distribution"""
+    """(2,) of force [N] and torque [N m] residuals: root mean square, or that of the
+    Student t distribution"""
     weights: Array
-    """(B,) of the blocks: by their counts and the motion's errors, zero where rejected or without known motion"""
+    """(B,) of the blocks: by their counts and the motion's errors, zero where rejected
+    or without known motion"""
     spread: Array
-    """(B,) factor by which the motion's errors widen a block's residual, 1 in the median"""
+    """(B,) factor by which the motion's errors widen a block's residual, 1 in the
+    median"""
     residual: Array
     """(B, 6) measured less predicted wrench [N, N m]"""
     solution: Solution
@@ -81,7 +88,15 @@ class Fit:
     @property
     def start(self) -> "Start":
         """This fit as the start of another one."""
-        return Start(self.phi, self.offset, self.gravity, self.scale, self.hats.knots, self.bias, self.model.reading)
+        return Start(
+            self.phi,
+            self.offset,
+            self.gravity,
+            self.scale,
+            self.hats.knots,
+            self.bias,
+            self.model.reading,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +120,19 @@ class Start:
 
     def bias_at(self, time: Array) -> Array:
         """(B, 6) bias at times (B,) [s]."""
-        return np.column_stack([np.interp(time, self.knots, column) for column in self.bias.T])
+        return np.column_stack(
+            [np.interp(time, self.knots, column) for column in self.bias.T]
+        )
 
 
 def gauss_newton(
-    problem: Problem, start: Start, knots: int, *, robust: bool = False, steps: int = 12, hold_offset: bool = False
+    problem: Problem,
+    start: Start,
+    knots: int,
+    *,
+    robust: bool = False,
+    steps: int = 12,
+    hold_offset: bool = False,
 ) -> Fit:
     """Fit the model by Gauss-Newton steps.
 
@@ -128,34 +151,65 @@ def gauss_newton(
     model = Model.at(problem, start.offset, start.gravity, start.reading, final=False)
     for step in range(steps):
         residual = problem.wrench - model.predict(phi) - bias
-        weighting = weight_blocks(problem, model.reading, phi, residual, scale, robust=robust)
+        weighting = weight_blocks(
+            problem, model.reading, phi, residual, scale, robust=robust
+        )
         scale = weighting.scale
-        linear = model.with_fixed_offset if hold_offset and problem.free_offset else model
+        linear = (
+            model.with_fixed_offset if hold_offset and problem.free_offset else model
+        )
         found = solve(linear, phi, weighting.weights, scale, hats)
-        prediction_change = float(np.sqrt(np.mean(model.predict(found.core[:10] - phi) ** 2)))
+        prediction_change = float(
+            np.sqrt(np.mean(model.predict(found.core[:10] - phi) ** 2))
+        )
         phi, bias = found.core[:10], hats.combine(found.bias)
         offset_step = _offset_step(model.offset, found, linear.layout, bounds)
         gravity = _stepped_gravity(model.gravity, found, linear.layout)
 
-        tolerance = (1.0 if robust else 0.1) * NEGLIGIBLE_PREDICTION_CHANGE * float(scale.max())
+        tolerance = (
+            (1.0 if robust else 0.1) * NEGLIGIBLE_PREDICTION_CHANGE * float(scale.max())
+        )
         reweighted = step > 0 or not robust
-        done = reweighted and abs(offset_step) < NEGLIGIBLE_OFFSET_STEP and prediction_change < tolerance
+        done = (
+            reweighted
+            and abs(offset_step) < NEGLIGIBLE_OFFSET_STEP
+            and prediction_change < tolerance
+        )
         last = done or step == steps - 1
         if offset_step or linear.layout.tilt is not None or last:
-            model = Model.at(problem, model.offset + offset_step, gravity, model.reading, final=last)
+            model = Model.at(
+                problem, model.offset + offset_step, gravity, model.reading, final=last
+            )
         if done:
             break
     residual = problem.wrench - model.predict(phi) - bias
-    weighting = weight_blocks(problem, model.reading, phi, residual, scale, robust=robust)
+    weighting = weight_blocks(
+        problem, model.reading, phi, residual, scale, robust=robust
+    )
     final = solve(model, phi, weighting.weights, weighting.scale, hats)
-    return Fit(phi, hats, found.bias, weighting.scale, weighting.weights, weighting.spread, residual, final, model)
+    return Fit(
+        phi,
+        hats,
+        found.bias,
+        weighting.scale,
+        weighting.weights,
+        weighting.spread,
+        residual,
+        final,
+        model,
+    )
 
 
-def _offset_step(offset: float, found: Solution, layout: Layout, bounds: tuple[float, float]) -> float:
-    """Change of the clock offset [s], limited in size and to the bounds; zero where the offset is not free."""
+def _offset_step(
+    offset: float, found: Solution, layout: Layout, bounds: tuple[float, float]
+) -> float:
+    """Change of the clock offset [s], limited in size and to the bounds; zero where the
+    offset is not free."""
     if layout.offset is None:
         return 0.0
-    step = float(np.clip(found.core[layout.offset], -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
+    step = float(
+        np.clip(found.core[layout.offset], -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP)
+    )
     return float(np.clip(offset + step, *bounds)) - offset
 
 
@@ -163,7 +217,9 @@ def _stepped_gravity(gravity: Array, found: Solution, layout: Layout) -> Array:
     """Gravity (3,) after the step; unchanged where its direction is not free."""
     if layout.tilt is None:
         return gravity
-    return tilt_gravity(gravity, np.clip(found.core[layout.tilt], -LARGEST_TILT_STEP, LARGEST_TILT_STEP))
+    return tilt_gravity(
+        gravity, np.clip(found.core[layout.tilt], -LARGEST_TILT_STEP, LARGEST_TILT_STEP)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,13 +231,21 @@ class Weighting:
     scale: Array
     """(2,) of force [N] and torque [N m] residuals"""
     spread: Array
-    """(B,) factor by which the motion's errors widen a block's residual, 1 in the median"""
+    """(B,) factor by which the motion's errors widen a block's residual, 1 in the
+    median"""
 
 
 def weight_blocks(
-    problem: Problem, reading: Reading, phi: Array, residual: Array, scale: Array, *, robust: bool
+    problem: Problem,
+    reading: Reading,
+    phi: Array,
+    residual: Array,
+    scale: Array,
+    *,
+    robust: bool,
 ) -> Weighting:
-    """Weights of the blocks by their counts and the motion's errors and, if `robust`, by their residuals.
+    """Weights of the blocks by their counts and the motion's errors and, if `robust`,
+    by their residuals.
 
     Parameters
     ----------
@@ -193,7 +257,9 @@ def weight_blocks(
     robust : whether to weight by the residuals, as the Student t distribution does.
     """
     blocks = problem.blocks
-    trust, spread = motion_weights(phi, reading, problem.path.bandwidth, blocks.time, scale)
+    trust, spread = motion_weights(
+        phi, reading, problem.path.bandwidth, blocks.time, scale
+    )
     weights = np.where(reading.known, trust * blocks.count / blocks.mean_count, 0.0)
     square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
     if not robust:
@@ -203,15 +269,21 @@ def weight_blocks(
     used = max(int((weights > 0.0).sum()), 1)
     for _ in range(2):
         distance = weights * (square @ scale**-2.0)
-        student = weights * ((STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + distance))
+        student = weights * (
+            (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + distance)
+        )
         scale = np.maximum(np.sqrt(student @ square / (3.0 * used)), problem.floor)
     return Weighting(student, scale, spread)
 
 
-def motion_weights(phi: Array, reading: Reading, bandwidth: float, time: Array, scale: Array) -> tuple[Array, Array]:
-    """Weights (B,) by the motion's errors, 1 on average, and the factor (B,) by which these widen a residual.
+def motion_weights(
+    phi: Array, reading: Reading, bandwidth: float, time: Array, scale: Array
+) -> tuple[Array, Array]:
+    """Weights (B,) by the motion's errors, 1 on average, and the factor (B,) by which
+    these widen a residual.
 
-    The weights are those of `hefting.motion.sample_weights`; the factor is 1 in the median.
+    The weights are those of `hefting.motion.sample_weights`; the factor is 1 in the
+    median.
 
     Parameters
     ----------
@@ -228,4 +300,6 @@ def motion_weights(phi: Array, reading: Reading, bandwidth: float, time: Array, 
     excess = share @ reading.variances
     weights = 1.0 / (1.0 + samples_per_error(time, bandwidth) * excess)
     variance = 1.0 + excess
-    return weights / weights[known].mean(), np.sqrt(variance / np.median(variance[known]))
+    return weights / weights[known].mean(), np.sqrt(
+        variance / np.median(variance[known])
+    )

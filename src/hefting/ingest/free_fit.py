@@ -1,7 +1,8 @@
-"""Unconstrained least squares: what the data say before any prior, from the moments of all samples.
+"""Unconstrained least squares: what the data say before any prior, from the moments of
+all samples.
 
-Whatever is asked of the samples here (with a bias or without, gravity the other way round) follows from their one
-triangular factor.
+Whatever is asked of the samples here (with a bias or without, gravity the other way
+round) follows from their one triangular factor.
 """
 
 from dataclasses import dataclass, replace
@@ -10,34 +11,45 @@ import numpy as np
 
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import triangular
-from hefting.core.regressor import FULL_MAP, GRAVITY, MOTION, ONE, WRENCH, full_rows, predict_wrench
+from hefting.core.regressor import (
+    FULL_MAP,
+    GRAVITY,
+    MOTION,
+    ONE,
+    WRENCH,
+    full_rows,
+    predict_wrench,
+)
 from hefting.core.spatial import PARAMETERS, Array, skew
 from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
 
 SMALLEST_GRAVITY_CHANGE = 0.03
-"""Root-mean-square change of gravity in sensor axes, as a share of its size, below which the distance of the COM is
-undetermined beside a free bias."""
+"""Root-mean-square change of gravity in sensor axes, as a share of its size, below
+which the distance of the COM is undetermined beside a free bias."""
 TYPICAL_SIZE = 0.2
-"""[m] Size of a held object, by which an undetermined parameter is judged where no shape is given."""
+"""[m] Size of a held object, by which an undetermined parameter is judged where no
+shape is given."""
 
 
 @dataclass(frozen=True, eq=False)
 class FreeFit:
-    """Unconstrained least squares, whitened by its own residuals: what the data say before any prior."""
+    """Unconstrained least squares, whitened by its own residuals: what the data say
+    before any prior."""
 
     vector: Array
     """(10,) parameters, with the wrench's sign as recorded"""
     bias: Array | None
     """(6,) constant bias, when it was free"""
     covariance: Array
-    """(10, 10) or (16, 16), widened by the residuals' autocorrelation; infinite where undetermined"""
+    """(10, 10) or (16, 16), widened by the residuals' autocorrelation; infinite where
+    undetermined"""
     noise: Noise
     """of the wrench: root-mean-square residuals of a sample of unit weight"""
     inflation: Array
-    """(16,) variance of each parameter, and of each component of a bias, over that if the residuals were white: at
-    least 1, and in `covariance` already"""
+    """(16,) variance of each parameter, and of each component of a bias, over that if
+    the residuals were white: at least 1, and in `covariance` already"""
 
     @property
     def autocorrelation(self) -> float:
@@ -48,27 +60,37 @@ class FreeFit:
     @property
     def mass_t(self) -> float:
         """Mass over its standard deviation; 0 when undetermined."""
-        return mass_over_std(float(self.vector[0]), float(np.sqrt(self.covariance[0, 0])))
+        return mass_over_std(
+            float(self.vector[0]), float(np.sqrt(self.covariance[0, 0]))
+        )
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is within three standard deviations of zero, or not determined at all."""
+        """Whether the mass is within three standard deviations of zero, or not
+        determined at all."""
         return not abs(self.mass_t) >= SIGNIFICANT
 
     def open_parameters(self, size: float) -> tuple[str, ...]:
         """Names of the parameters the data leave open for an object of `size` [m].
 
-        Those whose standard deviation is over a third of the mass, half the size for the COM, m size² / 12 for an
-        inertia.
+        Those whose standard deviation is over a third of the mass, half the size for
+        the COM, m size² / 12 for an inertia.
         """
         std = np.sqrt(self.covariance.diagonal()[:10])
         mass = abs(float(self.vector[0]))
-        limits = np.concatenate(([mass / SIGNIFICANT], np.full(3, mass * size / 2), np.full(6, mass * size**2 / 12)))
+        limits = np.concatenate(
+            (
+                [mass / SIGNIFICANT],
+                np.full(3, mass * size / 2),
+                np.full(6, mass * size**2 / 12),
+            )
+        )
         return tuple(PARAMETERS[i] for i in np.flatnonzero(~(std <= limits)))
 
     @property
     def bias_t(self) -> Array:
-        """(6,) each component of the bias over its standard deviation; 0 where undetermined."""
+        """(6,) each component of the bias over its standard deviation; 0 where
+        undetermined."""
         if self.bias is None:
             return np.zeros(6)
         std = np.sqrt(self.covariance.diagonal()[10:])
@@ -76,7 +98,8 @@ class FreeFit:
 
     @property
     def bias_is_significant(self) -> bool:
-        """Whether a component of the bias is more than three standard deviations from zero.
+        """Whether a component of the bias is more than three standard deviations from
+        zero.
 
         False where the motion cannot tell a bias from the object.
         """
@@ -85,21 +108,28 @@ class FreeFit:
 
     def flipped(self) -> "FreeFit":
         """Of the wrench with the other sign."""
-        return replace(self, vector=-self.vector, bias=None if self.bias is None else -self.bias)
+        return replace(
+            self, vector=-self.vector, bias=None if self.bias is None else -self.bias
+        )
 
     def less(self, vector: Array, covariance: Array | None) -> "FreeFit":
-        """Of the object beside a tool of known parameters (10,), whose covariance (10, 10) adds to its own."""
+        """Of the object beside a tool of known parameters (10,), whose covariance (10,
+        10) adds to its own."""
         own = self.covariance.copy()
         if covariance is not None:
             own[:10, :10] += covariance
         return replace(self, vector=self.vector - vector, covariance=own)
 
 
-def free_fit(state: SampleState, free_bias: bool, inflation: Array | None = None) -> FreeFit:
-    """Ten parameters, and a constant bias if free, by least squares in two passes: plain, then whitened.
+def free_fit(
+    state: SampleState, free_bias: bool, inflation: Array | None = None
+) -> FreeFit:
+    """Ten parameters, and a constant bias if free, by least squares in two passes:
+    plain, then whitened.
 
-    The noise is the residual of the full model, so it holds what the motion's errors add to the wrench's own. The
-    covariance is that of white residuals, times the `inflation` (16,) where that is more than 1.
+    The noise is the residual of the full model, so it holds what the motion's errors
+    add to the wrench's own. The covariance is that of white residuals, times the
+    `inflation` (16,) where that is more than 1.
     """
     factor, rows = state.full.factor, float(max(state.full.samples, 1))
     regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
@@ -109,13 +139,19 @@ def free_fit(state: SampleState, free_bias: bool, inflation: Array | None = None
         r = wrench - regressor @ fit.solution[:10]
         if free_bias:
             r = r - ones[:, None] * fit.solution[10:]
-        spent = max(1.0 - (len(fit.solution) - len(fit.free)) / (6.0 * rows), 1.0 / (6.0 * rows))
-        levels = np.sqrt(np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent))
+        spent = max(
+            1.0 - (len(fit.solution) - len(fit.free)) / (6.0 * rows), 1.0 / (6.0 * rows)
+        )
+        levels = np.sqrt(
+            np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent)
+        )
         noise = Noise(*(max(float(level), 1e-9 * size) for level in levels))
         fit = least_squares(state, free_bias, noise)
     bias = fit.solution[10:] if free_bias else None
     ratio = np.ones(16) if inflation is None else np.maximum(inflation, 1.0)
-    return FreeFit(fit.solution[:10], bias, inflated(fit.covariance, ratio), noise, ratio)
+    return FreeFit(
+        fit.solution[:10], bias, inflated(fit.covariance, ratio), noise, ratio
+    )
 
 
 def inflated(covariance: Array, ratio: Array) -> Array:
@@ -124,15 +160,19 @@ def inflated(covariance: Array, ratio: Array) -> Array:
     return covariance * root * root[:, None]
 
 
-def fit_freely(measurements: Measurements, free_bias: bool, inflation: Array | None = None) -> FreeFit:
+def fit_freely(
+    measurements: Measurements, free_bias: bool, inflation: Array | None = None
+) -> FreeFit:
     """`free_fit` of `measurements` alone."""
     return free_fit(SampleState.of(measurements), free_bias, inflation)
 
 
 def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
-    """Sign of the wrench from the mass of free fits, with a constant bias where one may be, and without.
+    """Sign of the wrench from the mass of free fits, with a constant bias where one may
+    be, and without.
 
-    Where a free bias leaves the mass undetermined (one orientation), the sign is that of the mass without one
+    Where a free bias leaves the mass undetermined (one orientation), the sign is that
+    of the mass without one
     and t is 0: not certain.
     """
     if with_bias is None:
@@ -143,7 +183,8 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
 
 
 def with_gravity_reversed(state: SampleState) -> SampleState:
-    """The state, of the full model, had gravity pointed the other way: a - g becomes a + g."""
+    """The state, of the full model, had gravity pointed the other way: a - g becomes a
+    + g."""
     factor = state.full.factor.copy()
     factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
     factor[:, GRAVITY] *= -1.0
@@ -151,17 +192,22 @@ def with_gravity_reversed(state: SampleState) -> SampleState:
 
 
 def without_wrench_of(state: SampleState, vector: Array) -> SampleState:
-    """The state, of the full model, without the wrench that a body of parameters (10,) needs for the same motion."""
+    """The state, of the full model, without the wrench that a body of parameters (10,)
+    needs for the same motion."""
     factor = state.full.factor.copy()
-    factor[:, WRENCH] -= factor[:, MOTION] @ (FULL_MAP.reshape(-1, 10) @ vector).reshape(12, 6)
+    factor[:, WRENCH] -= factor[:, MOTION] @ (
+        FULL_MAP.reshape(-1, 10) @ vector
+    ).reshape(12, 6)
     return replace(state, full=replace(state.full, factor=triangular(factor)))
 
 
 def lever(state: SampleState, free_bias: bool) -> float:
-    """Distance [m] of the COM from the sensor by gravity alone: first moment by the torque over mass by the force.
+    """Distance [m] of the COM from the sensor by gravity alone: first moment by the
+    torque over mass by the force.
 
-    Rough, as motion is ignored, but the two are found apart: a torque in another unit shows. 0 where undetermined:
-    beside a bias, when gravity turns by less than about 3° in sensor axes.
+    Rough, as motion is ignored, but the two are found apart: a torque in another unit
+    shows. 0 where undetermined: beside a bias, when gravity turns by less than about 3°
+    in sensor axes.
     """
     factor = state.full.factor
     ones, weight = factor[:, ONE], max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)
@@ -170,11 +216,20 @@ def lever(state: SampleState, free_bias: bool) -> float:
     if free_bias:
         gravity = gravity - np.outer(ones, ones @ gravity) / weight
         wrench = wrench - np.outer(ones, ones @ wrench) / weight
-        if np.sqrt(np.sum(gravity**2, axis=0) / weight).max() < SMALLEST_GRAVITY_CHANGE * size:
+        if (
+            np.sqrt(np.sum(gravity**2, axis=0) / weight).max()
+            < SMALLEST_GRAVITY_CHANGE * size
+        ):
             return 0.0
     sizes = []
     for A, b in ((-gravity[:, :, None], wrench[:, :3]), (skew(gravity), wrench[:, 3:])):
-        sizes.append(float(np.linalg.norm(np.linalg.lstsq(A.reshape(b.size, -1), b.ravel(), rcond=1e-3)[0])))
+        sizes.append(
+            float(
+                np.linalg.norm(
+                    np.linalg.lstsq(A.reshape(b.size, -1), b.ravel(), rcond=1e-3)[0]
+                )
+            )
+        )
     return sizes[1] / sizes[0] if sizes[0] > 0.0 else 0.0
 
 

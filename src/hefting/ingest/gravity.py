@@ -1,4 +1,5 @@
-"""Effects of gravity's direction: warnings where another direction is suspected, and errors where it was estimated."""
+"""Effects of gravity's direction: warnings where another direction is suspected, and
+errors where it was estimated."""
 
 from dataclasses import replace
 
@@ -15,15 +16,20 @@ from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
 
 REVERSED_GRAVITY_RATIO = 0.7
-"""Ratio of the force residual with gravity reversed to that with gravity as given, below which a warning is given."""
+"""Ratio of the force residual with gravity reversed to that with gravity as given,
+below which a warning is given."""
 SMALLEST_SUSPECTED_TILT = np.radians(3.0)
-"""[rad] Smallest angle between the given and the estimated gravity for which a tilted base is suspected."""
+"""[rad] Smallest angle between the given and the estimated gravity for which a tilted
+base is suspected."""
 TILTED_BASE_RATIO = 0.6
-"""Ratio of the force residual with estimated gravity to that with gravity as given, below which a tilted base is
-suspected. On the Panda recordings, of an imperfect sensor on a level base, it is 0.8 to 1."""
+"""Ratio of the force residual with estimated gravity to that with gravity as given,
+below which a tilted base is suspected. On the Panda recordings, of an imperfect sensor
+on a level base, it is 0.8 to 1."""
 
 
-def reversed_gravity_warnings(measurements: Measurements, state: SampleState, fit: FreeFit) -> list[Message]:
+def reversed_gravity_warnings(
+    measurements: Measurements, state: SampleState, fit: FreeFit
+) -> list[Message]:
     """A warning when reversed gravity explains a moving recording much better.
 
     Parameters
@@ -42,9 +48,14 @@ def reversed_gravity_warnings(measurements: Measurements, state: SampleState, fi
 
 
 def tilted_base_warnings(found: Conditioned) -> list[Message]:
-    """A warning when gravity of another direction explains a poorly explained wrench much better."""
+    """A warning when gravity of another direction explains a poorly explained wrench
+    much better."""
     tilted = found.tilted
-    if tilted is None or not tilted.suspected or not tilted.force_ratio < TILTED_BASE_RATIO:
+    if (
+        tilted is None
+        or not tilted.suspected
+        or not tilted.force_ratio < TILTED_BASE_RATIO
+    ):
         return []
     angle = tilted.angle(found.gravity)
     if not angle > max(SMALLEST_SUSPECTED_TILT, 5.0 * tilted.std):
@@ -66,7 +77,8 @@ def errors_of_estimated_gravity(
     *,
     drift: bool,
 ) -> Array | None:
-    """Errors (10, 2) of the parameters by one standard deviation of gravity's direction about each axis across it.
+    """Errors (10, 2) of the parameters by one standard deviation of gravity's direction
+    about each axis across it.
 
     Parameters
     ----------
@@ -86,11 +98,20 @@ def errors_of_estimated_gravity(
 
     free_bias = fit.bias is not None
     errors = []
-    for axis in np.linalg.svd(found.gravity[None])[2][1:]:  # the two axes across gravity
-        turned = Rotation.from_rotvec(found.tilt_std * axis).apply(np.array(found.gravity))
+    # the two axes across gravity
+    for axis in np.linalg.svd(found.gravity[None])[2][1:]:
+        turned = Rotation.from_rotvec(found.tilt_std * axis).apply(
+            np.array(found.gravity)
+        )
         if measured.motion is None:  # nothing was averaged, so the rows are the same
-            other = measure(found.corrected(recording, drift), turned, source, found.curves).measurements
-            tilted = replace(measurements, gravity=other.gravity, linear_acceleration=other.linear_acceleration)
+            other = measure(
+                found.corrected(recording, drift), turned, source, found.curves
+            ).measurements
+            tilted = replace(
+                measurements,
+                gravity=other.gravity,
+                linear_acceleration=other.linear_acceleration,
+            )
         else:
             change = in_sensor_axes(measured.motion.orientation, turned - found.gravity)
             tilted = replace(measurements, gravity=measurements.gravity + change)

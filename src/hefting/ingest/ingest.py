@@ -1,4 +1,5 @@
-"""Ingest: from a recording to all that estimators need to know of it, found once before any method is applied."""
+"""Ingest: from a recording to all that estimators need to know of it, found once before
+any method is applied."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +21,11 @@ from hefting.ingest.averages import measured_blocks, residual_size
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
-from hefting.ingest.gravity import errors_of_estimated_gravity, reversed_gravity_warnings, tilted_base_warnings
+from hefting.ingest.gravity import (
+    errors_of_estimated_gravity,
+    reversed_gravity_warnings,
+    tilted_base_warnings,
+)
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.tool import tool_warnings, without_tool
 from hefting.logs import read_log
@@ -31,8 +36,8 @@ from hefting.motion.weighting import acceleration_variances, sample_weights
 __all__ = ["Ingested", "ingest"]
 
 UNDETERMINED_TOOL_INERTIA = 1.0
-"""[m²] Standard deviation per kilogram of a tool's parameter that its own recording left undetermined: that of the
-whole mass at a distance of one metre."""
+"""[m²] Standard deviation per kilogram of a tool's parameter that its own recording
+left undetermined: that of the whole mass at a distance of one metre."""
 
 
 def ingest(
@@ -47,7 +52,8 @@ def ingest(
     tool: Estimate | None = None,
     hint: bool = False,
 ) -> Ingested:
-    """Find clock offset, sign, bias, gravity, outliers, weights and noise of a recording, and subtract the tool.
+    """Find clock offset, sign, bias, gravity, outliers, weights and noise of a
+    recording, and subtract the tool.
 
     Parameters
     ----------
@@ -55,40 +61,70 @@ def ingest(
     gravity, wrench, bias, motion, start, duration, tool : as for `hefting.identify`.
     hint : whether to estimate, for information, gravity's direction even where it is given and the wrench is explained.
 
-    Whether the recording determines an object is checked by `hefting.ingest.plausibility.require_object`. Raises
-    `InputError` for what cannot be read or understood.
+    Whether the recording determines an object is checked by
+    `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be
+    read or understood.
     """
     if wrench not in ("auto", "on-object", "on-sensor"):
-        raise InputError(f"unknown wrench convention '{wrench}'", fix="use auto, on-object or on-sensor")
-    recording, given_bias = _subtract_given_bias(_read(recording, start, duration), bias)
+        raise InputError(
+            f"unknown wrench convention '{wrench}'",
+            fix="use auto, on-object or on-sensor",
+        )
+    recording, given_bias = _subtract_given_bias(
+        _read(recording, start, duration), bias
+    )
     may_be_biased = given_bias is None and bias != "none"
     tilt = isinstance(gravity, str)
     if tilt and gravity != "estimate":
-        raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
-    found = condition(recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt, hint=hint)  # type: ignore[arg-type]
-    measured, counts, within = measured_blocks(recording, found, motion, drift=may_be_biased)
+        raise InputError(
+            f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
+        )
+    found = condition(
+        recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt, hint=hint
+    )  # type: ignore[arg-type]
+    measured, counts, within = measured_blocks(
+        recording, found, motion, drift=may_be_biased
+    )
     z = measured.measurements
     if not np.any(z.wrench):
-        raise InputError("the wrench is zero throughout", where=recording.source, fix="check its columns")
-    z = replace(z, weights=_weights(found, measured, counts), motion_noise=_motion_noise(measured))
+        raise InputError(
+            "the wrench is zero throughout",
+            where=recording.source,
+            fix="check its columns",
+        )
+    z = replace(
+        z,
+        weights=_weights(found, measured, counts),
+        motion_noise=_motion_noise(measured),
+    )
     state = SampleState.of(z)
-    fits = _FreeFits(free_fit(state, True, found.inflation), free_fit(state, False, found.inflation))
+    fits = _FreeFits(
+        free_fit(state, True, found.inflation), free_fit(state, False, found.inflation)
+    )
     sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
     bias_is_auto = isinstance(bias, str) and bias == "auto"
-    free_bias, bias_warnings = _choose_bias(found, fits, may_be_biased=may_be_biased, is_auto=bias_is_auto)
+    free_bias, bias_warnings = _choose_bias(
+        found, fits, may_be_biased=may_be_biased, is_auto=bias_is_auto
+    )
     fit = fits.beside_bias if free_bias else fits.alone
     warnings = [
-        *_conditioning_warnings(recording, measured, found, may_be_biased=may_be_biased),
+        *_conditioning_warnings(
+            recording, measured, found, may_be_biased=may_be_biased
+        ),
         *(_sign_warnings(sign) if wrench == "auto" else []),
         *bias_warnings,
         *reversed_gravity_warnings(z, state, fit),
     ]
-    gravity_errors = errors_of_estimated_gravity(recording, motion, found, measured, z, fit, drift=may_be_biased)
+    gravity_errors = errors_of_estimated_gravity(
+        recording, motion, found, measured, z, fit, drift=may_be_biased
+    )
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
     residual = z.wrench - predict_wrench(z, fit.vector)
-    level = residual_size(residual if fit.bias is None else residual - fit.bias, counts, within)
+    level = residual_size(
+        residual if fit.bias is None else residual - fit.bias, counts, within
+    )
     if tool is not None:
         z = without_tool(z, tool)
         fit = fit.less(tool.parameters.vector, tool.covariance)
@@ -132,7 +168,9 @@ class _FreeFits:
         return _FreeFits(self.beside_bias.flipped(), self.alone.flipped())
 
 
-def _read(recording: Recording | str | Path, start: float, duration: float | None) -> Recording:
+def _read(
+    recording: Recording | str | Path, start: float, duration: float | None
+) -> Recording:
     """The part of a recording, or of a log, from `start` [s] and of `duration` [s]."""
     if not isinstance(recording, Recording):
         recording = read_log(recording)
@@ -141,15 +179,23 @@ def _read(recording: Recording | str | Path, start: float, duration: float | Non
     return recording
 
 
-def _subtract_given_bias(recording: Recording, bias: str | ArrayLike) -> tuple[Recording, Array | None]:
-    """The recording without a bias given as six numbers, and that bias; `InputError` for an invalid one."""
+def _subtract_given_bias(
+    recording: Recording, bias: str | ArrayLike
+) -> tuple[Recording, Array | None]:
+    """The recording without a bias given as six numbers, and that bias; `InputError`
+    for an invalid one."""
     if isinstance(bias, str):
         if bias not in ("auto", "none", "estimate"):
-            raise InputError(f"unknown bias model '{bias}'", fix="use auto, none, estimate or six numbers")
+            raise InputError(
+                f"unknown bias model '{bias}'",
+                fix="use auto, none, estimate or six numbers",
+            )
         return recording, None
     given = frozen(bias)
     if given.shape != (6,) or not np.isfinite(given).all():
-        raise InputError(f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}")
+        raise InputError(
+            f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}"
+        )
     wrench = recording["wrench"]
     unbiased = replace(wrench, values=wrench.values - given)
     return replace(recording, streams={**recording.streams, "wrench": unbiased}), given
@@ -158,22 +204,32 @@ def _subtract_given_bias(recording: Recording, bias: str | ArrayLike) -> tuple[R
 def _conditioning_warnings(
     recording: Recording, measured: Measured, found: Conditioned, *, may_be_biased: bool
 ) -> list[Message]:
-    """Warnings of reader, smoother and conditioning; that of an unknown bias is given with the choice of its model."""
+    """Warnings of reader, smoother and conditioning; that of an unknown bias is given
+    with the choice of its model."""
     warnings: list[Message] = [*recording.warnings, *measured.warnings]  # type: ignore[list-item]
-    warnings += [message for message in found.warnings if message.code != "bias-unknown"]
+    warnings += [
+        message for message in found.warnings if message.code != "bias-unknown"
+    ]
     warnings += tilted_base_warnings(found)
     if not may_be_biased and found.bias.kind != "constant":
-        what = "a bias given, or none, leaves its drift in: `bias`='estimate' removes it"
+        what = (
+            "a bias given, or none, leaves its drift in: `bias`='estimate' removes it"
+        )
         warnings.append(warning("drift-left-in", what, "bias"))
     return warnings
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:
-    """Weights (K,), one on average, by the number of samples averaged and by the errors of the smoothed motion.
+    """Weights (K,), one on average, by the number of samples averaged and by the errors
+    of the smoothed motion.
 
     None where the motion is exact and nothing was averaged.
     """
-    smoothed = measured.motion is not None and measured.source != "orientation" and len(counts) > 1
+    smoothed = (
+        measured.motion is not None
+        and measured.source != "orientation"
+        and len(counts) > 1
+    )
     if not smoothed and (counts == 1.0).all():
         return None
     weights = counts
@@ -187,18 +243,26 @@ def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | N
 
 
 def _motion_noise(measured: Measured) -> MotionNoise | None:
-    """Errors of the accelerations: those of the smoother or filter or, of logged accelerations, from differences."""
+    """Errors of the accelerations: those of the smoother or filter or, of logged
+    accelerations, from differences."""
     motion = measured.motion
     if motion is None:
-        return white_motion_noise(measured.measurements) if measured.source == "columns" else None
+        return (
+            white_motion_noise(measured.measurements)
+            if measured.source == "columns"
+            else None
+        )
     if motion.linear_acceleration_std is None:
         return None
     linear, angular = np.sqrt(acceleration_variances(motion).mean(axis=1))
     return MotionNoise(float(linear), float(angular), float(np.pi / motion.bandwidth))
 
 
-def _choose_sign(wrench: str, found: Conditioned, fits: _FreeFits, *, may_be_biased: bool) -> WrenchSign:
-    """The sign convention of the wrench: as given or as the robust fit found it; without it as the free fits do."""
+def _choose_sign(
+    wrench: str, found: Conditioned, fits: _FreeFits, *, may_be_biased: bool
+) -> WrenchSign:
+    """The sign convention of the wrench: as given or as the robust fit found it;
+    without it as the free fits do."""
     if may_be_biased and found.sign.t:
         sign = found.sign
     else:
@@ -210,19 +274,31 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
     """A warning when a sign convention that was found is uncertain."""
     if sign.certain:
         return []
-    what = f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
-    return [warning("sign-uncertain", f"{what}: give `wrench` on-object or on-sensor", "wrench")]
+    what = (
+        f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
+    )
+    return [
+        warning(
+            "sign-uncertain", f"{what}: give `wrench` on-object or on-sensor", "wrench"
+        )
+    ]
 
 
 def _choose_bias(
     found: Conditioned, fits: _FreeFits, *, may_be_biased: bool, is_auto: bool
 ) -> tuple[bool, list[Message]]:
-    """Whether a constant bias is estimated with the object, and a warning when the motion does not determine one.
+    """Whether a constant bias is estimated with the object, and a warning when the
+    motion does not determine one.
 
-    With an automatic choice it is where the bias drifts or is significantly different from zero.
+    With an automatic choice it is where the bias drifts or is significantly different
+    from zero.
     """
     drifts = found.bias.kind != "constant"
-    if not (may_be_biased and is_auto) or drifts or fits.beside_bias.bias_is_significant:
+    if (
+        not (may_be_biased and is_auto)
+        or drifts
+        or fits.beside_bias.bias_is_significant
+    ):
         return may_be_biased, []
     if not fits.beside_bias.mass_is_open:
         return False, []
@@ -230,15 +306,25 @@ def _choose_bias(
     return False, [warning("bias-unknown", what, "bias")]
 
 
-def _systematic_covariance(gravity_errors: Array | None, tool: Estimate | None) -> Array | None:
-    """(10, 10) covariance of the parameters' errors that all samples share; None where there are none.
+def _systematic_covariance(
+    gravity_errors: Array | None, tool: Estimate | None
+) -> Array | None:
+    """(10, 10) covariance of the parameters' errors that all samples share; None where
+    there are none.
 
-    `gravity_errors` (10, 2) are those by one standard deviation of gravity's direction about each of two axes.
+    `gravity_errors` (10, 2) are those by one standard deviation of gravity's direction
+    about each of two axes.
     """
-    C = np.zeros((10, 10)) if gravity_errors is None else gravity_errors @ gravity_errors.T
+    C = (
+        np.zeros((10, 10))
+        if gravity_errors is None
+        else gravity_errors @ gravity_errors.T
+    )
     if tool is not None and tool.covariance is not None:
         undetermined = np.isinf(tool.covariance.diagonal())
         tool_covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
-        tool_covariance[undetermined, undetermined] = np.square(UNDETERMINED_TOOL_INERTIA * tool.parameters.mass)
+        tool_covariance[undetermined, undetermined] = np.square(
+            UNDETERMINED_TOOL_INERTIA * tool.parameters.mass
+        )
         C = C + tool_covariance
     return C if C.any() else None

@@ -27,12 +27,14 @@ class Ingested:
     static: bool
     """Whether it consists of poses without time."""
     measurements: Measurements
-    """With the sign convention of `hefting.core.spatial`, without a given bias and the tool, with weights. Of a fast
-    sensor they are averages over 10 ms, each with the weight of its number of samples."""
+    """With the sign convention of `hefting.core.spatial`, without a given bias and the
+    tool, with weights. Of a fast sensor they are averages over 10 ms, each with the
+    weight of its number of samples."""
     counts: Array
     """(K,) number of samples of the log that are averaged in each of these."""
     motion: Motion | None
-    """Smoothed motion at the same instants, with standard deviations; None where the log gave it, or there is none."""
+    """Smoothed motion at the same instants, with standard deviations; None where the
+    log gave it, or there is none."""
     source: str
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     sign: WrenchSign
@@ -44,7 +46,8 @@ class Ingested:
     bias_found: bool
     """Whether the bias model was chosen rather than given."""
     given_bias: Array | None
-    """(6,) bias that was subtracted, in the sign of the recorded wrench [N, N m]; None where none was given"""
+    """(6,) bias that was subtracted, in the sign of the recorded wrench [N, N m]; None
+    where none was given"""
     conditioned: Conditioned
     """Clock offset, drift, gravity and outliers."""
     tool: Estimate | None
@@ -52,17 +55,19 @@ class Ingested:
     fit: FreeFit
     """Unconstrained least squares of the object, with a bias according to `bias`."""
     beside_bias: FreeFit
-    """Unconstrained least squares of object and tool together with a free bias, whatever `bias` says."""
+    """Unconstrained least squares of object and tool together with a free bias,
+    whatever `bias` says."""
     alone: FreeFit
     """Unconstrained least squares of object and tool together without bias."""
     noise: Noise
-    """Root-mean-square residuals of the unconstrained fit, of one sample of the log and one axis."""
+    """Root-mean-square residuals of the unconstrained fit, of one sample of the log and
+    one axis."""
     within: Array
-    """(6, 6) covariance of the wrench within the averages. Added to that of their residuals it gives that of a sample's
-    residuals"""
+    """(6, 6) covariance of the wrench within the averages. Added to that of their
+    residuals it gives that of a sample's residuals"""
     systematic: Array | None
-    """(10, 10) covariance of the parameters' error due to tool and gravity's direction, the same for all samples; None
-    where there is none."""
+    """(10, 10) covariance of the parameters' error due to tool and gravity's direction,
+    the same for all samples; None where there is none."""
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
     """What reader and smoother chose and found, for the user."""
@@ -74,9 +79,14 @@ class Ingested:
 
     @property
     def weighted_by_count(self) -> Measurements:
-        """The measurements with weights of one on average for each sample of the log, not for each row."""
+        """The measurements with weights of one on average for each sample of the log,
+        not for each row."""
         z = self.measurements
-        return z if z.weights is None else replace(z, weights=z.weights * float(self.counts.mean()))
+        return (
+            z
+            if z.weights is None
+            else replace(z, weights=z.weights * float(self.counts.mean()))
+        )
 
     @cached_property
     def state(self) -> SampleState:
@@ -84,7 +94,8 @@ class Ingested:
         return SampleState.of(self.measurements)
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
-        """Root mean square (2,) of the force [N] and torque [N m] residuals, of one sample of the log and one axis.
+        """Root mean square (2,) of the force [N] and torque [N m] residuals, of one
+        sample of the log and one axis.
 
         `vector` (10,) are the parameters, `bias` (6,) the bias [N, N m].
         """

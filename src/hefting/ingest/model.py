@@ -1,17 +1,19 @@
-"""Model: the wrench as a function of parameters, bias, clock offset and gravity's direction.
+"""Model: the wrench as a function of parameters, bias, clock offset and gravity's
+direction.
 
-With x(t) the features of the motion, A(x) the full regressor of `hefting.core.regressor` and o the clock offset, a
-wrench with time stamp t is
+With x(t) the features of the motion, A(x) the full regressor of
+`hefting.core.regressor` and o the clock offset, a wrench with time stamp t is
 
     y(t) = A(x(t - o)) phi + sum_j h_j(t) beta_j + noise.
 
-phi and beta have the sign of the recorded wrench, so the mass is negative for a sensor of the other sign convention.
-About an offset and a direction of gravity g the model is linear in their changes, too:
+phi and beta have the sign of the recorded wrench, so the mass is negative for a sensor
+of the other sign convention. About an offset and a direction of gravity g the model is
+linear in their changes, too:
 
     dy/do = -A(dx/dt) phi,      dy/dg along a tangent e = -A(e in sensor axes) phi.
 
-Each column of the design matrix is linear in the known row of a sample, z = [x, dx/dt, tangents, y]. The normal
-equations of any phi therefore follow from the one matrix Z'WZ.
+Each column of the design matrix is linear in the known row of a sample, z = [x, dx/dt,
+tangents, y]. The normal equations of any phi therefore follow from the one matrix Z'WZ.
 """
 
 from dataclasses import dataclass, replace
@@ -25,9 +27,11 @@ from hefting.ingest.blocks import Blocks
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path, Reading
 
 LARGEST_TAYLOR_STEP = {True: (8e-3, 2e-3), False: (2e-3, 1e-5)}
-"""[s] Time over which the motion is extrapolated by its second-order Taylor series: (during the iteration, at its end).
+"""[s] Time over which the motion is extrapolated by its second-order Taylor series:
+(during the iteration, at its end).
 
-Key True: a smooth motion. The third-order remainder for a signal of f Hz over t is (2 pi f t)³ / 6, at 2 Hz 2e-4 and
+Key True: a smooth motion. The third-order remainder for a signal of f Hz over t is (2
+    pi f t)³ / 6, at 2 Hz 2e-4 and
 3e-6. Key False: a motion that contains the vibrations a sensor measured.
 """
 RESIDUAL_SCALE_FLOOR = 1e-9
@@ -35,7 +39,8 @@ RESIDUAL_SCALE_FLOOR = 1e-9
 FEATURES = 12
 """Number of features of the motion: a - g, alpha and vech(w w')."""
 REGRESSOR_BY_FEATURE = FULL_MAP.reshape(FEATURES, 6, 10)
-"""(12, 6, 10) full regressor per unit of each motion feature: see `hefting.core.regressor`."""
+"""(12, 6, 10) full regressor per unit of each motion feature: see
+`hefting.core.regressor`."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,9 @@ class Problem:
     def floor(self) -> Array:
         """(2,) smallest scale of force [N] and torque [N m] residuals."""
         size = np.sqrt(np.mean(self.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-        return RESIDUAL_SCALE_FLOOR * np.maximum(size, 1e-3 * max(float(size.max()), 1e-3))
+        return RESIDUAL_SCALE_FLOOR * np.maximum(
+            size, 1e-3 * max(float(size.max()), 1e-3)
+        )
 
     def every(self, most: int) -> "Problem":
         """The problem with at most so many of its blocks, evenly chosen."""
@@ -96,7 +103,8 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """The model of each block, linear about one clock offset and one direction of gravity."""
+    """The model of each block, linear about one clock offset and one direction of
+    gravity."""
 
     reading: Reading
     offset: float
@@ -106,13 +114,20 @@ class Model:
     features: Array
     """(B, 12) of the motion"""
     known: Array
-    """(B, z) rows in which the columns are linear: features, their rates if the offset is free, the two tangents of
-    gravity in sensor axes if its direction is free, and the wrench"""
+    """(B, z) rows in which the columns are linear: features, their rates if the offset
+    is free, the two tangents of gravity in sensor axes if its direction is free, and
+    the wrench"""
     layout: Layout
 
     @classmethod
     def at(
-        cls, problem: Problem, offset: float, gravity: Array, reading: Reading | None = None, *, final: bool = True
+        cls,
+        problem: Problem,
+        offset: float,
+        gravity: Array,
+        reading: Reading | None = None,
+        *,
+        final: bool = True,
     ) -> "Model":
         """The model about a clock offset and a direction of gravity.
 
@@ -136,17 +151,25 @@ class Model:
         if problem.free_gravity:
             known.append(_tangents_in_sensor_axes(values, gravity))
         known.append(problem.wrench)
-        layout = Layout.of(free_offset=problem.free_offset, free_gravity=problem.free_gravity)
+        layout = Layout.of(
+            free_offset=problem.free_offset, free_gravity=problem.free_gravity
+        )
         return cls(reading, offset, gravity, features, np.hstack(known), layout)
 
     @property
     def with_fixed_offset(self) -> "Model":
-        """The same model without the offset among its unknowns; it must be among them."""
+        """The same model without the offset among its unknowns; it must be among
+        them."""
         layout = Layout.of(free_offset=False, free_gravity=self.layout.tilt is not None)
-        return replace(self, known=np.delete(self.known, np.s_[FEATURES : 2 * FEATURES], axis=1), layout=layout)
+        return replace(
+            self,
+            known=np.delete(self.known, np.s_[FEATURES : 2 * FEATURES], axis=1),
+            layout=layout,
+        )
 
     def maps(self, phi: Array) -> Array:
-        """(z, 6, core) columns of parameters, offset and tilt per unit of `known`, at parameters phi (10,)."""
+        """(z, 6, core) columns of parameters, offset and tilt per unit of `known`, at
+        parameters phi (10,)."""
         wrench_by_feature = REGRESSOR_BY_FEATURE @ phi
         maps = np.zeros((self.known.shape[1], 6, self.layout.core))
         maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
@@ -161,7 +184,8 @@ class Model:
         return maps
 
     def columns(self, phi: Array) -> Array:
-        """(B, 6, core) columns of the design matrix for parameters, offset and tilt, at parameters phi (10,)."""
+        """(B, 6, core) columns of the design matrix for parameters, offset and tilt, at
+        parameters phi (10,)."""
         maps = self.maps(phi)
         return (self.known @ maps.reshape(len(maps), -1)).reshape(-1, 6, maps.shape[2])
 
@@ -170,8 +194,11 @@ class Model:
         return self.features @ (REGRESSOR_BY_FEATURE @ phi)
 
 
-def _read_motion(problem: Problem, wanted: Array, reading: Reading | None, *, final: bool) -> Reading:
-    """The motion at or near the `wanted` times (B,): the given `reading` if it is near enough, else a new one.
+def _read_motion(
+    problem: Problem, wanted: Array, reading: Reading | None, *, final: bool
+) -> Reading:
+    """The motion at or near the `wanted` times (B,): the given `reading` if it is near
+    enough, else a new one.
 
     Its mask `known` is that of the wanted times.
     """
@@ -184,14 +211,18 @@ def _read_motion(problem: Problem, wanted: Array, reading: Reading | None, *, fi
         and not np.abs(inside - reading.time).max() > largest_step
     )
     if reading is None or not reusable:
-        reading = path.at(wanted, rates=problem.free_offset or bool(problem.blocks.variance.any()))
+        reading = path.at(
+            wanted, rates=problem.free_offset or bool(problem.blocks.variance.any())
+        )
     return replace(reading, known=~reading.in_gap & (inside == wanted))
 
 
 def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array, Array]:
-    """Values and rates (B, 21) at times (B,) near those of a reading, by its Taylor series.
+    """Values and rates (B, 21) at times (B,) near those of a reading, by its Taylor
+    series.
 
-    The values are averages over samples whose times have the `variance` (B,) [s²], to second order.
+    The values are averages over samples whose times have the `variance` (B,) [s²], to
+    second order.
     """
     step = (time - reading.time)[:, None]
     half_square = 0.5 * (step * step + variance[:, None])
@@ -200,7 +231,8 @@ def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array,
 
 
 def _features(rows: Array, gravity: Array) -> Array:
-    """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero where a - g was measured."""
+    """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero
+    where a - g was measured."""
     features = rows[:, MOTION_COLUMNS].copy()
     if gravity.any():
         features[:, :3] -= rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ gravity
@@ -208,7 +240,8 @@ def _features(rows: Array, gravity: Array) -> Array:
 
 
 def _tangents_in_sensor_axes(rows: Array, gravity: Array) -> Array:
-    """(B, 6) negative tangents of gravity in sensor axes, one after the other, from readings (B, 21)."""
+    """(B, 6) negative tangents of gravity in sensor axes, one after the other, from
+    readings (B, 21)."""
     into_sensor = rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3)
     tangents = -(into_sensor @ tangents_of(gravity).T)
     return np.swapaxes(tangents, 1, 2).reshape(-1, 6)
@@ -219,10 +252,13 @@ def tangents_of(gravity: Array) -> Array:
     axis = np.eye(3)[np.argmin(np.abs(gravity))]
     first = np.cross(gravity, axis)
     first = first / np.linalg.norm(first)
-    return np.array((first, np.cross(gravity / np.linalg.norm(gravity), first)), dtype=float)
+    return np.array(
+        (first, np.cross(gravity / np.linalg.norm(gravity), first)), dtype=float
+    )
 
 
 def tilt_gravity(gravity: Array, change: Array) -> Array:
-    """Gravity (3,) moved by `change` (2,) [m/s²] along its tangents, its length kept."""
+    """Gravity (3,) moved by `change` (2,) [m/s²] along its tangents, its length
+    kept."""
     moved = gravity + change @ tangents_of(gravity)
     return moved * (np.linalg.norm(gravity) / np.linalg.norm(moved))

@@ -1,4 +1,5 @@
-"""Weighted least squares by the normal equations of `hefting.ingest.model`, with undetermined directions left out."""
+"""Weighted least squares by the normal equations of `hefting.ingest.model`, with
+undetermined directions left out."""
 
 from dataclasses import dataclass
 
@@ -10,11 +11,14 @@ from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Model
 
 UNDETERMINED_EIGENVALUE = 1e-11
-"""Eigenvalues of the scaled normal matrix below this share of the largest one count as zero."""
+"""Eigenvalues of the scaled normal matrix below this share of the largest one count as
+zero."""
 SAFE_PIVOT_RATIO = 1e-6
-"""Squared ratio of the smallest to the largest Cholesky pivot above which the normal matrix is inverted directly.
+"""Squared ratio of the smallest to the largest Cholesky pivot above which the normal
+matrix is inverted directly.
 
-Above it no eigenvalue comes near `UNDETERMINED_EIGENVALUE`, unless many of some hundred unknowns lose rank together.
+Above it no eigenvalue comes near `UNDETERMINED_EIGENVALUE`, unless many of some hundred
+unknowns lose rank together.
 """
 
 
@@ -23,7 +27,8 @@ class Solution:
     """Solution of weighted normal equations."""
 
     core: Array
-    """(core,) parameters, then changes of offset and tilt: see `hefting.ingest.model.Layout`"""
+    """(core,) parameters, then changes of offset and tilt: see
+    `hefting.ingest.model.Layout`"""
     bias: Array
     """(n, 6) at the knots [N, N m]"""
     inverse: Array
@@ -32,7 +37,9 @@ class Solution:
     """(core + 6 n,) unknowns that the data leave undetermined"""
 
 
-def solve(model: Model, phi: Array, weights: Array, scale: Array, hats: HatFunctions) -> Solution:
+def solve(
+    model: Model, phi: Array, weights: Array, scale: Array, hats: HatFunctions
+) -> Solution:
     """Weighted least squares of the model that is linear about parameters phi.
 
     Parameters
@@ -71,10 +78,11 @@ def solve(model: Model, phi: Array, weights: Array, scale: Array, hats: HatFunct
 
 
 def invert(N: Array) -> tuple[Array, Mask]:
-    """Inverse of a positive semidefinite matrix (q, q) in its determined directions, and a mask (q,) of the others.
+    """Inverse of a positive semidefinite matrix (q, q) in its determined directions,
+    and a mask (q,) of the others.
 
-    The unknowns are scaled to a unit diagonal first. An unknown with a component in a direction that is left out
-    counts as undetermined.
+    The unknowns are scaled to a unit diagonal first. An unknown with a component in a
+    direction that is left out counts as undetermined.
     """
     length = np.sqrt(np.maximum(N.diagonal(), 0.0))
     usable = length > 1e-150
@@ -82,14 +90,20 @@ def invert(N: Array) -> tuple[Array, Mask]:
     scaled = N / length / length[:, None]
     factor, failed = lapack.dpotrf(scaled, lower=1)
     pivots = factor.diagonal()
-    if not failed and usable.all() and (pivots.min() / pivots.max()) ** 2 > SAFE_PIVOT_RATIO:
+    if (
+        not failed
+        and usable.all()
+        and (pivots.min() / pivots.max()) ** 2 > SAFE_PIVOT_RATIO
+    ):
         inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
         inverse += np.tril(inverse, -1).T
         return inverse / length / length[:, None], np.zeros(len(N), dtype=bool)
     return _invert_semidefinite(scaled, length, usable)
 
 
-def _invert_semidefinite(scaled: Array, length: Array, usable: Mask) -> tuple[Array, Mask]:
+def _invert_semidefinite(
+    scaled: Array, length: Array, usable: Mask
+) -> tuple[Array, Mask]:
     """The same as `invert`, by eigenvalues of the scaled matrix (q, q)."""
     values, vectors = np.linalg.eigh(scaled)
     determined = np.zeros(len(values), dtype=bool)
@@ -97,7 +111,9 @@ def _invert_semidefinite(scaled: Array, length: Array, usable: Mask) -> tuple[Ar
         determined = values > UNDETERMINED_EIGENVALUE * values[-1]
     kept = vectors[:, determined] / np.sqrt(values[determined])
     inverse = (kept @ kept.T) / length / length[:, None]
-    undetermined = np.asarray((vectors[:, ~determined] ** 2).sum(axis=1) > 1e-4) | ~usable
+    undetermined = (
+        np.asarray((vectors[:, ~determined] ** 2).sum(axis=1) > 1e-4) | ~usable
+    )
     inverse[~usable] = 0.0
     inverse[:, ~usable] = 0.0
     return inverse, undetermined

@@ -1,4 +1,5 @@
-"""Coarse clock offset between wrench and motion: a scan of the Student t likelihood of the linear model over a grid."""
+"""Coarse clock offset between wrench and motion: a scan of the Student t likelihood of
+the linear model over a grid."""
 
 from dataclasses import dataclass
 
@@ -7,29 +8,38 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM, Start
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, Problem, tangents_of, tilt_gravity
+from hefting.ingest.model import (
+    FEATURES,
+    REGRESSOR_BY_FEATURE,
+    Problem,
+    tangents_of,
+    tilt_gravity,
+)
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS
 
 COARSE_OFFSET_STEP = 0.02
 """[s] Spacing of the clock offsets of the first grid."""
 FINE_OFFSET_STEP = 0.002
-"""[s] Spacing of the second grid, about the best of the first one. It is used for accelerometers, which measure
-vibrations too fast for the first grid."""
+"""[s] Spacing of the second grid, about the best of the first one. It is used for
+accelerometers, which measure vibrations too fast for the first grid."""
 FIRST_SCAN_RANGE = 0.2
-"""[s] Half the width of the first grid. It is doubled while the best offset is at an edge."""
+"""[s] Half the width of the first grid. It is doubled while the best offset is at an
+edge."""
 MOST_DOUBLINGS = 3
 """Largest number of times the range of the grid is doubled."""
 UNEXPLAINED_CHANGE_SHARE = 0.5
-"""Ratio of residual scale to the wrench's standard deviation from which on the range of the grid is doubled."""
+"""Ratio of residual scale to the wrench's standard deviation from which on the range of
+the grid is doubled."""
 NEIGHBOURHOOD_OF_OFFSET = 0.1
 """[s] Offsets closer to the best one than this do not compete with it."""
 CLEAR_LOG_LIKELIHOOD_RATIO = 25.0
-"""Logarithm of the likelihood ratio at which the best offset is taken over all distant ones. It is far larger than
-for white noise, to allow for coloured noise."""
+"""Logarithm of the likelihood ratio at which the best offset is taken over all distant
+ones. It is far larger than for white noise, to allow for coloured noise."""
 LARGEST_OFFSET_SHARE = 0.15
 """Largest clock offset looked for, as a share of the recording's duration."""
 SCANNED_BLOCKS = 200
-"""Number of blocks used in the scan for a constant bias; 50 more for each further knot."""
+"""Number of blocks used in the scan for a constant bias; 50 more for each further
+knot."""
 SCAN_ITERATIONS = 4
 """Number of iterations of reweighted least squares at each offset."""
 
@@ -41,7 +51,8 @@ class OffsetFits:
     offsets: Array
     """(O,) [s]"""
     likelihood: Array
-    """(O,) log likelihood per sample, up to a constant; -inf where the motion is known at less than half of them"""
+    """(O,) log likelihood per sample, up to a constant; -inf where the motion is known
+    at less than half of them"""
     phi: Array
     """(O, 10) parameters"""
     tilt: Array
@@ -57,19 +68,26 @@ class OffsetFits:
         return int(np.argmax(self.likelihood))
 
     def stands_out(self, samples: int) -> bool:
-        """Whether the best offset is far more likely, for so many samples, than all offsets not in its neighbourhood.
+        """Whether the best offset is far more likely, for so many samples, than all
+        offsets not in its neighbourhood.
 
         Then it is accepted even if the residuals are large.
         """
-        distant = np.abs(self.offsets - self.offsets[self.best]) > NEIGHBOURHOOD_OF_OFFSET
+        distant = (
+            np.abs(self.offsets - self.offsets[self.best]) > NEIGHBOURHOOD_OF_OFFSET
+        )
         others = self.likelihood[distant]
         if not len(others):
             return False
-        return samples * float(self.likelihood[self.best] - others.max()) > CLEAR_LOG_LIKELIHOOD_RATIO
+        return (
+            samples * float(self.likelihood[self.best] - others.max())
+            > CLEAR_LOG_LIKELIHOOD_RATIO
+        )
 
 
 def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
-    """Rough parameters, bias, scales, offset and gravity: those of the most likely clock offset of a grid.
+    """Rough parameters, bias, scales, offset and gravity: those of the most likely
+    clock offset of a grid.
 
     Where the offset is not free the grid is zero alone.
 
@@ -97,8 +115,11 @@ def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
     )
 
 
-def _scan_widening_range(problem: Problem, chosen: Problem, gravity: Array, knots: int) -> OffsetFits:
-    """Fits at the `chosen` blocks over a coarse grid, whose range is doubled while the best offset is doubtful."""
+def _scan_widening_range(
+    problem: Problem, chosen: Problem, gravity: Array, knots: int
+) -> OffsetFits:
+    """Fits at the `chosen` blocks over a coarse grid, whose range is doubled while the
+    best offset is doubtful."""
     duration = float(problem.time[-1] - problem.time[0])
     limit = LARGEST_OFFSET_SHARE * duration
     changes = np.std(chosen.wrench, axis=0).reshape(2, 3).max(axis=1)
@@ -106,54 +127,82 @@ def _scan_widening_range(problem: Problem, chosen: Problem, gravity: Array, knot
     for _ in range(MOST_DOUBLINGS + 1):
         steps = int(half_range / COARSE_OFFSET_STEP)
         offsets = COARSE_OFFSET_STEP * np.arange(-steps, steps + 1, dtype=float)
-        found = _fit_at_offsets(chosen, gravity, knots, offsets, gravity_only=problem.path.gravity_measured)
-        explained = bool((found.scale[found.best] < UNEXPLAINED_CHANGE_SHARE * changes).all())
+        found = _fit_at_offsets(
+            chosen, gravity, knots, offsets, gravity_only=problem.path.gravity_measured
+        )
+        explained = bool(
+            (found.scale[found.best] < UNEXPLAINED_CHANGE_SHARE * changes).all()
+        )
         inside = 1 < found.best < len(found.offsets) - 2
-        if half_range >= limit or (inside and (explained or found.stands_out(len(chosen.time)))):
+        if half_range >= limit or (
+            inside and (explained or found.stands_out(len(chosen.time)))
+        ):
             break
         half_range = min(2.0 * half_range, limit)
     return found
 
 
 def _fit_at_offsets(
-    problem: Problem, gravity: Array, knots: int, offsets: Array, *, gravity_only: bool = False
+    problem: Problem,
+    gravity: Array,
+    knots: int,
+    offsets: Array,
+    *,
+    gravity_only: bool = False,
 ) -> OffsetFits:
-    """Robust least squares at each of the offsets (O,) [s], by iterative reweighting with Student t weights.
+    """Robust least squares at each of the offsets (O,) [s], by iterative reweighting
+    with Student t weights.
 
-    With `gravity_only` the motion is gravity, from the orientation, alone: it changes slowly enough for a coarse grid.
+    With `gravity_only` the motion is gravity, from the orientation, alone: it changes
+    slowly enough for a coarse grid.
     """
     design = _Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
     wrench, used = problem.wrench, design.used
     O, K = used.shape
     deviations = (wrench - wrench.mean(axis=0)).reshape(K, 2, 3)
     floor = np.maximum(problem.floor, 1e-12)
-    scale = np.maximum(np.broadcast_to(np.sqrt(np.mean(deviations**2, axis=(0, 2))), (O, 2)), floor)
+    scale = np.maximum(
+        np.broadcast_to(np.sqrt(np.mean(deviations**2, axis=(0, 2))), (O, 2)), floor
+    )
     weights, square = np.ones((O, K)), np.zeros((O, K, 2))
     count = np.maximum(used.sum(axis=1), 1.0)
     solution = np.zeros((O, design.maps.shape[2]))
     for _ in range(SCAN_ITERATIONS):
         solution = _solve_each(*design.normal_equations(used * weights, scale))
-        square = np.sum((wrench - design.predict(solution)).reshape(O, K, 2, 3) ** 2, axis=3)
+        square = np.sum(
+            (wrench - design.predict(solution)).reshape(O, K, 2, 3) ** 2, axis=3
+        )
         for _ in range(2):
             distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-            weights = (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + distance)
-            scale = np.sqrt(np.einsum("ok,okt->ot", used * weights, square) / (3.0 * count[:, None]))
+            weights = (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (
+                STUDENT_DEGREES_OF_FREEDOM + distance
+            )
+            scale = np.sqrt(
+                np.einsum("ok,okt->ot", used * weights, square) / (3.0 * count[:, None])
+            )
             scale = np.maximum(scale, floor)
     distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-    tail = 0.5 * (STUDENT_DEGREES_OF_FREEDOM + 6.0) * np.log1p(distance / STUDENT_DEGREES_OF_FREEDOM)
+    tail = (
+        0.5
+        * (STUDENT_DEGREES_OF_FREEDOM + 6.0)
+        * np.log1p(distance / STUDENT_DEGREES_OF_FREEDOM)
+    )
     likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
     likelihood[count < 0.5 * K] = -np.inf
     bias = solution[:, design.first_bias_column :].reshape(O, -1, 6)
-    return OffsetFits(offsets, likelihood, solution[:, :10], design.tilts_of(solution), scale, bias)
+    return OffsetFits(
+        offsets, likelihood, solution[:, :10], design.tilts_of(solution), scale, bias
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Design:
     """The linear model at each of O offsets.
 
-    Every column of the design matrix, and the wrench, are linear in the known row of a sample, z = [motion features
-    (12), gravity's tangents (6, if free), bias functions (n), wrench (6)]. The normal equations at one offset follow
-    from its Z'WZ, as in `hefting.ingest.model`.
+    Every column of the design matrix, and the wrench, are linear in the known row of a
+    sample, z = [motion features (12), gravity's tangents (6, if free), bias functions
+    (n), wrench (6)]. The normal equations at one offset follow from its Z'WZ, as in
+    `hefting.ingest.model`.
     """
 
     known: Array
@@ -161,15 +210,26 @@ class _Design:
     used: Array
     """(O, K) 1 where the motion is known, else 0"""
     maps: Array
-    """(z, 6, p) columns per unit of `known`: ten parameters, four for each tangent of gravity, 6 n of the bias"""
+    """(z, 6, p) columns per unit of `known`: ten parameters, four for each tangent of
+    gravity, 6 n of the bias"""
     first_bias_column: int
 
     @classmethod
-    def of(cls, problem: Problem, gravity: Array, knots: int, offsets: Array, *, gravity_only: bool) -> "_Design":
+    def of(
+        cls,
+        problem: Problem,
+        gravity: Array,
+        knots: int,
+        offsets: Array,
+        *,
+        gravity_only: bool,
+    ) -> "_Design":
         """For the arguments of `_fit_at_offsets`."""
         time, wrench = problem.time, problem.wrench
         K, O = len(time), len(offsets)
-        motion = problem.path.at((time[None, :] - offsets[:, None]).ravel(), spread=False)
+        motion = problem.path.at(
+            (time[None, :] - offsets[:, None]).ravel(), spread=False
+        )
         into_sensor = motion.value[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3)
         features = motion.value[:, MOTION_COLUMNS].copy()
         if gravity_only:
@@ -184,55 +244,76 @@ class _Design:
             parts.append(np.swapaxes(along, 1, 2).reshape(O, K, 6))
         hats = HatFunctions.over(time, knots)
         functions = hats.combine(np.eye(hats.n))
-        parts += [np.broadcast_to(functions, (O, K, hats.n)), np.broadcast_to(wrench, (O, K, 6))]
+        parts += [
+            np.broadcast_to(functions, (O, K, hats.n)),
+            np.broadcast_to(wrench, (O, K, 6)),
+        ]
         known = np.concatenate(parts, axis=2)
         maps = _column_maps(known.shape[2], tangents, hats.n)
-        return cls(known, motion.known.reshape(O, K).astype(float), maps, 10 + 4 * tangents)
+        return cls(
+            known, motion.known.reshape(O, K).astype(float), maps, 10 + 4 * tangents
+        )
 
     def normal_equations(self, weights: Array, scale: Array) -> tuple[Array, Array]:
-        """Matrix (O, p, p) and right-hand side (O, p), for weights (O, K) and residual scales (O, 2)."""
+        """Matrix (O, p, p) and right-hand side (O, p), for weights (O, K) and residual
+        scales (O, 2)."""
         O, _, width = self.known.shape
         p = self.maps.shape[2]
-        gram = np.swapaxes(self.known * weights[:, :, None], 1, 2) @ self.known  # (O, z, z)
+        # (O, z, z)
+        gram = np.swapaxes(self.known * weights[:, :, None], 1, 2) @ self.known
         inverse_variance = np.repeat(scale**-2.0, 3, axis=1)
         normal, right = np.zeros((O, p, p)), np.zeros((O, p))
         for channel, columns in enumerate(self.maps.transpose(1, 0, 2)):
             rows = np.flatnonzero(columns.any(axis=1))
             used_columns = columns[rows]
             weight = inverse_variance[:, channel]
-            normal += weight[:, None, None] * (used_columns.T @ (gram[:, rows[:, None], rows] @ used_columns))
-            right += weight[:, None] * (gram[:, rows, width - 6 + channel] @ used_columns)
+            normal += weight[:, None, None] * (
+                used_columns.T @ (gram[:, rows[:, None], rows] @ used_columns)
+            )
+            right += weight[:, None] * (
+                gram[:, rows, width - 6 + channel] @ used_columns
+            )
         return normal, right
 
     def predict(self, solution: Array) -> Array:
         """(O, K, 6) wrench of a solution (O, p)."""
-        return self.known[:, :, :-6] @ np.einsum("zcp,op->ozc", self.maps[:-6], solution)
+        return self.known[:, :, :-6] @ np.einsum(
+            "zcp,op->ozc", self.maps[:-6], solution
+        )
 
     def tilts_of(self, solution: Array) -> Array:
-        """(O, 2) change of gravity along its tangents [m/s²] from a solution (O, p); zero where it is not free.
+        """(O, 2) change of gravity along its tangents [m/s²] from a solution (O, p);
+        zero where it is not free.
 
-        The first of a tangent's four unknowns is the product of that change with the mass.
+        The first of a tangent's four unknowns is the product of that change with the
+        mass.
         """
         if self.first_bias_column == 10:
             return np.zeros((len(solution), 2))
         mass = solution[:, 0]
         square = np.maximum(mass**2, 1e-300)
-        return np.stack([solution[:, 10 + 4 * i] * mass / square for i in range(2)], axis=1)
+        return np.stack(
+            [solution[:, 10 + 4 * i] * mass / square for i in range(2)], axis=1
+        )
 
 
 def _solve_each(normal: Array, right: Array) -> Array:
-    """Solutions (O, p) of normal equations (O, p, p) and (O, p), scaled to a unit diagonal and slightly damped."""
+    """Solutions (O, p) of normal equations (O, p, p) and (O, p), scaled to a unit
+    diagonal and slightly damped."""
     length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
     length = np.where(length > 1e-150, length, 1.0)
-    scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(normal.shape[1])
+    scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(
+        normal.shape[1]
+    )
     return np.linalg.solve(scaled, (right / length)[:, :, None])[:, :, 0] / length
 
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:
-    """(width, 6, p) columns of the design matrix per unit of a known row: see `_Design`.
+    """(width, 6, p) columns of the design matrix per unit of a known row: see
+    `_Design`.
 
-    The ten parameters come first, then, for each tangent of gravity, the products of the tangent with mass and first
-    moment, then the bias at the knots of its functions.
+    The ten parameters come first, then, for each tangent of gravity, the products of
+    the tangent with mass and first moment, then the bias at the knots of its functions.
     """
     first_bias_column = 10 + 4 * tangents
     maps = np.zeros((width, 6, first_bias_column + 6 * functions))

@@ -1,4 +1,5 @@
-"""Outliers of the wrench: contacts, which last over several cells; single spikes; and saturated samples."""
+"""Outliers of the wrench: contacts, which last over several cells; single spikes; and
+saturated samples."""
 
 from dataclasses import dataclass
 
@@ -11,13 +12,14 @@ CELL_DURATION = 0.05
 FEWEST_SAMPLES_PER_CELL = 4
 """Smallest average number of samples in a cell; cells of slower sensors last longer."""
 AVERAGED_CELLS = (1, 4)
-"""Numbers of cells over which residuals are averaged: 1 detects short contacts, 4 weak ones."""
+"""Numbers of cells over which residuals are averaged: 1 detects short contacts, 4 weak
+ones."""
 CONTACT_PEAK = 7.0
-"""Normalised residual that a contact reaches at least once. The length of six standard normal components exceeds 7
-once in 10⁸ times."""
+"""Normalised residual that a contact reaches at least once. The length of six standard
+normal components exceeds 7 once in 10⁸ times."""
 CONTACT_EDGE = 4.0
-"""Normalised residual above which a contact lasts. The length of six standard normal components exceeds 4 once in 70
-times."""
+"""Normalised residual above which a contact lasts. The length of six standard normal
+components exceeds 4 once in 70 times."""
 SPIKE_RESIDUAL = 7.0
 """Normalised residual above which a single sample is a spike; see `CONTACT_PEAK`."""
 MEDIAN_LENGTH_OF_THREE = 1.538
@@ -25,17 +27,22 @@ MEDIAN_LENGTH_OF_THREE = 1.538
 NEIGHBOURING_CELLS = 11
 """Number of cells whose median gives the usual spread about a sample."""
 SENSOR_ERROR_SHARE = 0.04
-"""Error of an imperfect sensor, as a share of the wrench's changes. Residuals of this size are not outliers."""
+"""Error of an imperfect sensor, as a share of the wrench's changes. Residuals of this
+size are not outliers."""
 SENSOR_DELAY = 0.003
-"""[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors lag and ring."""
+"""[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors
+lag and ring."""
 ROWS_FOR_MEDIAN = 20_000
-"""Largest number of rows used for a median: it is then known to a hundredth of a standard deviation."""
+"""Largest number of rows used for a median: it is then known to a hundredth of a
+standard deviation."""
 SMALLEST_SPREAD = 1e-12
 """[N, N m] Lower bound on the spread of residuals, against division by zero."""
 LARGEST_OUTLIER_SHARE = 0.6
-"""Share of outliers above which none is rejected: then the model is wrong rather than the samples."""
+"""Share of outliers above which none is rejected: then the model is wrong rather than
+the samples."""
 FEWEST_SATURATED_SAMPLES = 5
-"""Number of samples at the extreme value of a channel from which on the value may be the sensor's limit."""
+"""Number of samples at the extreme value of a channel from which on the value may be
+the sensor's limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +60,14 @@ class Outliers:
         return self.contact | self.spike | self.saturation
 
     def union(self, other: "Outliers") -> "Outliers":
-        """The outliers of this and of another set; a contact takes precedence over a spike."""
+        """The outliers of this and of another set; a contact takes precedence over a
+        spike."""
         contact = self.contact | other.contact
-        return Outliers(contact, (self.spike | other.spike) & ~contact, self.saturation | other.saturation)
+        return Outliers(
+            contact,
+            (self.spike | other.spike) & ~contact,
+            self.saturation | other.saturation,
+        )
 
 
 def no_outliers(K: int) -> Outliers:
@@ -65,7 +77,13 @@ def no_outliers(K: int) -> Outliers:
 
 
 def find_outliers(
-    time: Array, wrench: Array, predicted: Array, spread: Array, known: Mask, scale: Array, changes: Array
+    time: Array,
+    wrench: Array,
+    predicted: Array,
+    spread: Array,
+    known: Mask,
+    scale: Array,
+    changes: Array,
 ) -> Outliers:
     """Outliers of K samples.
 
@@ -81,19 +99,28 @@ def find_outliers(
     limit = saturated(wrench, predicted, np.repeat(scale, 3)) & known
     known = known & ~limit
     r = np.where(known[:, None], wrench - predicted, np.nan) / spread[:, None]
-    width = max(CELL_DURATION, FEWEST_SAMPLES_PER_CELL * float(np.median(np.diff(time))))
+    width = max(
+        CELL_DURATION, FEWEST_SAMPLES_PER_CELL * float(np.median(np.diff(time)))
+    )
     cell = np.cumsum(np.diff(np.floor((time - time[0]) / width), prepend=0.0) > 0.0)
     floor = _imperfection(time, predicted, cell, changes)
     medians, samples = _cell_medians(r, cell)
     contact = np.zeros(len(medians), dtype=bool)
     for span in AVERAGED_CELLS:
         left = (samples > 0) & ~contact
-        average = _running(np.where(left[:, None], medians, 0.0), left.astype(float), span)
+        average = _running(
+            np.where(left[:, None], medians, 0.0), left.astype(float), span
+        )
         size = _length(average, np.maximum(_spread(average[left]), floor))
         contact |= _contact_cells(np.where(left, size, 0.0))
-    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(([False], contact[:-1]))  # its start and end
+    # its start and end
+    contact |= np.concatenate((contact[1:], [False])) | np.concatenate(
+        ([False], contact[:-1])
+    )
     apart = np.nan_to_num(r - medians[cell])
-    usual = np.maximum(_nearby(apart, cell), np.maximum(_spread(apart[known]), floor[cell]))
+    usual = np.maximum(
+        _nearby(apart, cell), np.maximum(_spread(apart[known]), floor[cell])
+    )
     spike = _length(apart, usual) > SPIKE_RESIDUAL
     touched = contact[cell]
     if np.mean(touched | spike) > LARGEST_OUTLIER_SHARE:
@@ -103,26 +130,37 @@ def find_outliers(
 
 
 def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
-    """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6); `changes` (2,) as above."""
+    """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6);
+    `changes` (2,) as above."""
     none = np.zeros(len(wrench), dtype=bool)
     r = wrench - predicted
-    odd = _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes)) > SPIKE_RESIDUAL
+    odd = (
+        _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes))
+        > SPIKE_RESIDUAL
+    )
     return Outliers(none, none if np.mean(odd) > LARGEST_OUTLIER_SHARE else odd, none)
 
 
-def _imperfection(time: Array, predicted: Array, cell: Indices, changes: Array) -> Array:
+def _imperfection(
+    time: Array, predicted: Array, cell: Indices, changes: Array
+) -> Array:
     """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
     rate = np.gradient(predicted, time, axis=0).reshape(-1, 2, 3)
     square = np.sum(rate * rate, axis=2)
-    mean = np.column_stack([np.bincount(cell, column) for column in square.T]) / np.bincount(cell)[:, None]
+    mean = (
+        np.column_stack([np.bincount(cell, column) for column in square.T])
+        / np.bincount(cell)[:, None]
+    )
     return np.sqrt((SENSOR_ERROR_SHARE * changes) ** 2 + SENSOR_DELAY**2 * mean)
 
 
 def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
-    """Mask (K,) of the samples at which the sensor was at its limit, or would have been without noise.
+    """Mask (K,) of the samples at which the sensor was at its limit, or would have been
+    without noise.
 
-    A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its extreme value and the prediction
-    (K, 6) exceeds it by five times `scale` (6,), the spread of the residuals.
+    A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its
+    extreme value and the prediction (K, 6) exceeds it by five times `scale` (6,), the
+    spread of the residuals.
     """
     out = np.zeros(len(wrench), dtype=bool)
     for c in range(6):
@@ -140,14 +178,21 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
-    """Medians (C, d) of the samples r (K, d) known in each cell, and their number (C,)."""
-    order = np.arange(len(cell)) - np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))[cell]
+    """Medians (C, d) of the samples r (K, d) known in each cell, and their number
+    (C,)."""
+    order = (
+        np.arange(len(cell))
+        - np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))[cell]
+    )
     table = np.full((cell[-1] + 1, int(order.max()) + 1, r.shape[1]), np.nan)
     table[cell, order] = r
     table = np.sort(table, axis=1)  # NaN last
     n = np.sum(np.isfinite(table[:, :, 0]), axis=1)
     rows = np.arange(len(table))
-    low, high = table[rows, np.maximum(n - 1, 0) // 2], table[rows, np.minimum(n // 2, table.shape[1] - 1)]
+    low, high = (
+        table[rows, np.maximum(n - 1, 0) // 2],
+        table[rows, np.minimum(n // 2, table.shape[1] - 1)],
+    )
     return np.where((n > 0)[:, None], 0.5 * (low + high), 0.0), n
 
 
@@ -165,22 +210,33 @@ def _running(values: Array, weights: Array, span: int) -> Array:
 
 
 def _spread(values: Array) -> Array:
-    """(2,) robust standard deviations of force and torque, of `ROWS_FOR_MEDIAN` rows at most."""
+    """(2,) robust standard deviations of force and torque, of `ROWS_FOR_MEDIAN` rows at
+    most."""
     if not len(values):
         return np.zeros(2)
     values = values[:: -(-len(values) // ROWS_FOR_MEDIAN)]
-    return 1.4826 * np.median(np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1), axis=1)
+    return 1.4826 * np.median(
+        np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1), axis=1
+    )
 
 
 def _length(values: Array, scale: Array) -> Array:
     """(C,) length of residuals (C, 6) over the spreads (2,) of force and torque."""
-    return np.sqrt(np.sum((values / np.repeat(np.maximum(scale, SMALLEST_SPREAD), 3, axis=-1)) ** 2, axis=1))
+    return np.sqrt(
+        np.sum(
+            (values / np.repeat(np.maximum(scale, SMALLEST_SPREAD), 3, axis=-1)) ** 2,
+            axis=1,
+        )
+    )
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
-    """(K, 2) robust spread of force and torque about each sample; it is larger while the arm moves."""
+    """(K, 2) robust spread of force and torque about each sample; it is larger while
+    the arm moves."""
     square = apart * apart
-    size = np.sqrt(np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1))))
+    size = np.sqrt(
+        np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1)))
+    )
     typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
     return _running_median(typical)[cell]
 
@@ -189,7 +245,9 @@ def _running_median(values: Array) -> Array:
     """Medians (C, 2) of `NEIGHBOURING_CELLS` cells about each, mirrored at the ends."""
     half = NEIGHBOURING_CELLS // 2
     mirrored = np.pad(values, ((half, half), (0, 0)), mode="symmetric")
-    windows = np.lib.stride_tricks.sliding_window_view(mirrored, NEIGHBOURING_CELLS, axis=0)
+    windows = np.lib.stride_tricks.sliding_window_view(
+        mirrored, NEIGHBOURING_CELLS, axis=0
+    )
     return np.partition(windows, half, axis=2)[:, :, half]
 
 

@@ -1,4 +1,5 @@
-"""Path: the motion of a recording as a function of time, to be read at instants shifted against the wrench's."""
+"""Path: the motion of a recording as a function of time, to be read at instants shifted
+against the wrench's."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,19 +8,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import STANDARD_GRAVITY, TENSOR_COLUMNS, TENSOR_ROWS, Array, Mask, rotation_matrices
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    TENSOR_COLUMNS,
+    TENSOR_ROWS,
+    Array,
+    Mask,
+    rotation_matrices,
+)
 from hefting.motion import Curves, smooth_poses
 from hefting.motion.measure import POSE_STREAMS, TWIST, Source
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""
 DIFFERENTIATION_STEP = 2e-3
-"""[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad of its phase in it."""
+"""[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad
+of its phase in it."""
 MOTION_COLUMNS = slice(0, 12)
-"""Columns of a reading that hold a, alpha and vech(w w'), as in `hefting.core.regressor` but with a instead of
-a - g."""
+"""Columns of a reading that hold a, alpha and vech(w w'), as in
+`hefting.core.regressor` but with a instead of a - g."""
 WORLD_AXES_COLUMNS = slice(12, 21)
-"""Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes, by rows."""
+"""Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes,
+by rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +45,13 @@ class Reading:
     curvature: Array
     """(K, 21) second derivative by time; zero where it was not asked for"""
     variances: Array
-    """(2, K) of the errors of linear [m²/s⁴] and angular [rad²/s⁴] acceleration, one axis each"""
+    """(2, K) of the errors of linear [m²/s⁴] and angular [rad²/s⁴] acceleration, one
+    axis each"""
     in_gap: Mask
     """(K,) True in gaps of the motion; the values there mean nothing"""
     known: Mask
-    """(K,) False in gaps, and outside the motion's time, where the values are those of its ends"""
+    """(K,) False in gaps, and outside the motion's time, where the values are those of
+    its ends"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +65,20 @@ class Path:
     last: float
     """s, when it ends"""
     read: Callable[[Array, bool], tuple[Array, Array, Mask]]
-    """rows (K, 21), variances (2, K), zero unless asked for, and whether known (K,), at times between the two"""
+    """rows (K, 21), variances (2, K), zero unless asked for, and whether known (K,), at
+    times between the two"""
     bandwidth: float
     """rad/s of the motion's errors; infinite where it is exact"""
     gravity_measured: bool = False
-    """Whether gravity is part of a measured acceleration, as an accelerometer's, and not modelled."""
+    """Whether gravity is part of a measured acceleration, as an accelerometer's, and
+    not modelled."""
     curves: Curves | None = None
     """The curves behind it, if any."""
 
     @property
     def smooth(self) -> bool:
-        """Whether it holds nothing faster than `hefting.ingest.blocks` averages over; sensors feel vibrations."""
+        """Whether it holds nothing faster than `hefting.ingest.blocks` averages over;
+        sensors feel vibrations."""
         return self.kind in ("smooth", "orientation")
 
     @property
@@ -72,7 +87,8 @@ class Path:
         return self.kind != "static"
 
     def at(self, time: Array, rates: bool = False, spread: bool = True) -> Reading:
-        """Motion at any times (K,) [s], with its `rates` and the `spread` of its errors if asked for.
+        """Motion at any times (K,) [s], with its `rates` and the `spread` of its errors
+        if asked for.
 
         Not known outside its own time.
         """
@@ -91,23 +107,37 @@ class Path:
         usable = (known_before & known_after & there)[:, None]
         back, forth = (inside - earlier)[:, None], (later - inside)[:, None]
         rate = np.where(usable, (after - before) / np.maximum(back + forth, 1e-12), 0.0)
-        whole = usable & (back > 0.5 * DIFFERENTIATION_STEP) & (forth > 0.5 * DIFFERENTIATION_STEP)
-        slopes = (after - value) / np.maximum(forth, 1e-12) - (value - before) / np.maximum(back, 1e-12)
+        whole = (
+            usable
+            & (back > 0.5 * DIFFERENTIATION_STEP)
+            & (forth > 0.5 * DIFFERENTIATION_STEP)
+        )
+        slopes = (after - value) / np.maximum(forth, 1e-12) - (
+            value - before
+        ) / np.maximum(back, 1e-12)
         curvature = np.where(whole, 2.0 * slopes / np.maximum(back + forth, 1e-12), 0.0)
         return Reading(inside, value, rate, curvature, variances, ~there, known)
 
 
-def path_of(recording: Recording, source: Source = "auto", gravity: ArrayLike = STANDARD_GRAVITY) -> Path | None:
-    """The motion of a recording, from the streams `hefting.motion.measure` would take it from.
+def path_of(
+    recording: Recording, source: Source = "auto", gravity: ArrayLike = STANDARD_GRAVITY
+) -> Path | None:
+    """The motion of a recording, from the streams `hefting.motion.measure` would take
+    it from.
 
-    `gravity` (3,) [m/s²] serves an accelerometer beside the poses; here the poses count alone. None where there is
+    `gravity` (3,) [m/s²] serves an accelerometer beside the poses; here the poses count
+    alone. None where there is
     no motion to shift: static poses, a held pose, too few of them.
     """
     if recording.static:
         return None
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return _columns(recording)
-    moves = any(np.ptp(recording[name].values, axis=0).any() for name in POSE_STREAMS if recording.has(name))
+    moves = any(
+        np.ptp(recording[name].values, axis=0).any()
+        for name in POSE_STREAMS
+        if recording.has(name)
+    )
     felt = recording.has("accelerometer") and not recording.has("position")
     orientation = recording["orientation"]
     if not (moves or felt) or len(orientation) < FEWEST_POSES_OF_PATH:
@@ -119,14 +149,19 @@ def path_of(recording: Recording, source: Source = "auto", gravity: ArrayLike = 
 
 
 def static_path(recording: Recording) -> Path:
-    """Poses without motion: those of a static recording, at its rows, or the one that is held."""
+    """Poses without motion: those of a static recording, at its rows, or the one that
+    is held."""
     orientation = recording["orientation"]
     world = _world(orientation.values)
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         row = np.clip(np.searchsorted(orientation.time, time), 0, len(world) - 1)
         K = len(time)
-        return np.hstack((np.zeros((K, 12)), world[row])), np.zeros((2, K)), np.ones(K, dtype=bool)
+        return (
+            np.hstack((np.zeros((K, 12)), world[row])),
+            np.zeros((2, K)),
+            np.ones(K, dtype=bool),
+        )
 
     return Path("static", -np.inf, np.inf, read, np.inf)
 
@@ -136,12 +171,19 @@ def _world(quaternions: Array) -> Array:
     return np.swapaxes(rotation_matrices(quaternions), 1, 2).reshape(-1, 9)
 
 
-def _rows(a: Array | None, w: Array, alpha: Array, quaternions: Array) -> tuple[Array, Mask]:
-    """Rows (K, 21), zero where anything is not finite, and where that is not so; gravity alone without `a`."""
+def _rows(
+    a: Array | None, w: Array, alpha: Array, quaternions: Array
+) -> tuple[Array, Mask]:
+    """Rows (K, 21), zero where anything is not finite, and where that is not so;
+    gravity alone without `a`."""
     rows = np.zeros((len(w), 21))
     rows[:, WORLD_AXES_COLUMNS] = _world(quaternions)
     if a is not None:
-        rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = a, alpha, w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
+        rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = (
+            a,
+            alpha,
+            w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS],
+        )
     known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
     rows[~known] = 0.0
     return rows, known
@@ -153,8 +195,15 @@ def _smoothed(curves: Curves) -> Path:
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread)
         assert m.linear_acceleration_std is not None
-        rows, known = _rows(m.linear_acceleration, m.angular_velocity, m.angular_acceleration, m.orientation)
-        variances = np.square(np.stack((m.linear_acceleration_std, m.angular_acceleration_std)))
+        rows, known = _rows(
+            m.linear_acceleration,
+            m.angular_velocity,
+            m.angular_acceleration,
+            m.orientation,
+        )
+        variances = np.square(
+            np.stack((m.linear_acceleration_std, m.angular_acceleration_std))
+        )
         return rows, np.where(known, variances, 0.0), known
 
     bandwidth = poses.at([poses.first], spread=False).bandwidth
@@ -167,30 +216,62 @@ def _turning(curves: Curves) -> Path:
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread=False)
-        rows, known = _rows(None, m.angular_velocity, m.angular_acceleration, m.orientation)
+        rows, known = _rows(
+            None, m.angular_velocity, m.angular_acceleration, m.orientation
+        )
         return rows, np.zeros((2, len(time))), known
 
-    return Path("orientation", poses.first, poses.last, read, poses.orientation.smoothness.bandwidth, curves=curves)
+    return Path(
+        "orientation",
+        poses.first,
+        poses.last,
+        read,
+        poses.orientation.smoothness.bandwidth,
+        curves=curves,
+    )
 
 
 def _felt(curves: Curves, accelerometer: Stream) -> Path:
     """Orientation, and the specific force a - g."""
     poses = curves.alone
-    spread_felt = float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0)) if len(accelerometer) > 1 else 0.0
+    spread_felt = (
+        float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0))
+        if len(accelerometer) > 1
+        else 0.0
+    )
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread)
-        f = np.column_stack([np.interp(time, accelerometer.time, column) for column in accelerometer.values.T])
-        rows, known = _rows(f, m.angular_velocity, m.angular_acceleration, m.orientation)
+        f = np.column_stack(
+            [
+                np.interp(time, accelerometer.time, column)
+                for column in accelerometer.values.T
+            ]
+        )
+        rows, known = _rows(
+            f, m.angular_velocity, m.angular_acceleration, m.orientation
+        )
         std = np.stack((np.full(len(time), spread_felt), m.angular_acceleration_std))
         return rows, np.where(known, np.square(std), 0.0), known
 
-    first, last = max(poses.first, accelerometer.time[0]), min(poses.last, accelerometer.time[-1])
-    return Path("accelerometer", first, last, read, poses.orientation.smoothness.bandwidth, True, curves)
+    first, last = (
+        max(poses.first, accelerometer.time[0]),
+        min(poses.last, accelerometer.time[-1]),
+    )
+    return Path(
+        "accelerometer",
+        first,
+        last,
+        read,
+        poses.orientation.smoothness.bandwidth,
+        True,
+        curves,
+    )
 
 
 def _columns(recording: Recording) -> Path | None:
-    """The log's own twist and acceleration columns, between samples by cubic interpolation."""
+    """The log's own twist and acceleration columns, between samples by cubic
+    interpolation."""
     from scipy.interpolate import CubicSpline
 
     from hefting.motion.spline import aligned

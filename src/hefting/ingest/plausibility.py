@@ -1,4 +1,5 @@
-"""Plausibility: what no held object could cause is refused, what is unlikely is said."""
+"""Plausibility: what no held object could cause is refused, what is unlikely is
+said."""
 
 import numpy as np
 
@@ -11,46 +12,67 @@ from hefting.ingest.ingest import Ingested
 from hefting.shapes import Shape
 
 LONGEST_OBJECT = 10.0
-"""[m] Longer shapes, and longer distances of the COM from the sensor, indicate a wrong unit."""
+"""[m] Longer shapes, and longer distances of the COM from the sensor, indicate a wrong
+unit."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
-"""Ratio of an estimate's residual to that of unconstrained least squares above which a warning is given."""
+"""Ratio of an estimate's residual to that of unconstrained least squares above which a
+warning is given."""
 COM_OUTSIDE_SHARE = 0.75
-"""Distance of the COM from the mean of the shape's points, as a share of the shape's sides, beyond which the COM is
-well outside. The surface of a box is at half its side."""
+"""Distance of the COM from the mean of the shape's points, as a share of the shape's
+sides, beyond which the COM is well outside. The surface of a box is at half its
+side."""
 LARGEST_FOUND_TILT_STD = np.radians(10.0)
-"""[rad] Standard deviation of gravity's direction above which the direction counts as undetermined."""
+"""[rad] Standard deviation of gravity's direction above which the direction counts as
+undetermined."""
 
 
 def require_object(found: Ingested, shape: Shape | None = None) -> None:
-    """Raise unless the recording determines the mass of an object that can be held, and gravity if it was to be found.
+    """Raise unless the recording determines the mass of an object that can be held, and
+    gravity if it was to be found.
 
-    `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a recording that is too poor, and
-    `InputError` for what only a wrong unit explains.
+    `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a
+    recording that is too poor, and `InputError` for what only a wrong unit explains.
     """
     if shape is not None and float(shape.extents.max()) > LONGEST_OBJECT:
         what = f"the shape is {shape.extents.max():.3g} m long"
         raise InputError(what, fix="is its file in millimetres? give `unit` mm")
     tilt = found.conditioned.tilt_std
     if tilt is not None and tilt > LARGEST_FOUND_TILT_STD:
-        known = f" (known to {np.degrees(tilt):.0f}° at best)" if np.isfinite(tilt) else ""
+        known = (
+            f" (known to {np.degrees(tilt):.0f}° at best)" if np.isfinite(tilt) else ""
+        )
         what = f"the motion does not tell the direction of gravity{known}"
         fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
         raise NotIdentifiableError(what, found.log, fix)
     check_wrench(found, shape)
     fit = found.fit
-    bias = "given" if found.given_bias is not None else "free" if found.bias == "estimate" else "none"
+    bias = (
+        "given"
+        if found.given_bias is not None
+        else "free"
+        if found.bias == "estimate"
+        else "none"
+    )
     also = " and `bias`" if bias == "given" else ""
     if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
-        what = f"{fit.vector[0]:.3g} kg" if np.isfinite(fit.covariance[0, 0]) else "nothing certain"
+        what = (
+            f"{fit.vector[0]:.3g} kg"
+            if np.isfinite(fit.covariance[0, 0])
+            else "nothing certain"
+        )
         fix = f"check `tool`{also}: was it in the hand?"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
-        hints = {"free": ", or give `bias` none", "given": "; or is `bias` wrong?", "none": ""}
+        hints = {
+            "free": ", or give `bias` none",
+            "given": "; or is `bias` wrong?",
+            "none": "",
+        }
         raise NotIdentifiableError(
             f"the motion is too poor to determine even the mass{beside}",
             found.log,
@@ -58,31 +80,49 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         )
     if fit.mass_t < 0.0:
         fix = f"check the wrench's sign (`wrench`){also} and `gravity`"
-        raise NotIdentifiableError("no positive mass explains the wrench", found.log, fix)
+        raise NotIdentifiableError(
+            "no positive mass explains the wrench", found.log, fix
+        )
 
 
 def check_wrench(found: Ingested, shape: Shape | None) -> None:
-    """`InputError` for a wrench that only a wrong unit explains, judged by unconstrained least squares."""
+    """`InputError` for a wrench that only a wrong unit explains, judged by
+    unconstrained least squares."""
     fit, source = found.fit, found.log
     mass = 0.0 if fit.mass_is_open else abs(float(fit.vector[0]))
     if mass > HEAVIEST_OBJECT:
-        raise InputError(f"the force would need {mass:.3g} kg", source, "give it in newtons; check `gravity`")
+        raise InputError(
+            f"the force would need {mass:.3g} kg",
+            source,
+            "give it in newtons; check `gravity`",
+        )
     reach = LONGEST_OBJECT
     if shape is not None:
         volume = float(np.prod(shape.extents))
         if 0.0 < DENSEST_MATERIAL * volume < mass:
             what = f"the force would need {mass:.3g} kg in a shape of at most {1e6 * volume:.3g} cm³"
-            raise InputError(what, source, "give force in newtons; check the shape's unit")
-        reach = 1.5 * float(np.linalg.norm(shape.positions, axis=1).max()) + 2.0 * float(np.linalg.norm(shape.extents))
+            raise InputError(
+                what, source, "give force in newtons; check the shape's unit"
+            )
+        reach = 1.5 * float(
+            np.linalg.norm(shape.positions, axis=1).max()
+        ) + 2.0 * float(np.linalg.norm(shape.extents))
     distance = lever(found.state, fit.bias is not None)
     if distance > reach:
         what = f"the torque puts the centre of mass {distance:.3g} m from the sensor"
-        raise InputError(what, source, "give torque in newton-metres; check the shape's unit and pose")
+        raise InputError(
+            what,
+            source,
+            "give torque in newton-metres; check the shape's unit and pose",
+        )
 
 
 def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A message when unconstrained least squares puts the COM well outside the shape."""
-    spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(abs(float(fit.vector[0])), 1e-12)
+    """A message when unconstrained least squares puts the COM well outside the
+    shape."""
+    spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
+        abs(float(fit.vector[0])), 1e-12
+    )
     if shape is None or not fit.mass_t > 10.0 or not np.isfinite(spread):
         return []
     com = fit.vector[1:4] / fit.vector[0]
@@ -97,11 +137,18 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     return [warning("com-outside-shape", what, "shape")]
 
 
-def misfit_warnings(estimate: Estimate, residual: Array, found: Ingested) -> list[Message]:
-    """A message when the estimate explains the wrench much worse than unconstrained least squares does."""
+def misfit_warnings(
+    estimate: Estimate, residual: Array, found: Ingested
+) -> list[Message]:
+    """A message when the estimate explains the wrench much worse than unconstrained
+    least squares does."""
     free = np.array((found.noise.force, found.noise.torque))
-    signal = np.sqrt(np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-    if not ((residual > UNEXPLAINED_RESIDUAL_RATIO * free) & (residual > 0.01 * signal)).any():
+    signal = np.sqrt(
+        np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+    )
+    if not (
+        (residual > UNEXPLAINED_RESIDUAL_RATIO * free) & (residual > 0.01 * signal)
+    ).any():
         return []
     cause = "the shape or its pose does not fit"
     if "c1" in estimate.provenance:

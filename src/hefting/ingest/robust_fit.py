@@ -1,8 +1,9 @@
 """Robust fit of a recording: clock offset, bias, sign and outliers together.
 
-It scans for a coarse clock offset, fits the blocks' medians robustly with the most freely drifting bias, alternates
-between rejecting outliers and fitting the inliers, reduces the bias to as few knots as the data support, and refines
-the offset by generalised least squares. Each step starts from the result of the one before.
+It scans for a coarse clock offset, fits the blocks' medians robustly with the most
+freely drifting bias, alternates between rejecting outliers and fitting the inliers,
+reduces the bias to as few knots as the data support, and refines the offset by
+generalised least squares. Each step starts from the result of the one before.
 """
 
 from dataclasses import dataclass, replace
@@ -22,21 +23,25 @@ from hefting.ingest.samples import Samples, find_outliers_of_fit
 from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 
 MOST_BLOCKS_OF_FIRST_FIT = 6_000
-"""Largest number of blocks in the first robust fit and in the choice of the number of bias knots."""
+"""Largest number of blocks in the first robust fit and in the choice of the number of
+bias knots."""
 MOST_KNOTS_OF_SCAN = 9
 """Largest number of bias knots in the scan for a coarse clock offset."""
 OUTLIER_ITERATIONS = 8
 """Largest number of alternations between finding outliers and fitting the inliers."""
 NEGLIGIBLE_MASK_CHANGE = 1e-3
-"""Share of samples by which two outlier masks may differ and still count as the same."""
+"""Share of samples by which two outlier masks may differ and still count as the
+same."""
 OFFSET_REFINEMENTS = 2
 """Largest number of refinements of the clock offset by generalised least squares."""
 RIGID_MOTION_FREQUENCY = 15.0
-"""[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring there, each with its own delay."""
+"""[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring
+there, each with its own delay."""
 OFFSET_WITHOUT_EFFECT_ON_OUTLIERS = 5e-3
 """[s] Removing a smaller clock offset keeps the outliers that were found with it."""
 SMALLEST_EXPLAINED_SHARE_WITH_OFFSET = 0.8
-"""Share of the wrench's variance that a fit must explain for its clock offset to be believed."""
+"""Share of the wrench's variance that a fit must explain for its clock offset to be
+believed."""
 SMALLEST_OFFSET = 1e-5
 """[s] Smaller clock offsets are not corrected."""
 
@@ -64,7 +69,8 @@ class RobustFit(InlierFit):
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is within three standard deviations of zero, or undetermined."""
+        """Whether the mass is within three standard deviations of zero, or
+        undetermined."""
         return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
 
     @property
@@ -81,35 +87,43 @@ class RobustFit(InlierFit):
 def fit_from_scratch(samples: Samples, problem: Problem, gravity: Array) -> InlierFit:
     """A fit to the inliers without any initial values but gravity (3,) [m/s²].
 
-    Where there are blocks, outliers are first found among the blocks' medians, which takes fewer passes over all
-    samples.
+    Where there are blocks, outliers are first found among the blocks' medians, which
+    takes fewer passes over all samples.
     """
     fit = _fit_block_medians(samples, problem, gravity)
     if problem.blocks.starts is not None:
         typical = medians(samples.wrench, problem.blocks.starts)
         coarse = Samples(problem.time, typical, samples.static, smooth=False)
-        fit = fit_without_outliers(coarse, replace(problem, blocks=coarse.blocks()), fit).fit
+        fit = fit_without_outliers(
+            coarse, replace(problem, blocks=coarse.blocks()), fit
+        ).fit
     return fit_without_outliers(samples, problem, fit)
 
 
 def _fit_block_medians(samples: Samples, problem: Problem, gravity: Array) -> Fit:
-    """A robust fit to the blocks' medians, with the most freely drifting bias, from a scan of clock offsets."""
+    """A robust fit to the blocks' medians, with the most freely drifting bias, from a
+    scan of clock offsets."""
     knots = problem.knots[-1]
-    typical = replace(problem.blocks, wrench=medians(samples.wrench, problem.blocks.starts))
+    typical = replace(
+        problem.blocks, wrench=medians(samples.wrench, problem.blocks.starts)
+    )
     chosen = replace(problem, blocks=typical).every(MOST_BLOCKS_OF_FIRST_FIT)
     start = scan_offsets(chosen, gravity, min(knots, MOST_KNOTS_OF_SCAN))
     return gauss_newton(chosen, start, knots, robust=True)
 
 
 def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> InlierFit:
-    """Alternate between finding outliers and fitting the inliers, with the most freely drifting bias, until both agree.
+    """Alternate between finding outliers and fitting the inliers, with the most freely
+    drifting bias, until both agree.
 
     `start` is a fit to the same or to other blocks.
     """
     knots = problem.knots[-1]
     outliers = no_outliers(len(samples.time))
     if not samples.enough:
-        return InlierFit(problem, gauss_newton(problem, start.start, knots, steps=5), outliers)
+        return InlierFit(
+            problem, gauss_newton(problem, start.start, knots, steps=5), outliers
+        )
     fit = start
     offset_was_held = start.model.layout.offset is None and problem.free_offset
     if len(start.weights) != len(problem.blocks) or offset_was_held:
@@ -118,7 +132,8 @@ def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> Inli
         found = find_outliers_of_fit(samples, problem, fit)
         if iteration and not _differ(found, outliers):
             break
-        if iteration > OUTLIER_ITERATIONS // 2:  # the masks may alternate: reject what either of them does
+        # the masks may alternate: reject what either of them does
+        if iteration > OUTLIER_ITERATIONS // 2:
             found = found.union(outliers)
         problem = _with_inliers(samples, problem, found)
         fit, outliers = gauss_newton(problem, fit.start, knots, steps=5), found
@@ -126,7 +141,8 @@ def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> Inli
 
 
 def _differ(one: Outliers, other: Outliers) -> bool:
-    """Whether two outlier masks differ in more than a negligible share of the samples."""
+    """Whether two outlier masks differ in more than a negligible share of the
+    samples."""
     return float(np.mean(one.rejected != other.rejected)) > NEGLIGIBLE_MASK_CHANGE
 
 
@@ -135,11 +151,14 @@ def _with_inliers(samples: Samples, problem: Problem, outliers: Outliers) -> Pro
     return replace(problem, blocks=samples.blocks(outliers))
 
 
-def choose_bias_and_refine_offset(samples: Samples, gravity: Array, found: InlierFit) -> RobustFit:
-    """The fit with as many bias knots as the data support and the clock offset of generalised least squares.
+def choose_bias_and_refine_offset(
+    samples: Samples, gravity: Array, found: InlierFit
+) -> RobustFit:
+    """The fit with as many bias knots as the data support and the clock offset of
+    generalised least squares.
 
-    Where the mass cannot be distinguished from a bias it is the fit without any bias, with `gravity` (3,) [m/s²] as
-    given, provided that this determines the mass.
+    Where the mass cannot be distinguished from a bias it is the fit without any bias,
+    with `gravity` (3,) [m/s²] as given, provided that this determines the mass.
     """
     refined = _refine_offset(samples, _choose_bias(found), middle=found.fit.offset)
     if not refined.mass_is_open:
@@ -161,14 +180,22 @@ def _choose_bias(found: InlierFit) -> RobustFit:
 
 
 def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustFit:
-    """The fit with the clock offset of generalised least squares, at most `LARGEST_OFFSET_STEP` from `middle` [s]."""
-    problem, fit, outliers, uncertainty = found.problem, found.fit, found.outliers, found.uncertainty
+    """The fit with the clock offset of generalised least squares, at most
+    `LARGEST_OFFSET_STEP` from `middle` [s]."""
+    problem, fit, outliers, uncertainty = (
+        found.problem,
+        found.fit,
+        found.outliers,
+        found.uncertainty,
+    )
     fastest, knots = fastest_frequency(problem), fit.hats.n
     lowest, highest = middle - LARGEST_OFFSET_STEP, middle + LARGEST_OFFSET_STEP
     for _ in range(OFFSET_REFINEMENTS if problem.free_offset else 0):
         step = uncertainty.offset_step
         offset = float(np.clip(fit.offset + step, lowest, highest))
-        fit = gauss_newton(problem, replace(fit.start, offset=offset), knots, steps=3, hold_offset=True)
+        fit = gauss_newton(
+            problem, replace(fit.start, offset=offset), knots, steps=3, hold_offset=True
+        )
         if samples.enough:  # the motion may now be known at other samples of the ends
             again = find_outliers_of_fit(samples, problem, fit)
             if _differ(again, outliers):
@@ -181,43 +208,61 @@ def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustF
 
 
 def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustFit:
-    """The fit without bias, without clock offset, and with gravity (3,) [m/s²] as given."""
-    problem, outliers = replace(found.problem, free_offset=False, free_gravity=False), found.outliers
-    start = replace(found.fit.start, offset=0.0, gravity=gravity, bias=np.zeros_like(found.fit.bias))
+    """The fit without bias, without clock offset, and with gravity (3,) [m/s²] as
+    given."""
+    problem, outliers = (
+        replace(found.problem, free_offset=False, free_gravity=False),
+        found.outliers,
+    )
+    start = replace(
+        found.fit.start, offset=0.0, gravity=gravity, bias=np.zeros_like(found.fit.bias)
+    )
     fit = gauss_newton(problem, start, 0, steps=5)
     if samples.enough and outliers.rejected.any():
         outliers = find_outliers_of_fit(samples, problem, fit)
         problem = _with_inliers(samples, problem, outliers)
         fit = gauss_newton(problem, fit.start, 0, steps=5)
-    return RobustFit(problem, fit, outliers, estimate_uncertainty(fit, fastest_frequency(problem)))
+    return RobustFit(
+        problem, fit, outliers, estimate_uncertainty(fit, fastest_frequency(problem))
+    )
 
 
-def remove_offset(samples: Samples, gravity: Array, first: InlierFit, found: RobustFit) -> RobustFit:
-    """The fit without a clock offset, where the one that was `found` after the `first` fit is not significant."""
+def remove_offset(
+    samples: Samples, gravity: Array, first: InlierFit, found: RobustFit
+) -> RobustFit:
+    """The fit without a clock offset, where the one that was `found` after the `first`
+    fit is not significant."""
     problem = replace(first.problem, free_offset=False)
     if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
-        return choose_bias_and_refine_offset(samples, gravity, fit_from_scratch(samples, everything, gravity))
+        return choose_bias_and_refine_offset(
+            samples, gravity, fit_from_scratch(samples, everything, gravity)
+        )
     outliers, knots = first.outliers, problem.knots[-1]
     fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), knots)
     if samples.enough:
         outliers = find_outliers_of_fit(samples, problem, fit)
         problem = _with_inliers(samples, problem, outliers)
         fit = gauss_newton(problem, fit.start, knots, steps=5)
-    return choose_bias_and_refine_offset(samples, gravity, InlierFit(problem, fit, outliers))
+    return choose_bias_and_refine_offset(
+        samples, gravity, InlierFit(problem, fit, outliers)
+    )
 
 
 def _number_of_bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
     """Number of knots with the least Bayesian information criterion.
 
-    `slow` is the spectrum of the whitened residuals at low frequencies. Squared residuals and the number of samples
-    are divided by it where it is more than 1, as the residuals are correlated.
+    `slow` is the spectrum of the whitened residuals at low frequencies. Squared
+    residuals and the number of samples are divided by it where it is more than 1, as
+    the residuals are correlated.
     """
     if len(problem.knots) == 1:
         return problem.knots[0]
     rows = slice(None, None, -(-len(problem.time) // MOST_BLOCKS_OF_FIRST_FIT))
     unit, weights = np.repeat(fit.scale, 3), fit.weights[rows]
-    model = replace(fit.model, features=fit.model.features[rows], known=fit.model.known[rows])
+    model = replace(
+        fit.model, features=fit.model.features[rows], known=fit.model.known[rows]
+    )
     correlation = max(slow, 1.0)
     independent = max(6.0 * float(np.sum(weights > 0.0)) / correlation, 2.0)
     offset_and_tilt, scores = model.columns(fit.phi)[:, :, 10:], {}
@@ -225,16 +270,23 @@ def _number_of_bias_knots(problem: Problem, fit: Fit, slow: float) -> int:
         hats = HatFunctions.over(problem.time[rows], n)
         found = solve(model, fit.phi, weights, fit.scale, hats)
         residual = problem.wrench[rows] - model.predict(found.core[:10])
-        residual = residual - offset_and_tilt @ found.core[10:] - hats.combine(found.bias)
+        residual = (
+            residual - offset_and_tilt @ found.core[10:] - hats.combine(found.bias)
+        )
         square = float(np.sum(weights[:, None] * (residual / unit) ** 2))
         scores[n] = square / correlation + 6.0 * n * np.log(independent)
     return min(scores, key=lambda n: scores[n])
 
 
 def offset_is_significant(found: RobustFit) -> bool:
-    """Whether the clock offset is significantly different from zero and improves the fit significantly."""
+    """Whether the clock offset is significantly different from zero and improves the
+    fit significantly."""
     problem, fit, uncertainty = found.problem, found.fit, found.uncertainty
-    if not found.biased or found.mass_is_open or found.explained < SMALLEST_EXPLAINED_SHARE_WITH_OFFSET:
+    if (
+        not found.biased
+        or found.mass_is_open
+        or found.explained < SMALLEST_EXPLAINED_SHARE_WITH_OFFSET
+    ):
         return False
     if not abs(fit.offset) > max(SIGNIFICANT * uncertainty.offset_std, SMALLEST_OFFSET):
         return False
@@ -242,22 +294,36 @@ def offset_is_significant(found: RobustFit) -> bool:
     zero = gauss_newton(fixed, replace(fit.start, offset=0.0), fit.hats.n, steps=4)
     weights = (fit.weights * (zero.known & fit.known))[:, None]
     unit = np.repeat(fit.scale, 3)
-    square_zero, square = (float(np.sum(weights * (f.residual / unit) ** 2)) for f in (zero, fit))
-    if problem.path.kind == "orientation":  # accelerations are not modelled and resemble an offset
+    square_zero, square = (
+        float(np.sum(weights * (f.residual / unit) ** 2)) for f in (zero, fit)
+    )
+    # accelerations are not modelled and resemble an offset
+    if problem.path.kind == "orientation":
         return square_zero > 2.0 * square
     return square_zero - square > SIGNIFICANT**2 * max(uncertainty.slow, 1e-3)
 
 
 def fastest_frequency(problem: Problem) -> float:
-    """Largest frequency [1/block] at which the motion counts as that of a rigid body."""
+    """Largest frequency [1/block] at which the motion counts as that of a rigid
+    body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
     return min(RIGID_MOTION_FREQUENCY * float(np.median(np.diff(problem.time))), 0.5)
 
 
 def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> RobustFit:
-    """A plain fit of too few samples, without offset and outliers; gravity (3,) [m/s²] as given."""
+    """A plain fit of too few samples, without offset and outliers; gravity (3,) [m/s²]
+    as given."""
     time = problem.time
-    start = Start(np.zeros(10), 0.0, gravity, np.maximum(problem.floor, 1e-12), time[:1], np.zeros((1, 6)))
+    start = Start(
+        np.zeros(10),
+        0.0,
+        gravity,
+        np.maximum(problem.floor, 1e-12),
+        time[:1],
+        np.zeros((1, 6)),
+    )
     fit = gauss_newton(problem, start, 1, steps=4)
-    return RobustFit(problem, fit, no_outliers(len(samples.time)), estimate_uncertainty(fit))
+    return RobustFit(
+        problem, fit, no_outliers(len(samples.time)), estimate_uncertainty(fit)
+    )

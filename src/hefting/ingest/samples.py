@@ -1,4 +1,5 @@
-"""Wrench samples as recorded, and which of them a fit to their blocks does not explain."""
+"""Wrench samples as recorded, and which of them a fit to their blocks does not
+explain."""
 
 from dataclasses import dataclass
 
@@ -15,7 +16,8 @@ FEWEST_SAMPLES_FOR_OUTLIERS = 40
 FEWEST_POSES_FOR_OUTLIERS = 12
 """Number of static poses below which no pose is rejected."""
 SAMPLES_AT_A_TIME = 200_000
-"""Number of samples of a long recording in which outliers are found together; it bounds the memory."""
+"""Number of samples of a long recording in which outliers are found together; it bounds
+the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +35,19 @@ class Samples:
 
     def blocks(self, outliers: Outliers | None = None) -> Blocks:
         """Blocks of all samples, or of the inliers."""
-        return Blocks.of(self.time, self.wrench, None if outliers is None else ~outliers.rejected, self.smooth)
+        return Blocks.of(
+            self.time,
+            self.wrench,
+            None if outliers is None else ~outliers.rejected,
+            self.smooth,
+        )
 
     @property
     def enough(self) -> bool:
         """Whether there are enough of them to find outliers."""
-        return len(self.time) >= (FEWEST_POSES_FOR_OUTLIERS if self.static else FEWEST_SAMPLES_FOR_OUTLIERS)
+        return len(self.time) >= (
+            FEWEST_POSES_FOR_OUTLIERS if self.static else FEWEST_SAMPLES_FOR_OUTLIERS
+        )
 
 
 def find_outliers_of_fit(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
@@ -48,33 +57,67 @@ def find_outliers_of_fit(samples: Samples, problem: Problem, fit: Fit) -> Outlie
     if samples.static:
         return find_odd_poses(samples.wrench, predicted, changes)
     if problem.blocks.starts is None:
-        return find_outliers(samples.time, samples.wrench, predicted, fit.spread, fit.known, fit.scale, changes)
+        return find_outliers(
+            samples.time,
+            samples.wrench,
+            predicted,
+            fit.spread,
+            fit.known,
+            fit.scale,
+            changes,
+        )
     return _find_outliers_between_blocks(samples, problem, fit, changes)
 
 
 def find_outliers_piecewise(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
-    """Samples that a fit to some blocks does not explain, of a recording of any length."""
+    """Samples that a fit to some blocks does not explain, of a recording of any
+    length."""
     changes, parts = _wrench_changes(problem), []
     for start in range(0, len(samples.time), SAMPLES_AT_A_TIME):
         part = slice(start, start + SAMPLES_AT_A_TIME)
-        piece = Samples(samples.time[part], samples.wrench[part], samples.static, samples.smooth)
+        piece = Samples(
+            samples.time[part], samples.wrench[part], samples.static, samples.smooth
+        )
         parts.append(_find_outliers_between_blocks(piece, problem, fit, changes))
-    return Outliers(*(np.concatenate([getattr(o, name) for o in parts]) for name in ("contact", "spike", "saturation")))
+    return Outliers(
+        *(
+            np.concatenate([getattr(o, name) for o in parts])
+            for name in ("contact", "spike", "saturation")
+        )
+    )
 
 
-def _find_outliers_between_blocks(samples: Samples, problem: Problem, fit: Fit, changes: Array) -> Outliers:
-    """Outliers among samples between the blocks of a fit, whose prediction is interpolated linearly."""
+def _find_outliers_between_blocks(
+    samples: Samples, problem: Problem, fit: Fit, changes: Array
+) -> Outliers:
+    """Outliers among samples between the blocks of a fit, whose prediction is
+    interpolated linearly."""
     predicted = problem.wrench - fit.residual
     columns = np.column_stack((predicted, fit.spread, fit.known))
-    at_samples = np.column_stack([np.interp(samples.time, problem.time, column) for column in columns.T])
+    at_samples = np.column_stack(
+        [np.interp(samples.time, problem.time, column) for column in columns.T]
+    )
     half_interval = 0.5 * float(np.median(np.diff(problem.time)))
     first, last = problem.time[0] - half_interval, problem.time[-1] + half_interval
-    known = (at_samples[:, 7] > 1.0 - 1e-9) & (samples.time >= first) & (samples.time <= last)
+    known = (
+        (at_samples[:, 7] > 1.0 - 1e-9)
+        & (samples.time >= first)
+        & (samples.time <= last)
+    )
     scale = fit.scale * problem.blocks.mean_count**0.5
-    return find_outliers(samples.time, samples.wrench, at_samples[:, :6], at_samples[:, 6], known, scale, changes)
+    return find_outliers(
+        samples.time,
+        samples.wrench,
+        at_samples[:, :6],
+        at_samples[:, 6],
+        known,
+        scale,
+        changes,
+    )
 
 
 def _wrench_changes(problem: Problem) -> Array:
-    """(2,) standard deviation of force [N] and torque [N m], the norm of their three components."""
+    """(2,) standard deviation of force [N] and torque [N m], the norm of their three
+    components."""
     spread = np.std(problem.wrench - np.median(problem.wrench, axis=0), axis=0)
     return np.linalg.norm(spread.reshape(2, 3), axis=1)

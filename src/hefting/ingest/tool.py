@@ -1,8 +1,9 @@
-"""Tool: what the sensor holds besides the object, known from a recording of its own, taken away with its uncertainty.
+"""Tool: what the sensor holds besides the object, known from a recording of its own,
+taken away with its uncertainty.
 
-Parameters in the same frame add, so the wrench of object and tool is the sum of theirs: less the tool's predicted
-wrench, what is left is the object's. The tool's error then is the object's error, independent of that of the recording:
-the covariances add.
+Parameters in the same frame add, so the wrench of object and tool is the sum of theirs:
+less the tool's predicted wrench, what is left is the object's. The tool's error then is
+the object's error, independent of that of the recording: the covariances add.
 """
 
 from dataclasses import replace
@@ -16,12 +17,18 @@ from hefting.core.regressor import predict_wrench
 
 
 def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
-    """Measurements of the object alone: the wrench less what the tool needs for the same motion.
+    """Measurements of the object alone: the wrench less what the tool needs for the
+    same motion.
 
-    `tool` is an estimate in the same sensor frame, made from a recording of the bare tool.
+    `tool` is an estimate in the same sensor frame, made from a recording of the bare
+    tool.
     """
     wrench = predict_wrench(measurements, tool.parameters.vector)
-    return replace(measurements, force=measurements.force - wrench[:, :3], torque=measurements.torque - wrench[:, 3:])
+    return replace(
+        measurements,
+        force=measurements.force - wrench[:, :3],
+        torque=measurements.torque - wrench[:, 3:],
+    )
 
 
 def tool_warnings(tool: Estimate) -> list[Message]:
@@ -36,11 +43,16 @@ def tool_warnings(tool: Estimate) -> list[Message]:
 
 
 def load_tool(path: str | Path) -> Estimate:
-    """The estimate of a bare tool, as `hefting calibrate` or `hefting identify` writes it.
+    """The estimate of a bare tool, as `hefting calibrate` or `hefting identify` writes
+    it.
 
     Raises `InputError` when the file holds none, or one without mass.
     """
     tool = Estimate.load(path)
     if not tool.parameters.mass > 0.0:
-        raise InputError(f"the tool has a mass of {tool.parameters.mass:.3g} kg", path, "leave it out")
+        raise InputError(
+            f"the tool has a mass of {tool.parameters.mass:.3g} kg",
+            path,
+            "leave it out",
+        )
     return tool

@@ -1,20 +1,25 @@
-"""Covariance of a fit with coloured residuals, and the clock offset of generalised least squares.
+"""Covariance of a fit with coloured residuals, and the clock offset of generalised
+least squares.
 
-Least squares with normal matrix H and whitened design matrix B has the error H^-1 B'u. With the residuals u of a
-channel a stationary process of spectrum S(f), the same for the three forces and for the three torques,
+Least squares with normal matrix H and whitened design matrix B has the error H^-1 B'u.
+With the residuals u of a channel a stationary process of spectrum S(f), the same for
+the three forces and for the three torques,
 
     cov = sum over channels of sum over f of S(f) Z(f) Z(f)^*,      Z = B H^-1,
 
-in the unitary discrete Fourier transform (Hannan, Multiple Time Series, 1970, ch. VII). Coloured noise therefore
-counts at the frequencies at which the design matrix has its power. The errors of smoothed motion have hardly any power
-at the motion's own frequencies. No colour is counted twice, as it would be by weights for it together with an
-autocorrelation time.
+in the unitary discrete Fourier transform (Hannan, Multiple Time Series, 1970, ch. VII).
+Coloured noise therefore counts at the frequencies at which the design matrix has its
+power. The errors of smoothed motion have hardly any power at the motion's own
+frequencies. No colour is counted twice, as it would be by weights for it together with
+an autocorrelation time.
 
-The spectrum is the periodogram of the residuals, averaged over neighbouring frequencies, divided by the share of it
+The spectrum is the periodogram of the residuals, averaged over neighbouring
+frequencies, divided by the share of it
 that the fit leaves: one less the leverage.
 
-The same sums weighted by 1/S give generalised least squares. The clock offset is taken from it: the errors of sensors
-are mostly slow, while the clock offset shows best in fast changes.
+The same sums weighted by 1/S give generalised least squares. The clock offset is taken
+from it: the errors of sensors are mostly slow, while the clock offset shows best in
+fast changes.
 """
 
 from dataclasses import dataclass
@@ -27,12 +32,13 @@ from hefting.ingest.fit import Fit
 from hefting.ingest.model import Layout
 
 SEGMENT_LENGTH = 16384
-"""Number of samples in one discrete Fourier transform; it bounds the memory. A power of two is fast to transform."""
+"""Number of samples in one discrete Fourier transform; it bounds the memory. A power of
+two is fast to transform."""
 TAPERED_SHARE = 0.1
 """Share of a segment's samples, at each end, over which it is tapered."""
 FEWEST_AVERAGED_BINS = 5
-"""Smallest number of neighbouring frequencies, to each side, over which the periodogram is averaged. At bin i it is
-i / 3 where that is more."""
+"""Smallest number of neighbouring frequencies, to each side, over which the periodogram
+is averaged. At bin i it is i / 3 where that is more."""
 FORCE_AND_TORQUE = (slice(0, 3), slice(3, 6))
 """Channels of force and of torque. The channels of each share a spectrum."""
 
@@ -45,15 +51,20 @@ class Uncertainty:
     spectrum: Array
     """(F, 6) of its whitened residuals; white residuals of the fit's scale have 1"""
     naive: Array
-    """(q,) variances of the unknowns for white residuals; infinite where undetermined"""
+    """(q,) variances of the unknowns for white residuals; infinite where
+    undetermined"""
     slow: float
-    """spectrum at the lowest frequencies: it determines the variance of sums of residuals"""
+    """spectrum at the lowest frequencies: it determines the variance of sums of
+    residuals"""
     bias: Array
-    """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where undetermined"""
+    """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where
+    undetermined"""
     step: Array
-    """(q,) difference of the solution of generalised least squares from that of the fit"""
+    """(q,) difference of the solution of generalised least squares from that of the
+    fit"""
     step_std: Array
-    """(q,) standard deviations of the solution of generalised least squares; infinite where undetermined"""
+    """(q,) standard deviations of the solution of generalised least squares; infinite
+    where undetermined"""
 
     @property
     def layout(self) -> Layout:
@@ -62,11 +73,14 @@ class Uncertainty:
 
     @cached_property
     def covariance(self) -> Array:
-        """(q, q) of parameters, offset and gravity's change along its tangents; infinite where undetermined."""
+        """(q, q) of parameters, offset and gravity's change along its tangents;
+        infinite where undetermined."""
         q, segments = self.layout.core, _segments(len(self.fit.weights))
         covariance = np.zeros((q, q))
         for segment in segments:
-            covariance += _weighted_gram(self.spectrum, _transform(_influences(self.fit, segment)))
+            covariance += _weighted_gram(
+                self.spectrum, _transform(_influences(self.fit, segment))
+            )
         covariance *= _inverse_coverage(self.fit, segments)
         undetermined = np.isinf(self.naive)
         covariance[undetermined], covariance[:, undetermined] = 0.0, 0.0
@@ -75,17 +89,26 @@ class Uncertainty:
 
     @property
     def offset_std(self) -> float:
-        """[s] of the offset of generalised least squares; infinite where the offset is not free."""
-        return np.inf if self.layout.offset is None else float(self.step_std[self.layout.offset])
+        """[s] of the offset of generalised least squares; infinite where the offset is
+        not free."""
+        return (
+            np.inf
+            if self.layout.offset is None
+            else float(self.step_std[self.layout.offset])
+        )
 
     @property
     def offset_step(self) -> float:
-        """[s] from the fit's offset to that of generalised least squares; zero where the offset is not free."""
-        return 0.0 if self.layout.offset is None else float(self.step[self.layout.offset])
+        """[s] from the fit's offset to that of generalised least squares; zero where
+        the offset is not free."""
+        return (
+            0.0 if self.layout.offset is None else float(self.step[self.layout.offset])
+        )
 
     @property
     def tilt_std(self) -> float:
-        """[m/s²] of gravity along each tangent, root mean square; infinite where its direction is not free."""
+        """[m/s²] of gravity along each tangent, root mean square; infinite where its
+        direction is not free."""
         if self.layout.tilt is None:
             return np.inf
         return float(np.sqrt(np.mean(self.covariance.diagonal()[self.layout.tilt])))
@@ -97,18 +120,25 @@ class Uncertainty:
 
     @property
     def inflation(self) -> Array:
-        """(16,) ratio of the variances of ten parameters and six bias components to those for white residuals.
+        """(16,) ratio of the variances of ten parameters and six bias components to
+        those for white residuals.
 
         1 where undetermined.
         """
-        ratio, known = np.ones(16), np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
-        ratio[:10][known] = self.covariance.diagonal()[:10][known] / self.naive[:10][known]
+        ratio, known = (
+            np.ones(16),
+            np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0),
+        )
+        ratio[:10][known] = (
+            self.covariance.diagonal()[:10][known] / self.naive[:10][known]
+        )
         ratio[10:] = self.slow
         return ratio
 
 
 def estimate_uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
-    """Covariance of the solution of a fit, and its difference from generalised least squares.
+    """Covariance of the solution of a fit, and its difference from generalised least
+    squares.
 
     Parameters
     ----------
@@ -117,7 +147,9 @@ def estimate_uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     """
     q, inverse = fit.model.layout.core, fit.solution.inverse
     own = inverse[:q, :q]
-    transforms = [_Transforms.of(fit, segment) for segment in _segments(len(fit.weights))]
+    transforms = [
+        _Transforms.of(fit, segment) for segment in _segments(len(fit.weights))
+    ]
     S = _residual_spectrum(transforms, own, bias_functions=fit.hats.n)
     step, step_variance = _generalised_step(transforms, own, S, fastest)
 
@@ -128,34 +160,50 @@ def estimate_uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     slow = float(S[: FEWEST_AVERAGED_BINS + 1].mean())
     bias_std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
     bias_std[fit.solution.undetermined[q:]] = np.inf
-    return Uncertainty(fit, S, naive, slow, bias_std.reshape(fit.hats.n, 6), step, step_std)
+    return Uncertainty(
+        fit, S, naive, slow, bias_std.reshape(fit.hats.n, 6), step, step_std
+    )
 
 
 def _undetermined(fit: Fit) -> Mask:
-    """(q,) undetermined unknowns: all of them where there are fewer than two equations for each one determined."""
+    """(q,) undetermined unknowns: all of them where there are fewer than two equations
+    for each one determined."""
     undetermined = fit.solution.undetermined
     equations = 6 * int(np.sum(fit.weights > 0.0))
-    return undetermined[: fit.model.layout.core] | (equations < 2 * np.sum(~undetermined))
+    return undetermined[: fit.model.layout.core] | (
+        equations < 2 * np.sum(~undetermined)
+    )
 
 
-def _residual_spectrum(transforms: list["_Transforms"], own: Array, bias_functions: int) -> Array:
-    """(F, 6) spectrum of the whitened residuals; `own` (q, q) is the covariance of the unknowns for white residuals."""
+def _residual_spectrum(
+    transforms: list["_Transforms"], own: Array, bias_functions: int
+) -> Array:
+    """(F, 6) spectrum of the whitened residuals; `own` (q, q) is the covariance of the
+    unknowns for white residuals."""
     root = _inverse_root(own)
-    power, remaining = np.zeros_like(transforms[0].count), np.zeros_like(transforms[0].count)
+    power, remaining = (
+        np.zeros_like(transforms[0].count),
+        np.zeros_like(transforms[0].count),
+    )
     for t in transforms:
         remaining += np.maximum(t.count - _leverage(t.influences, root), 0.2 * t.count)
         power += np.abs(t.residual) ** 2
     first = (bias_functions + 1) // 2 + 1  # the bias fits lower frequencies
     remaining[:first], power[:first] = 0.0, 0.0
     spectra = [
-        _average_over_neighbours(power[:, channels].sum(axis=1), remaining[:, channels].sum(axis=1))
+        _average_over_neighbours(
+            power[:, channels].sum(axis=1), remaining[:, channels].sum(axis=1)
+        )
         for channels in FORCE_AND_TORQUE
     ]
     return np.repeat(np.stack(spectra, axis=1), 3, axis=1)
 
 
-def _generalised_step(transforms: list["_Transforms"], own: Array, S: Array, fastest: float) -> tuple[Array, Array]:
-    """Change (q,) of the unknowns to generalised least squares with spectrum S (F, 6), and their variances (q,) there.
+def _generalised_step(
+    transforms: list["_Transforms"], own: Array, S: Array, fastest: float
+) -> tuple[Array, Array]:
+    """Change (q,) of the unknowns to generalised least squares with spectrum S (F, 6),
+    and their variances (q,) there.
 
     Frequencies above `fastest` [1/block] are not used.
     """
@@ -168,13 +216,16 @@ def _generalised_step(transforms: list["_Transforms"], own: Array, S: Array, fas
         b += np.einsum("fcq,fc->q", t.influences, t.residual.conj() / spectrum).real
     length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
     scaled = N / length / length[:, None]
-    inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) / length / length[:, None]
+    inverse = (
+        np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) / length / length[:, None]
+    )
     return own @ inverse @ b, np.einsum("ij,jk,ik->i", own, inverse, own)
 
 
 @dataclass(frozen=True, eq=False)
 class _Transforms:
-    """Fourier transforms of a segment of samples. Frequencies but the first and last include their negatives."""
+    """Fourier transforms of a segment of samples. Frequencies but the first and last
+    include their negatives."""
 
     residual: Array
     """(F, 6) whitened residuals, tapered"""
@@ -189,10 +240,14 @@ class _Transforms:
         length = segment.stop - segment.start
         taper = _taper(length)[:, None]
         used = fit.weights[segment] > 0.0
-        count = np.full((length // 2 + 1, 6), 2.0 * float(np.sum(taper[used] ** 2)) / length)
+        count = np.full(
+            (length // 2 + 1, 6), 2.0 * float(np.sum(taper[used] ** 2)) / length
+        )
         count[0] *= 0.5
         residual = _transform(fit.residual[segment] * _whitening(fit, segment) * taper)
-        return cls(residual, _transform(_influences(fit, segment) * taper[:, :, None]), count)
+        return cls(
+            residual, _transform(_influences(fit, segment) * taper[:, :, None]), count
+        )
 
 
 def _whitening(fit: Fit, segment: slice) -> Array:
@@ -201,7 +256,8 @@ def _whitening(fit: Fit, segment: slice) -> Array:
 
 
 def _influences(fit: Fit, segment: slice) -> Array:
-    """Z (K, 6, q): change of the q unknowns per unit of each whitened sample of a segment."""
+    """Z (K, 6, q): change of the q unknowns per unit of each whitened sample of a
+    segment."""
     q = fit.model.layout.core
     own, bias = fit.solution.inverse[:q, :q], fit.solution.inverse[q:, :q]
     Z = (fit.columns[segment].reshape(-1, q) @ own).reshape(-1, 6, q)
@@ -211,7 +267,8 @@ def _influences(fit: Fit, segment: slice) -> Array:
 
 
 def _segments(K: int) -> list[slice]:
-    """Consecutive segments of equal length that cover most of K samples, at least half of them."""
+    """Consecutive segments of equal length that cover most of K samples, at least half
+    of them."""
     length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
 
@@ -222,14 +279,16 @@ def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
 
 
 def _taper(length: int) -> Array:
-    """(K,) window: one, falling to zero at the ends, so that low frequencies do not leak into high ones."""
+    """(K,) window: one, falling to zero at the ends, so that low frequencies do not
+    leak into high ones."""
     from_end = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5)
     u = from_end / max(TAPERED_SHARE * length, 1.0)
     return np.sin(0.5 * np.pi * np.minimum(u, 1.0))
 
 
 def _transform(values: Array) -> Array:
-    """(F, ...) unitary Fourier transform of real values (K, ...), scaled to include the negative frequencies."""
+    """(F, ...) unitary Fourier transform of real values (K, ...), scaled to include the
+    negative frequencies."""
     length = len(values)
     transformed = np.fft.rfft(values, axis=0) / np.sqrt(length)
     transformed[1 : (length + 1) // 2] *= np.sqrt(2.0)
@@ -237,7 +296,8 @@ def _transform(values: Array) -> Array:
 
 
 def _inverse_root(own: Array) -> Array:
-    """X (q, k) with X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
+    """X (q, k) with X X' the pseudo-inverse of a positive semidefinite matrix (q,
+    q)."""
     length = np.sqrt(np.maximum(own.diagonal(), 1e-300))
     values, vectors = np.linalg.eigh(own / length / length[:, None])
     good = values > 1e-15 * max(float(values[-1]), 1e-300)
@@ -245,20 +305,27 @@ def _inverse_root(own: Array) -> Array:
 
 
 def _leverage(Z: Array, root: Array) -> Array:
-    """(F, 6) power of unit white noise that the fit absorbs at each frequency, for influences Z (F, 6, q)."""
+    """(F, 6) power of unit white noise that the fit absorbs at each frequency, for
+    influences Z (F, 6, q)."""
     F, c, q = Z.shape
     flat = Z.reshape(-1, q)
-    return (np.square(flat.real @ root) + np.square(flat.imag @ root)).sum(axis=1).reshape(F, c)
+    return (
+        (np.square(flat.real @ root) + np.square(flat.imag @ root))
+        .sum(axis=1)
+        .reshape(F, c)
+    )
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
-    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (F, 6, q)."""
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (F, 6,
+    q)."""
     flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[2])
     return flat.real.T @ flat.real + flat.imag.T @ flat.imag
 
 
 def _average_over_neighbours(power: Array, count: Array) -> Array:
-    """Spectrum (F,): sum of the power (F,) over neighbouring frequencies over that of the expected counts (F,)."""
+    """Spectrum (F,): sum of the power (F,) over neighbouring frequencies over that of
+    the expected counts (F,)."""
     n = len(power)
     i = np.arange(n)
     half = np.maximum(FEWEST_AVERAGED_BINS, i // 3)
@@ -266,4 +333,6 @@ def _average_over_neighbours(power: Array, count: Array) -> Array:
     sums, counts = (np.concatenate(([0.0], np.cumsum(x))) for x in (power, count))
     average = sums[-1] / max(counts[-1], 1e-300)
     weight = counts[high] - counts[low]
-    return np.where(weight > 0.0, (sums[high] - sums[low]) / np.maximum(weight, 1e-300), average)
+    return np.where(
+        weight > 0.0, (sums[high] - sums[low]) / np.maximum(weight, 1e-300), average
+    )

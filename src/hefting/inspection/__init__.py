@@ -1,4 +1,5 @@
-"""Inspection: what a log holds, which conventions it seems to follow, and what can be found from it."""
+"""Inspection: what a log holds, which conventions it seems to follow, and what can be
+found from it."""
 
 from hefting.inspection.inspect import inspect
 from hefting.inspection.movement import Movement

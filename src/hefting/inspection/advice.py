@@ -1,4 +1,5 @@
-"""What to do next about a recording: what stands in the way first, then what would make it better."""
+"""What to do next about a recording: what stands in the way first, then what would make
+it better."""
 
 from math import degrees
 
@@ -60,9 +61,13 @@ def _obstacles(found: Inspection) -> list[str]:
                 "no mass is found beside a bias: is anything held, or does the controller subtract its payload?"
             )
         else:
-            said.append("record other orientations: a bias cannot be told from the object's weight in this one")
+            said.append(
+                "record other orientations: a bias cannot be told from the object's weight in this one"
+            )
     if sign is not None and not sign.certain:
-        said.append("the wrench's sign is not certain: give `wrench` on-object or on-sensor")
+        said.append(
+            "the wrench's sign is not certain: give `wrench` on-object or on-sensor"
+        )
     said.extend(found.identifiability.summary)
     if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):
         said.append(
@@ -71,7 +76,9 @@ def _obstacles(found: Inspection) -> list[str]:
         )
     if any(name.startswith("J") for name in open_):
         how = f"hefting identify {found.log} --shape MESH"
-        said.append(f"give `shape`: it says of the inertia what the motion does not ({how})")
+        said.append(
+            f"give `shape`: it says of the inertia what the motion does not ({how})"
+        )
     return said
 
 
@@ -80,18 +87,30 @@ def _improvements(found: Inspection) -> list[str]:
     said = _of_wrench(found)
     hint, m = found.gravity_hint, found.movement
     assert m is not None
-    known = m.turn > LITTLE and (found.static or found.duration > SHORT) and "m" not in found.undetermined
+    known = (
+        m.turn > LITTLE
+        and (found.static or found.duration > SHORT)
+        and "m" not in found.undetermined
+    )
     if hint is not None and hint.serious and known:
         said.append(
             f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
             "give `gravity` estimate"
         )
     if m.above_limit and m.linear_speed is not None:
-        said.append(f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218")
+        said.append(
+            f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218"
+        )
     if m.dynamism is None:
-        said.append("record positions (px py pz) or an accelerometer: without, mass and COM are all there is")
+        said.append(
+            "record positions (px py pz) or an accelerometer: without, mass and COM are all there is"
+        )
     if found.undetermined:
-        if found.static and found.streams["wrench"].samples < 10 and {"m", "mcx", "mcy", "mcz"} & {*found.undetermined}:
+        if (
+            found.static
+            and found.streams["wrench"].samples < 10
+            and {"m", "mcx", "mcy", "mcz"} & {*found.undetermined}
+        ):
             said.append("record ten static poses or more")
         elif not found.static and found.duration < SHORT:
             said.append(f"record ten seconds or more: {found.duration:.2g} s is short")
@@ -104,24 +123,38 @@ def _of_wrench(found: Inspection) -> list[str]:
     if c is not None:
         if abs(c.offset) > OFFSET:
             late = "late" if c.offset > 0.0 else "early"
-            said.append(f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself")
+            said.append(
+                f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself"
+            )
         if c.bias.kind != "constant":
-            said.append("the bias drifts: identify removes it; better, let the sensor warm up before recording")
+            said.append(
+                "the bias drifts: identify removes it; better, let the sensor warm up before recording"
+            )
         if c.reasons.get("saturation"):
-            said.append("the sensor reached its limit: move slower, zero it first, or use one of a larger range")
+            said.append(
+                "the sensor reached its limit: move slower, zero it first, or use one of a larger range"
+            )
         n = max(len(c.rejected), 1)
         if c.reasons.get("contact", 0) > SHARE * n:
             share = _percent(c.reasons["contact"] / n)
-            said.append(f"{share} of the samples do not fit one free body: does the object touch something, or swing?")
+            said.append(
+                f"{share} of the samples do not fit one free body: does the object touch something, or swing?"
+            )
         if c.reasons.get("spike", 0) > SHARE * n:
             share = _percent(c.reasons["spike"] / n)
-            said.append(f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock")
+            said.append(
+                f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock"
+            )
     assert found.facts is not None
     for name in ("force", "torque"):
         channels = found.facts.channels[name]
-        ratio = float((channels.signal**2).sum() / max((channels.noise**2).sum(), 1e-300))
+        ratio = float(
+            (channels.signal**2).sum() / max((channels.noise**2).sum(), 1e-300)
+        )
         if ratio < WEAK:
-            said.append(f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer")
+            said.append(
+                f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer"
+            )
     return said
 
 
@@ -133,8 +166,14 @@ def _of_streams(found: Inspection) -> list[str]:
     for name in ("orientation", "wrench"):
         facts = found.streams[name]
         what = "poses" if name == "orientation" else "wrenches"
-        if 0.0 < facts.rate < FEW_HERTZ and m is not None and m.angular_speed[0] > BRISK:
-            said.append(f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower")
+        if (
+            0.0 < facts.rate < FEW_HERTZ
+            and m is not None
+            and m.angular_speed[0] > BRISK
+        ):
+            said.append(
+                f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
+            )
         if facts.missing > SHARE:
             said.append(_lost(what, facts))
     return said

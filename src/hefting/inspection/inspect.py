@@ -1,4 +1,5 @@
-"""Inspect a recording: what ingest understands of it, looked at before anything is identified. It never fails."""
+"""Inspect a recording: what ingest understands of it, looked at before anything is
+identified. It never fails."""
 
 from dataclasses import replace
 from typing import Literal
@@ -25,11 +26,14 @@ from hefting.motion import measure
 EMPTY = "the wrench is zero throughout"
 
 
-def inspect(recording: Recording, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY) -> Inspection:
-    """Findings about `recording`, with `gravity` (3,) in world axes [m/s²], or its direction ``"estimate"``.
+def inspect(
+    recording: Recording, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
+) -> Inspection:
+    """Findings about `recording`, with `gravity` (3,) in world axes [m/s²], or its
+    direction ``"estimate"``.
 
-    What cannot be found is None, and `Inspection.missing` says why. Raises `InputError` only for a gravity that is
-    none.
+    What cannot be found is None, and `Inspection.missing` says why. Raises `InputError`
+    only for a gravity that is none.
     """
     g = _checked(gravity)
     missing: dict[str, str] = {}
@@ -54,17 +58,24 @@ def inspect(recording: Recording, gravity: ArrayLike | Literal["estimate"] = STA
 def _checked(gravity: ArrayLike | str) -> Array:
     """Gravity (3,) as given, or straight down; `InputError` for what is none."""
     if isinstance(gravity, str) and gravity != "estimate":
-        raise InputError(f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate")
+        raise InputError(
+            f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
+        )
     return check_gravity(STANDARD_GRAVITY if isinstance(gravity, str) else gravity)
 
 
 def _lacking(recording: Recording) -> str:
-    """What the log does not hold without which nothing can be found; empty where it does."""
+    """What the log does not hold without which nothing can be found; empty where it
+    does."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
         joints = recording.has("joint_positions")
-        return "there are joint angles but no poses" if joints else "there is no orientation"
+        return (
+            "there are joint angles but no poses"
+            if joints
+            else "there is no orientation"
+        )
     return "" if recording["wrench"].values.any() else EMPTY
 
 
@@ -81,13 +92,19 @@ def _inspection(
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
     else:
-        fit = found.beside_bias if not found.beside_bias.mass_is_open else _without_bias(found)
+        fit = (
+            found.beside_bias
+            if not found.beside_bias.mass_is_open
+            else _without_bias(found)
+        )
         comparable = not fit.mass_is_open and found.source != "orientation"
         facts = wrench_facts(found, fit, comparable)
         identifiable = identifiability(found.measurements, fit, TYPICAL_SIZE)
         hint = _hint(gravity, found.conditioned)
         warnings = [
-            line for line in found.warnings if getattr(line, "code", "") not in ("sign-uncertain", "base-tilted")
+            line
+            for line in found.warnings
+            if getattr(line, "code", "") not in ("sign-uncertain", "base-tilted")
         ]
         try:
             check_wrench(found, None)
@@ -97,10 +114,15 @@ def _inspection(
         log=recording.source,
         duration=recording.duration,
         static=recording.static,
-        streams={name: stream_facts(stream, recording.static) for name, stream in recording.streams.items()},
+        streams={
+            name: stream_facts(stream, recording.static)
+            for name, stream in recording.streams.items()
+        },
         notes=recording.notes if found is None else found.read_notes,
         gravity=gravity if found is None else found.conditioned.gravity,
-        quick_mass=_quick_mass(recording, gravity if found is None else found.conditioned.gravity),
+        quick_mass=_quick_mass(
+            recording, gravity if found is None else found.conditioned.gravity
+        ),
         movement=moved,
         conditioned=None if found is None else found.conditioned,
         gravity_hint=hint,
@@ -119,7 +141,8 @@ def _without_bias(found: Ingested) -> FreeFit:
 
 
 def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
-    """Where the data would have gravity, or, if its direction was to be found, where it is."""
+    """Where the data would have gravity, or, if its direction was to be found, where it
+    is."""
     adopted = found.tilt_std is not None
     if adopted:
         std, there = found.tilt_std, found.gravity
@@ -131,7 +154,9 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
         return None
     there, here = there / np.linalg.norm(there), gravity / np.linalg.norm(gravity)
     angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), here @ there))
-    return GravityHint(angle, std, (float(there[0]), float(there[1]), float(there[2])), adopted)
+    return GravityHint(
+        angle, std, (float(there[0]), float(there[1]), float(there[2])), adopted
+    )
 
 
 def _quick_mass(recording: Recording, gravity: Array) -> float | None:

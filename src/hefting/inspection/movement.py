@@ -1,4 +1,5 @@
-"""Movement: how fast the sensor went, whether that was safe, and how far it turned against gravity."""
+"""Movement: how fast the sensor went, whether that was safe, and how far it turned
+against gravity."""
 
 from dataclasses import dataclass
 
@@ -28,7 +29,8 @@ class Movement:
     turn: float
     """rad: the largest angle between any two of gravity's directions in sensor axes"""
     dynamism: float | None
-    """median (Nadeau et al. 2022, eq. 4); None where only gravity is modelled although the sensor moves"""
+    """median (Nadeau et al. 2022, eq. 4); None where only gravity is modelled although
+    the sensor moves"""
 
     @property
     def keeps_limit(self) -> bool | None:
@@ -39,25 +41,35 @@ class Movement:
 def movement(recording: Recording, found: Measured | Ingested) -> Movement:
     """How a recording moves, at the instants of its wrench."""
     z, motion = found.measurements, found.motion
-    angular = np.linalg.norm(z.angular_velocity if motion is None else motion.angular_velocity, axis=1)
+    angular = np.linalg.norm(
+        z.angular_velocity if motion is None else motion.angular_velocity, axis=1
+    )
     time = linear = None
     if recording.has("linear_velocity"):
-        time, velocity = recording["linear_velocity"].time, recording["linear_velocity"].values
+        time, velocity = (
+            recording["linear_velocity"].time,
+            recording["linear_velocity"].values,
+        )
         linear = np.linalg.norm(velocity, axis=1)
     elif motion is not None and motion.linear_velocity is not None:
         time, linear = motion.time, np.linalg.norm(motion.linear_velocity, axis=1)
     return Movement(
         source=DESCRIPTIONS[found.source],
         linear_speed=None if linear is None else _mean_and_largest(linear),
-        above_limit=None if linear is None or time is None else time_above(time, linear, SPEED_LIMIT),
+        above_limit=None
+        if linear is None or time is None
+        else time_above(time, linear, SPEED_LIMIT),
         angular_speed=_mean_and_largest(angular),
         turn=_widest(z.gravity),
-        dynamism=None if found.source == "orientation" else float(np.median(dynamism(z))),
+        dynamism=None
+        if found.source == "orientation"
+        else float(np.median(dynamism(z))),
     )
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time [s] that values (K,) at times (K,) spend above a limit; a gap counts as one usual step."""
+    """Time [s] that values (K,) at times (K,) spend above a limit; a gap counts as one
+    usual step."""
     above = values > limit
     if len(time) < 2:
         return 0.0
@@ -72,10 +84,17 @@ def _mean_and_largest(values: Array) -> tuple[float, float]:
 
 
 def _widest(gravity: Array) -> float:
-    """The largest angle [rad] between two directions (K, 3), to a few degrees: of those furthest along many axes."""
+    """The largest angle [rad] between two directions (K, 3), to a few degrees: of those
+    furthest along many axes."""
     unit = gravity / np.maximum(np.linalg.norm(gravity, axis=1, keepdims=True), 1e-300)
     k = np.arange(200) + 0.5  # evenly over the sphere
     polar, azimuth = np.arccos(1.0 - k / 100.0), np.pi * (1.0 + 5.0**0.5) * k
-    axes = np.stack((np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)))
+    axes = np.stack(
+        (
+            np.cos(azimuth) * np.sin(polar),
+            np.sin(azimuth) * np.sin(polar),
+            np.cos(polar),
+        )
+    )
     ends = unit[np.unique(np.argmax(unit @ axes, axis=0))]
     return float(np.arccos(np.clip((ends @ ends.T).min(), -1.0, 1.0)))

@@ -17,7 +17,8 @@ from hefting.inspection.wrench import WrenchFacts
 
 @dataclass(frozen=True)
 class GravityHint:
-    """Where the data would have gravity point; only a hint, as an imperfect sensor invents some degrees."""
+    """Where the data would have gravity point; only a hint, as an imperfect sensor
+    invents some degrees."""
 
     angle: float
     """rad from the one assumed"""
@@ -26,7 +27,8 @@ class GravityHint:
     direction: tuple[float, float, float]
     """unit vector in world axes"""
     adopted: bool
-    """whether it was asked for, and all else rests on it; the angle then is that from straight down"""
+    """whether it was asked for, and all else rests on it; the angle then is that from
+    straight down"""
 
     @property
     def serious(self) -> bool:
@@ -36,7 +38,8 @@ class GravityHint:
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """Findings about a recording: what it holds, always; what can be found from it, else None and why in `missing`.
+    """Findings about a recording: what it holds, always; what can be found from it,
+    else None and why in `missing`.
 
     Keys of `to_dict`, in SI units; null where it could not be found, or is infinite:
 
@@ -120,12 +123,28 @@ class Inspection:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; see the class for the keys."""
-        names = ("log", "duration", "static", "notes", "gravity", "quick_mass", "missing", "advice", "warnings")
+        names = (
+            "log",
+            "duration",
+            "static",
+            "notes",
+            "gravity",
+            "quick_mass",
+            "missing",
+            "advice",
+            "warnings",
+        )
         out = {name: getattr(self, name) for name in names}
         out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}
-        out["undetermined"] = None if self.identifiability is None else self.undetermined
-        out["identifiability"] = None if self.identifiability is None else self.identifiability.to_dict()
-        out["wrench"] = self.sign and ("on-object" if self.sign.on_object else "on-sensor")
+        out["undetermined"] = (
+            None if self.identifiability is None else self.undetermined
+        )
+        out["identifiability"] = (
+            None if self.identifiability is None else self.identifiability.to_dict()
+        )
+        out["wrench"] = self.sign and (
+            "on-object" if self.sign.on_object else "on-sensor"
+        )
         out["wrench_t"] = self.sign and self.sign.t
         said = (*self.notes, *self.findings, *self.warnings)
         out["messages"] = [line.to_dict() for line in said if isinstance(line, Message)]
@@ -134,31 +153,63 @@ class Inspection:
     def _movement(self) -> dict[str, Any]:
         m = self.movement
         names = ("linear_speed", "angular_speed", "turn", "dynamism")
-        out = {"motion": m and m.source, **{name: m and getattr(m, name) for name in names}, "speed_limit": None}
+        out = {
+            "motion": m and m.source,
+            **{name: m and getattr(m, name) for name in names},
+            "speed_limit": None,
+        }
         if m is not None and m.above_limit is not None:
-            out["speed_limit"] = {"limit": SPEED_LIMIT, "kept": m.keeps_limit, "above": m.above_limit}
+            out["speed_limit"] = {
+                "limit": SPEED_LIMIT,
+                "kept": m.keeps_limit,
+                "above": m.above_limit,
+            }
         return out
 
     def _conditioned(self) -> dict[str, Any]:
         c, hint = self.conditioned, self.gravity_hint
-        out: dict[str, Any] = {"gravity_preferred": None if hint is None else asdict(hint), "findings": self.findings}
+        out: dict[str, Any] = {
+            "gravity_preferred": None if hint is None else asdict(hint),
+            "findings": self.findings,
+        }
         if c is None:
-            return out | dict.fromkeys(("clock_offset", "drift", "outliers", "autocorrelation"))
+            return out | dict.fromkeys(
+                ("clock_offset", "drift", "outliers", "autocorrelation")
+            )
         return out | {
-            "clock_offset": None if c.offset_std is None else {"offset": c.offset, "std": c.offset_std},
-            "drift": {"kind": c.bias.kind, "knots": c.bias.knots, "range": c.bias.range},
+            "clock_offset": None
+            if c.offset_std is None
+            else {"offset": c.offset, "std": c.offset_std},
+            "drift": {
+                "kind": c.bias.kind,
+                "knots": c.bias.knots,
+                "range": c.bias.range,
+            },
             "outliers": {**c.reasons, "share": float(np.mean(c.rejected))},
             "autocorrelation": c.autocorrelation,
         }
 
     def _facts(self) -> dict[str, Any]:
         f = self.facts
-        names = ("mass", "mass_std", "quick_mass_less_bias", "bias", "bias_t", "noise", "gravity_dominance")
+        names = (
+            "mass",
+            "mass_std",
+            "quick_mass_less_bias",
+            "bias",
+            "bias_t",
+            "noise",
+            "gravity_dominance",
+        )
         out = {name: f and getattr(f, name) for name in names}
         channels = None
         if f is not None:
             channels = {
-                name: {"unit": c.unit, "signal": c.signal, "noise": c.noise, "snr": c.snr}
+                name: {
+                    "unit": c.unit,
+                    "signal": c.signal,
+                    "noise": c.noise,
+                    "snr": c.snr,
+                }
                 for name, c in f.channels.items()
             }
         return out | {"signal_to_noise": channels}

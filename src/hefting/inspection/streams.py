@@ -12,11 +12,13 @@ GAP = 3.0
 
 @dataclass(frozen=True)
 class StreamFacts:
-    """How one stream was sampled. Of static poses only `samples` and `repeated` mean something; the rest is 0."""
+    """How one stream was sampled. Of static poses only `samples` and `repeated` mean
+    something; the rest is 0."""
 
     samples: int
     rate: float
-    """Hz: one over the usual step, the median of those without a lost sample; 0 of one sample"""
+    """Hz: one over the usual step, the median of those without a lost sample; 0 of one
+    sample"""
     start: float
     """s"""
     end: float
@@ -28,19 +30,26 @@ class StreamFacts:
     gap_time: float
     """s in gaps altogether"""
     missing: float
-    """share of the samples that the rate promises and that are not there; gaps included"""
+    """share of the samples that the rate promises and that are not there; gaps
+    included"""
     jitter: float
-    """s: root-mean-square deviation of the step from the nearest multiple of the usual one, gaps left out"""
+    """s: root-mean-square deviation of the step from the nearest multiple of the usual
+    one, gaps left out"""
     jitter_share: float
     """the same over the usual step"""
     repeated: float
-    """share of the samples that equal the one before in every column: held values of a slower source, or rest"""
+    """share of the samples that equal the one before in every column: held values of a
+    slower source, or rest"""
 
 
 def stream_facts(stream: Stream, static: bool) -> StreamFacts:
     """Facts of a stream; `static`: its times are only row numbers."""
     n = len(stream)
-    repeated = float((np.diff(stream.values, axis=0) == 0.0).all(axis=1).mean()) if n > 1 else 0.0
+    repeated = (
+        float((np.diff(stream.values, axis=0) == 0.0).all(axis=1).mean())
+        if n > 1
+        else 0.0
+    )
     if static or n < 2:
         start = 0.0 if static else float(stream.time[0])
         return StreamFacts(n, 0.0, start, start, 0, 0.0, 0.0, 0.0, 0.0, 0.0, repeated)

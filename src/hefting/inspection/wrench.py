@@ -1,4 +1,5 @@
-"""What the wrench says: the object as least squares sees it, bias, noise, SNR, and how far gravity dominates."""
+"""What the wrench says: the object as least squares sees it, bias, noise, SNR, and how
+far gravity dominates."""
 
 from dataclasses import dataclass, replace
 
@@ -29,7 +30,8 @@ class Channels:
 
     @property
     def snr(self) -> Array:
-        """(3,) mean-squared signal over the variance of the noise; infinite without noise."""
+        """(3,) mean-squared signal over the variance of the noise; infinite without
+        noise."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.noise > 0.0, (self.signal / self.noise) ** 2, np.inf)
 
@@ -39,25 +41,29 @@ class WrenchFacts:
     """What the wrench says of sensor and object."""
 
     mass: float
-    """kg, by least squares beside a free bias, where that is determined, else without"""
+    """kg, by least squares beside a free bias, where that is determined, else
+    without"""
     mass_std: float
     """kg; infinite where undetermined"""
     quick_mass_less_bias: float | None
-    """kg: mean |f| / |g| once the bias is taken away; None where the bias is not known"""
+    """kg: mean |f| / |g| once the bias is taken away; None where the bias is not
+    known"""
     bias: Array | None
-    """(6,) as recorded [N, N m], its mean where it drifts; None where the motion cannot tell it from the object"""
+    """(6,) as recorded [N, N m], its mean where it drifts; None where the motion cannot
+    tell it from the object"""
     bias_t: Array | None
     """(6,) the bias over its standard deviation"""
     noise: tuple[float, float]
     """root-mean-square residual of force [N] and torque [N m]"""
     channels: dict[str, Channels]
-    """``force`` and ``torque``: what the object's motion and weight need, beside what is left unexplained;
-    and where the motion was smoothed here ``linear acceleration``, ``angular velocity``, ``angular acceleration``
-    beside their standard deviations"""
+    """``force`` and ``torque``: what the object's motion and weight need, beside what
+    is left unexplained; and where the motion was smoothed here ``linear acceleration``,
+    ``angular velocity``, ``angular acceleration`` beside their standard deviations"""
     gravity_dominance: tuple[float, float] | None
-    """root-mean-square of what gravity needs over that of what motion needs, of force and of torque; infinite
-    without motion. In daily living it is about five (Nadeau et al. 2022, sec. III). None where no mass is found, or
-    only gravity is modelled although the sensor moves"""
+    """root-mean-square of what gravity needs over that of what motion needs, of force
+    and of torque; infinite without motion. In daily living it is about five (Nadeau et
+    al. 2022, sec. III). None where no mass is found, or only gravity is modelled
+    although the sensor moves"""
 
 
 def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts:
@@ -71,13 +77,21 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
     channels = {}
     parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
     for name, unit, part in parts:
-        square = found.counts @ left[:, part] ** 2 / found.counts.sum() + found.within.diagonal()[part]
+        square = (
+            found.counts @ left[:, part] ** 2 / found.counts.sum()
+            + found.within.diagonal()[part]
+        )
         channels[name] = Channels(unit, _rms(explained[:, part]), np.sqrt(square))
     if found.motion is not None:
         channels |= _motion_channels(found.motion)
     noise = residual_size(left, found.counts, found.within)
     g = float(np.linalg.norm(z.gravity, axis=1).mean())
-    bare = None if fit.bias is None else float(np.linalg.norm(z.force - fit.bias[:3], axis=1).mean()) / max(g, 1e-300)
+    bare = (
+        None
+        if fit.bias is None
+        else float(np.linalg.norm(z.force - fit.bias[:3], axis=1).mean())
+        / max(g, 1e-300)
+    )
     return WrenchFacts(
         mass=abs(float(fit.vector[0])),
         mass_std=float(np.sqrt(fit.covariance[0, 0])),
@@ -92,7 +106,11 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
 
 def _motion_channels(motion: Motion) -> dict[str, Channels]:
     found = {}
-    quantities = (("linear_acceleration", "m/s²"), ("angular_velocity", "rad/s"), ("angular_acceleration", "rad/s²"))
+    quantities = (
+        ("linear_acceleration", "m/s²"),
+        ("angular_velocity", "rad/s"),
+        ("angular_acceleration", "rad/s²"),
+    )
     for name, unit in quantities:
         values, std = getattr(motion, name), getattr(motion, f"{name}_std")
         if values is not None and std is not None:
@@ -103,12 +121,16 @@ def _motion_channels(motion: Motion) -> dict[str, Channels]:
 
 def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float, float]:
     zero = np.zeros_like(z.gravity)
-    still = replace(z, linear_acceleration=zero, angular_velocity=zero, angular_acceleration=zero)
+    still = replace(
+        z, linear_acceleration=zero, angular_velocity=zero, angular_acceleration=zero
+    )
     weight = predict_wrench(still, vector)
     moving = explained - weight
     ratios = []
     for part in (slice(0, 3), slice(3, 6)):
-        heavy, other = (float(np.sqrt(np.mean(x[:, part] ** 2))) for x in (weight, moving))
+        heavy, other = (
+            float(np.sqrt(np.mean(x[:, part] ** 2))) for x in (weight, moving)
+        )
         ratios.append(heavy / other if other > 1e-9 * heavy else float("inf"))
     return ratios[0], ratios[1]
 

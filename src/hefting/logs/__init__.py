@@ -1,4 +1,5 @@
-"""Logs: one file a format, each giving a `Recording`; the name of the log says which it is."""
+"""Logs: one file a format, each giving a `Recording`; the name of the log says which it
+is."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,14 +7,26 @@ from typing import Any
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording
-from hefting.logs.registry import Format, find_format, find_writer, formats, join_words, suffix_of, table_formats
+from hefting.logs.registry import (
+    Format,
+    find_format,
+    find_writer,
+    formats,
+    join_words,
+    suffix_of,
+    table_formats,
+)
 
 __all__ = ["check_output", "formats", "is_bag", "read_log", "write_log"]
 """Names that are public here."""
 
 
 def read_log(
-    path: str | Path, column_map: str | Path | None = None, *, wrench_needed: bool = True, **options: Any
+    path: str | Path,
+    column_map: str | Path | None = None,
+    *,
+    wrench_needed: bool = True,
+    **options: Any,
 ) -> Recording:
     """Recording in the log at `path`.
 
@@ -26,11 +39,13 @@ def read_log(
     .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
     ================================ =================================================================
 
-    The canonical table has one header row; SI units; columns `time` and those of `hefting.core.recording.COLUMNS`, of
-    which the wrench and an orientation or joint positions must be there. A blank cell (Parquet: null) means "not
-    measured then", so that streams of different rates fit one file. Without `time`, each row is a static pose.
-    Times that count from 1970 are shifted to start at 0. A row that repeats the one before, time and values
-    alike, is dropped. CSV may be separated by commas, semicolons, tabs or spaces.
+    The canonical table has one header row; SI units; columns `time` and those of
+    `hefting.core.recording.COLUMNS`, of which the wrench and an orientation or joint
+    positions must be there. A blank cell (Parquet: null) means "not measured then", so
+    that streams of different rates fit one file. Without `time`, each row is a static
+    pose. Times that count from 1970 are shifted to start at 0. A row that repeats the
+    one before, time and values alike, is dropped. CSV may be separated by commas,
+    semicolons, tabs or spaces.
 
     Parameters
     ----------
@@ -38,9 +53,10 @@ def read_log(
     wrench_needed : whether a log without a wrench is refused, as one that nothing can be identified from.
     options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
 
-    Raises `InputError`, naming file, row and column, for anything that cannot be read without guessing; what can
-    be read but looks odd is in `Recording.warnings`. Rows are lines of a CSV file (the header usually is row 1),
-    and are counted from 1 in Parquet.
+    Raises `InputError`, naming file, row and column, for anything that cannot be read
+    without guessing; what can be read but looks odd is in `Recording.warnings`. Rows
+    are lines of a CSV file (the header usually is row 1), and are counted from 1 in
+    Parquet.
     """
     given = {name: value for name, value in options.items() if value is not None}
     try:
@@ -54,16 +70,19 @@ def read_log(
 
         return read_table_file(found, path, column_map, wrench_needed)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from error
+        raise InputError(
+            f"cannot be read ({error.strerror or error})", where=path
+        ) from error
 
 
 def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
-    """Write `recording`, whole or not at all: canonical .csv or .parquet, a ROS 1 bag (.bag), an .mcap file, or,
-    without suffix, the folder of a ROS 2 bag.
+    """Write `recording`, whole or not at all: canonical .csv or .parquet, a ROS 1 bag
+    (.bag), an .mcap file, or, without suffix, the folder of a ROS 2 bag.
 
-    `read_log` gives the same numbers; of a bag, times rounded to nanoseconds that start at 0. In a table, samples
-    of different streams share a row when their times are equal. Returned are the streams that the format cannot
-    hold. Raises `InputError` for another suffix and where the file cannot be written.
+    `read_log` gives the same numbers; of a bag, times rounded to nanoseconds that start
+    at 0. In a table, samples of different streams share a row when their times are
+    equal. Returned are the streams that the format cannot hold. Raises `InputError` for
+    another suffix and where the file cannot be written.
     """
     check_output(path)
     found = find_writer(path)
@@ -73,17 +92,29 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 
 def check_output(path: str | Path) -> str:
-    """The suffix of a log that is to be written; `InputError` when there is no such format."""
+    """The suffix of a log that is to be written; `InputError` when there is no such
+    format."""
     suffix = suffix_of(path)
     if find_writer(path) is None:
-        known = ", ".join(each for written in formats() for each in written.written if each)
-        folders = [f", or no suffix for the folder of a {each.folder}" for each in formats() if "" in each.written]
-        raise InputError(f"'{suffix}' is not a log format to write", path, f"use {known}{''.join(folders)}")
+        known = ", ".join(
+            each for written in formats() for each in written.written if each
+        )
+        folders = [
+            f", or no suffix for the folder of a {each.folder}"
+            for each in formats()
+            if "" in each.written
+        ]
+        raise InputError(
+            f"'{suffix}' is not a log format to write",
+            path,
+            f"use {known}{''.join(folders)}",
+        )
     return suffix
 
 
 def is_bag(path: str | Path) -> bool:
-    """Whether `read_log` takes the log for a bag: by its suffix, or because it is a bag's folder."""
+    """Whether `read_log` takes the log for a bag: by its suffix, or because it is a
+    bag's folder."""
     found = find_format(path)
     return found is not None and found.name == "bag"
 
@@ -93,18 +124,30 @@ def _unknown_format(path: str | Path) -> InputError:
     if not suffix and not Path(path).exists():
         return InputError("does not exist", where=path)
     known = ", ".join(suffix for each in formats() for suffix in each.suffixes)
-    folders = "".join(f", or a {each.name}'s folder" for each in formats() if each.folder)
-    return InputError(f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}{folders}")
+    folders = "".join(
+        f", or a {each.name}'s folder" for each in formats() if each.folder
+    )
+    return InputError(
+        f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}{folders}"
+    )
 
 
-def _check_options(found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]) -> None:
+def _check_options(
+    found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]
+) -> None:
     """`InputError` for a column map or options that are for other formats."""
     if column_map is not None and not found.is_table:
         tables = join_words([each.name for each in table_formats()], "and")
-        raise InputError(f"a column map (`column_map`) is for {tables}", path, "leave it out")
+        raise InputError(
+            f"a column map (`column_map`) is for {tables}", path, "leave it out"
+        )
     for name in given:
-        owners = [each for each in formats() if name in each.options] or [each for each in formats() if each.options]
+        owners = [each for each in formats() if name in each.options] or [
+            each for each in formats() if each.options
+        ]
         if found not in owners:
             raise InputError(
-                f"`{name}` is for {join_words([f'{each.name}s' for each in owners], 'and')}", path, "leave it out"
+                f"`{name}` is for {join_words([f'{each.name}s' for each in owners], 'and')}",
+                path,
+                "leave it out",
             )

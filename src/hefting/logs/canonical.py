@@ -1,4 +1,5 @@
-"""The canonical table: one row an instant, named columns in SI units, blanks for what was not measured."""
+"""The canonical table: one row an instant, named columns in SI units, blanks for what
+was not measured."""
 
 import re
 from collections.abc import Sequence
@@ -7,37 +8,65 @@ from pathlib import Path
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
-from hefting.logs.table import Table, collect, in_seconds, require_streams, summarize_list, warn_about_static
+from hefting.logs.table import (
+    Table,
+    collect,
+    in_seconds,
+    require_streams,
+    summarize_list,
+    warn_about_static,
+)
 
 MAX_COLUMNS = 1000
 """Most columns that a header may have."""
 
-FIXED = {name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS}
+FIXED = {
+    name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS
+}
 """Columns of each stream whose number of columns does not depend on the robot."""
 
-EXPECTED = ("time", *(column for columns in FIXED.values() for column in columns), "q1", "dq1")
+EXPECTED = (
+    "time",
+    *(column for columns in FIXED.values() for column in columns),
+    "q1",
+    "dq1",
+)
 """Canonical names that a misspelled column may stand for; of joints, the first."""
 
 REQUIRED = (
-    ("wrench", (), "name its columns fx fy fz tx ty tz, or say which they are in a column map (`column_map`=FILE)"),
-    ("orientation", ("q1",), "give columns qx qy qz qw, or joint angles q1..qn, or a column map (`column_map`=FILE)"),
+    (
+        "wrench",
+        (),
+        "name its columns fx fy fz tx ty tz, or say which they are in a column map (`column_map`=FILE)",
+    ),
+    (
+        "orientation",
+        ("q1",),
+        "give columns qx qy qz qw, or joint angles q1..qn, or a column map (`column_map`=FILE)",
+    ),
 )
-"""Streams of which one must be there: its name, columns that serve instead, and the fix when there are neither."""
+"""Streams of which one must be there: its name, columns that serve instead, and the fix
+when there are neither."""
 
 TIME_NAMES = {"t", "ts", "s", "sec", "secs", "seconds", "ms", "us", "ns", "clock"}
 """Other names for the time, in small letters."""
 
 
 def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
-    """Recording in a table whose columns have the canonical names; see `hefting.logs.read_log` for errors."""
+    """Recording in a table whose columns have the canonical names; see
+    `hefting.logs.read_log` for errors."""
     groups, warnings = known_columns(table.names, table.source, wrench_needed)
     position = {name: j for j, name in enumerate(table.names)}
-    columns = {name: [position[column] for column in group] for name, group in groups.items()}
+    columns = {
+        name: [position[column] for column in group] for name, group in groups.items()
+    }
     time = position.get("time")
     streams, more = collect(table, time, columns)
     require_streams(streams, table.source, wrench_needed)
     if time is None:
-        return warn_about_static(Recording(streams, True, table.source, warnings + more))
+        return warn_about_static(
+            Recording(streams, True, table.source, warnings + more)
+        )
     streams, about_time = in_seconds(streams, table.source)
     return Recording(streams, False, table.source, warnings + more + about_time)
 
@@ -45,49 +74,85 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
 def known_columns(
     names: Sequence[str], source: str | Path, wrench_needed: bool = True
 ) -> tuple[dict[str, tuple[str, ...]], tuple[Message, ...]]:
-    """Columns of each stream that a header `names` holds, and warnings about what it holds besides.
+    """Columns of each stream that a header `names` holds, and warnings about what it
+    holds besides.
 
-    Raises `InputError` for repeated or misspelled names, a stream of which only a part is there, and a header
-    without wrench, where it is needed, or without orientation and joints.
+    Raises `InputError` for repeated or misspelled names, a stream of which only a part
+    is there, and a header without wrench, where it is needed, or without orientation
+    and joints.
     """
     if len(names) > MAX_COLUMNS:
-        raise InputError(f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source)
+        raise InputError(
+            f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source
+        )
     named = [name for name in names if name]
     present = set(named)
     if len(present) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
-        raise InputError(f"column {quote_name(twice)} is there {named.count(twice)} times", source, "keep one of them")
+        raise InputError(
+            f"column {quote_name(twice)} is there {named.count(twice)} times",
+            source,
+            "keep one of them",
+        )
 
     groups = _group_columns(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
     unknown = [name for name in named if name not in expected]
-    absent = [name for name in dict.fromkeys((*EXPECTED, *sorted(expected))) if name not in present]
+    absent = [
+        name
+        for name in dict.fromkeys((*EXPECTED, *sorted(expected)))
+        if name not in present
+    ]
 
     for columns in groups.values():
         missing = [column for column in columns if column not in present]
         if missing and len(missing) < len(columns):
             there = " ".join(column for column in columns if column in present)
             resembling = (
-                f"; unknown: {quote_name(name)}{guess}" for name in unknown if (guess := nearest(name, missing))
+                f"; unknown: {quote_name(name)}{guess}"
+                for name in unknown
+                if (guess := nearest(name, missing))
             )
-            what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
+            what = (
+                f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
+            )
             raise InputError(what, source, f"give all of {' '.join(columns)}")
     for name in unknown:
         if match := _guess_column(name, absent):
             unit = ", in seconds" if match == "time" else ""
             what = f"unknown column {quote_name(name)} (did you mean '{match}'?)"
-            raise InputError(what, source, f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)")
+            raise InputError(
+                what,
+                source,
+                f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)",
+            )
 
     for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
         if not present & {FIXED[stream][0], *others}:
-            guesses = summarize_list([quote_name(name) + nearest(name, FIXED[stream]) for name in unknown])
-            raise InputError(f"there is no {stream}{guesses and '; unknown columns: '}{guesses}", source, fix)
-    found = {stream: columns for stream, columns in groups.items() if columns[0] in present}
+            guesses = summarize_list(
+                [quote_name(name) + nearest(name, FIXED[stream]) for name in unknown]
+            )
+            raise InputError(
+                f"there is no {stream}{guesses and '; unknown columns: '}{guesses}",
+                source,
+                fix,
+            )
+    found = {
+        stream: columns for stream, columns in groups.items() if columns[0] in present
+    }
     ignored = [quote_name(name) + nearest(name, absent) for name in unknown]
-    ignored += [f"number {i} without a name" for i, name in enumerate(names, 1) if not name]
+    ignored += [
+        f"number {i} without a name" for i, name in enumerate(names, 1) if not name
+    ]
     if not ignored:
         return found, ()
-    return found, (warning("columns-ignored", f"ignored unknown columns: {summarize_list(ignored)}", "column_map"),)
+    return found, (
+        warning(
+            "columns-ignored",
+            f"ignored unknown columns: {summarize_list(ignored)}",
+            "column_map",
+        ),
+    )
 
 
 def quote_name(name: str) -> str:
@@ -96,10 +161,14 @@ def quote_name(name: str) -> str:
 
 
 def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
-    """The columns each stream should have, joints up to the highest number that is there."""
+    """The columns each stream should have, joints up to the highest number that is
+    there."""
     groups = dict(FIXED)
     for stream in JOINT_STREAMS:
-        joints = [re.fullmatch(rf"{COLUMNS[stream][0]}([1-9]\d?\d?)", name) for name in present]
+        joints = [
+            re.fullmatch(rf"{COLUMNS[stream][0]}([1-9]\d?\d?)", name)
+            for name in present
+        ]
         numbers = [int(joint[1]) for joint in joints if joint]
         if numbers:
             groups[stream] = column_names(stream, max(numbers))
@@ -107,12 +176,17 @@ def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _guess_column(name: str, absent: Sequence[str]) -> str | None:
-    """The absent column that `name` surely stands for: the same letters, or another word for time."""
+    """The absent column that `name` surely stands for: the same letters, or another
+    word for time."""
     letters = re.sub(r"[\W_]", "", name).lower()
     from difflib import get_close_matches
 
     for column in absent:
         if letters == column.replace("_", ""):
             return column
-    timely = re.search("time|stamp", letters) or letters in TIME_NAMES or get_close_matches(letters, ["time"], 1, 0.7)
+    timely = (
+        re.search("time|stamp", letters)
+        or letters in TIME_NAMES
+        or get_close_matches(letters, ["time"], 1, 0.7)
+    )
     return "time" if timely and "time" in absent else None

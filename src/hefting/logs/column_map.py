@@ -1,4 +1,5 @@
-"""Column maps: a small TOML file that says which columns of someone else's log hold what, and in which units.
+"""Column maps: a small TOML file that says which columns of someone else's log hold
+what, and in which units.
 
 ::
 
@@ -7,19 +8,23 @@
     orientation = { columns = ["A", "B", "C"], form = "euler", order = "ZYX", unit = "deg" }
     wrench = { columns = "ft_{0..5}", unit = ["N", "N mm"] }
 
-``wrench`` or both ``force`` and ``torque`` must be there, and ``orientation``, ``pose`` or ``joint_positions``.
-Further keys are the streams of `hefting.core.recording.Recording`. Columns alone, without braces, are in SI units.
+``wrench`` or both ``force`` and ``torque`` must be there, and ``orientation``, ``pose``
+or ``joint_positions``. Further keys are the streams of
+`hefting.core.recording.Recording`. Columns alone, without braces, are in SI units.
 
-- A column is given by its name, or by its number counted from 1; ``"q[{0..6}]"`` stands for seven names.
-- ``form`` of an orientation: a key of `hefting.logs.orientations.FORMS` (xyzw when there is none). ``pose`` is a
-  homogeneous matrix in 16 columns with the length unit of its last column, ``form = "matrix4"`` or
-  ``"matrix4-columns"``.
-- ``axes = "world"`` turns a wrench that was recorded in world axes; else it is in sensor axes.
+- A column is given by its name, or by its number counted from 1; ``"q[{0..6}]"`` stands
+  for seven names.
+- ``form`` of an orientation: a key of `hefting.logs.orientations.FORMS` (xyzw when
+  there is none). ``pose`` is a homogeneous matrix in 16 columns with the length unit of
+  its last column, ``form = "matrix4"`` or ``"matrix4-columns"``.
+- ``axes = "world"`` turns a wrench that was recorded in world axes; else it is in
+  sensor axes.
 - ``names`` of ``joint_positions`` are the joints' names in the URDF.
 - Without ``time``, each row is a static pose; ``time = { rate = 1000 }`` counts rows.
-- The file's layout: ``separator`` (``,`` ``;`` ``|`` ``tab`` ``space``), ``header`` (the line of the column names,
-  from 1, or false), ``skip`` (lines of units and the like after it), ``decimal`` (``.`` or ``,``), and
-  ``nan = "blank"`` where NaN means "not measured".
+- The file's layout: ``separator`` (``,`` ``;`` ``|`` ``tab`` ``space``), ``header``
+  (the line of the column names, from 1, or false), ``skip`` (lines of units and the
+  like after it), ``decimal`` (``.`` or ``,``), and ``nan = "blank"`` where NaN means
+  "not measured".
 """
 
 import re
@@ -31,7 +36,14 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
-from hefting.logs.layout import LAYOUT_KEYS, Layout, brief, layout_of, nan_is_blank, whole
+from hefting.logs.layout import (
+    LAYOUT_KEYS,
+    Layout,
+    brief,
+    layout_of,
+    nan_is_blank,
+    whole,
+)
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
@@ -105,18 +117,35 @@ class ColumnMap:
 
 
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
-    """The column map in a TOML file. `InputError`, naming file and key, for whatever is unknown or does not fit."""
+    """The column map in a TOML file. `InputError`, naming file and key, for whatever is
+    unknown or does not fit."""
     content = _load_toml(path)
     for key in content:
         _check_known(key, (*KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key")
-    time, unit = _parse_time(content["time"], f"{path}, key time") if "time" in content else (None, None)
-    quantities = {key: _parse_quantity(key, content[key], f"{path}, key {key}") for key in KEYS[1:] if key in content}
+    time, unit = (
+        _parse_time(content["time"], f"{path}, key time")
+        if "time" in content
+        else (None, None)
+    )
+    quantities = {
+        key: _parse_quantity(key, content[key], f"{path}, key {key}")
+        for key in KEYS[1:]
+        if key in content
+    }
     _check_combination(quantities, path, wrench_needed)
-    return ColumnMap(str(path), layout_of(content, path), time, unit, quantities, nan_is_blank(content, path))
+    return ColumnMap(
+        str(path),
+        layout_of(content, path),
+        time,
+        unit,
+        quantities,
+        nan_is_blank(content, path),
+    )
 
 
 def suggest(name: str, choices: Iterable[str]) -> str:
-    """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else an empty string."""
+    """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else
+    an empty string."""
     by_letters = {choice.lower(): choice for choice in choices}
     found = get_close_matches(name[:100].lower(), list(by_letters), n=1, cutoff=0.5)
     return f" (did you mean '{by_letters[found[0]][:40]}'?)" if found else ""
@@ -127,9 +156,13 @@ def _load_toml(path: str | Path) -> dict[str, Any]:
         with open(path, "rb") as stream:
             data = stream.read(MAX_MAP + 1)
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path) from error
+        raise InputError(
+            f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path
+        ) from error
     if len(data) > MAX_MAP:
-        raise InputError(f"is larger than {MAX_MAP:,} bytes, too large for a column map", where=path)
+        raise InputError(
+            f"is larger than {MAX_MAP:,} bytes, too large for a column map", where=path
+        )
     try:
         return tomllib.loads(data.decode())
     except (ValueError, RecursionError) as error:
@@ -142,48 +175,87 @@ def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:
     entry = _parse_entry(value, "time", "column", where)
     column, rate = entry.get("column"), entry.get("rate")
     if column is None and rate is None:
-        raise InputError("says neither column nor rate", where, 'give { column = "name" } or { rate = 1000 } in Hz')
+        raise InputError(
+            "says neither column nor rate",
+            where,
+            'give { column = "name" } or { rate = 1000 } in Hz',
+        )
     if column is not None:
         column, *others = _parse_columns(column, where)
         if others:
             raise InputError(f"names {1 + len(others)} columns, time is one", where)
     if rate is None:
         return column, find_unit(entry.get("unit", "s"), "time", f"{where}.unit")
-    if isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9:
-        raise InputError(f"the rate {brief(rate)} is no positive number", f"{where}.rate", "give it in Hz")
+    if (
+        isinstance(rate, bool)
+        or not isinstance(rate, int | float)
+        or not 0 < rate < 1e9
+    ):
+        raise InputError(
+            f"the rate {brief(rate)} is no positive number",
+            f"{where}.rate",
+            "give it in Hz",
+        )
     if "unit" in entry:
-        raise InputError("says both unit and rate", where, "give the rate alone if the column counts frames")
-    return column, SECOND if rate == 1 else Unit(f"frames at {rate:g} Hz", 1.0, float(rate))
+        raise InputError(
+            "says both unit and rate",
+            where,
+            "give the rate alone if the column counts frames",
+        )
+    return column, SECOND if rate == 1 else Unit(
+        f"frames at {rate:g} Hz", 1.0, float(rate)
+    )
 
 
 def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
     entry = _parse_entry(value, key, "columns", where)
     if "columns" not in entry:
-        raise InputError("does not say which columns", where, 'give { columns = ["name", ...] }')
+        raise InputError(
+            "does not say which columns", where, 'give { columns = ["name", ...] }'
+        )
     columns = _parse_columns(entry["columns"], f"{where}.columns")
     form, order = _parse_form(key, entry, where)
-    width = {**FORMS, **POSE_FORMS}[form] if form else sum(count for _, count in KINDS[key])
+    width = (
+        {**FORMS, **POSE_FORMS}[form] if form else sum(count for _, count in KINDS[key])
+    )
     if width and len(columns) != width:
         kind = f"{key} ({form})" if form else key
-        raise InputError(f"names {len(columns)} columns, {kind} has {width}", f"{where}.columns")
+        raise InputError(
+            f"names {len(columns)} columns, {kind} has {width}", f"{where}.columns"
+        )
     if key == "orientation":
         kinds = (("angle", 3),) if form in ANGULAR else ()
         if not kinds and "unit" in entry:
-            raise InputError(f"an orientation of form {form} has no unit", f"{where}.unit", "leave it out")
+            raise InputError(
+                f"an orientation of form {form} has no unit",
+                f"{where}.unit",
+                "leave it out",
+            )
     else:
         kinds = (("length", 16),) if key == "pose" else KINDS[key]
     axes = entry.get("axes", "sensor")
     if axes not in ("sensor", "world"):
-        raise InputError(f"{brief(axes)} are no axes", f"{where}.axes", "use sensor or world")
+        raise InputError(
+            f"{brief(axes)} are no axes", f"{where}.axes", "use sensor or world"
+        )
     units = _parse_units(entry.get("unit"), kinds, len(columns), f"{where}.unit")
-    return Quantity(columns, units, form, order, axes == "world", _parse_names(entry, len(columns), where))
+    return Quantity(
+        columns,
+        units,
+        form,
+        order,
+        axes == "world",
+        _parse_names(entry, len(columns), where),
+    )
 
 
 def _parse_entry(value: Any, key: str, single: str, where: str) -> dict[str, Any]:
     """The table of a key; columns alone stand for a table of nothing else."""
     entry = value if isinstance(value, dict) else {single: value}
     for word in entry:
-        _check_known(word, ALLOWED.get(key, ("columns", "unit")), f"{where}.{word[:40]}", "word")
+        _check_known(
+            word, ALLOWED.get(key, ("columns", "unit")), f"{where}.{word[:40]}", "word"
+        )
     return entry
 
 
@@ -212,7 +284,11 @@ def _expand_range(name: str, where: str) -> Sequence[str]:
         return [name]
     first, last = int(found[2]), int(found[3])
     if not first <= last < first + MAX_NAMES:
-        raise InputError(f"{brief(name)} counts no columns", where, "give the smaller number first, as in q{0..6}")
+        raise InputError(
+            f"{brief(name)} counts no columns",
+            where,
+            "give the smaller number first, as in q{0..6}",
+        )
     return [f"{found[1]}{number}{found[4]}" for number in range(first, last + 1)]
 
 
@@ -221,19 +297,34 @@ def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, st
     if key not in ("orientation", "pose"):
         return "", ""
     forms = FORMS if key == "orientation" else POSE_FORMS
-    form, order = entry.get("form", "xyzw" if key == "orientation" else None), entry.get("order")
+    form, order = (
+        entry.get("form", "xyzw" if key == "orientation" else None),
+        entry.get("order"),
+    )
     if not isinstance(form, str) or form not in forms:
-        what = f"{brief(form)} is no form of {key}" if form is not None else f"does not say the form of the {key}"
+        what = (
+            f"{brief(form)} is no form of {key}"
+            if form is not None
+            else f"does not say the form of the {key}"
+        )
         raise InputError(what, f"{where}.form", f"use {', '.join(forms)}")
     if form != "euler" and order is not None:
-        raise InputError(f"form {form} has no order", f"{where}.order", 'give form = "euler", or leave the order out')
+        raise InputError(
+            f"form {form} has no order",
+            f"{where}.order",
+            'give form = "euler", or leave the order out',
+        )
     if form == "euler" and not is_euler_order(order):
         fix = "give three axes: ZYX about moving axes, or xyz about fixed ones"
-        raise InputError(f"{brief(order)} is no order of Euler angles", f"{where}.order", fix)
+        raise InputError(
+            f"{brief(order)} is no order of Euler angles", f"{where}.order", fix
+        )
     return form, order or ""
 
 
-def _parse_units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str) -> tuple[Unit, ...]:
+def _parse_units(
+    value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str
+) -> tuple[Unit, ...]:
     """A unit for each of `width` columns; the SI units where `value` is None."""
     if not kinds:
         return ()
@@ -242,7 +333,9 @@ def _parse_units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where
         given = [next(iter(UNITS[kind])) for kind, _ in kinds]
     if len(given) != len(kinds):
         wanted = " and one of ".join(kind for kind, _ in kinds)
-        raise InputError(f"{len(given)} units, not {len(kinds)}", where, f"give one of {wanted}")
+        raise InputError(
+            f"{len(given)} units, not {len(kinds)}", where, f"give one of {wanted}"
+        )
     units: tuple[Unit, ...] = ()
     for name, (kind, count) in zip(given, kinds, strict=True):
         units += (find_unit(name, kind, where),) * (count or width)
@@ -252,31 +345,58 @@ def _parse_units(value: Any, kinds: Sequence[tuple[str, int]], width: int, where
 def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
     """Joint names, one for each column."""
     names = entry.get("names", [])
-    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
-        raise InputError("are not a list of names", f"{where}.names", 'give ["joint_1", ...]')
+    if not isinstance(names, list) or not all(
+        isinstance(name, str) and name for name in names
+    ):
+        raise InputError(
+            "are not a list of names", f"{where}.names", 'give ["joint_1", ...]'
+        )
     if names and (len(names) != width or len(set(names)) < width):
-        raise InputError(f"{len(set(names))} different names for {width} joints", f"{where}.names")
+        raise InputError(
+            f"{len(set(names))} different names for {width} joints", f"{where}.names"
+        )
     return tuple(names)
 
 
-def _check_combination(quantities: Mapping[str, Quantity], path: str | Path, wrench_needed: bool) -> None:
-    """`InputError` unless there are just one wrench, if needed, and one orientation or joints."""
+def _check_combination(
+    quantities: Mapping[str, Quantity], path: str | Path, wrench_needed: bool
+) -> None:
+    """`InputError` unless there are just one wrench, if needed, and one orientation or
+    joints."""
     if ("force" in quantities) != ("torque" in quantities):
-        raise InputError("gives only one of force and torque", path, "give both, or wrench with six columns")
+        raise InputError(
+            "gives only one of force and torque",
+            path,
+            "give both, or wrench with six columns",
+        )
     for one, others in (("wrench", ("force",)), ("pose", ("position", "orientation"))):
         for other in others:
             if one in quantities and other in quantities:
                 raise InputError(f"gives both {one} and {other}", path, "leave one out")
     if wrench_needed and not {"wrench", "force"} & set(quantities):
-        raise InputError("gives no wrench", path, "give wrench = { columns = [six names] }, or force and torque")
+        raise InputError(
+            "gives no wrench",
+            path,
+            "give wrench = { columns = [six names] }, or force and torque",
+        )
     if not {"orientation", "pose", "joint_positions"} & set(quantities):
         fix = "give orientation, pose or joint_positions = { columns = [...] }"
         raise InputError("gives neither an orientation nor joint angles", path, fix)
-    turned = [key for key in ("wrench", "force", "torque") if key in quantities and quantities[key].in_world]
+    turned = [
+        key
+        for key in ("wrench", "force", "torque")
+        if key in quantities and quantities[key].in_world
+    ]
     if turned and not {"orientation", "pose"} & set(quantities):
-        raise InputError("has a wrench in world axes, but no orientation to turn it by", path, "give its orientation")
+        raise InputError(
+            "has a wrench in world axes, but no orientation to turn it by",
+            path,
+            "give its orientation",
+        )
 
 
 def _check_known(name: str, known: Sequence[str], where: str, what: str) -> None:
     if name not in known:
-        raise InputError(f"unknown {what}{suggest(name, known)}", where, f"use {', '.join(known)}")
+        raise InputError(
+            f"unknown {what}{suggest(name, known)}", where, f"use {', '.join(known)}"
+        )

@@ -1,4 +1,5 @@
-"""CSV: separated text with a header row, read block by block so that the text is never held whole."""
+"""CSV: separated text with a header row, read block by block so that the text is never
+held whole."""
 
 import contextlib
 import csv
@@ -34,7 +35,8 @@ MAX_HEADER = 1_000_000
 """Longest header [bytes]."""
 
 SHORT = 1_000_000
-"""Bytes of a file up to which NumPy reads its numbers: six times slower than pyarrow, which takes longer to import."""
+"""Bytes of a file up to which NumPy reads its numbers: six times slower than pyarrow,
+which takes longer to import."""
 
 PLAIN = b"0123456789.eE+-,\n"
 """What numbers without blanks between commas are made of."""
@@ -42,13 +44,18 @@ PLAIN = b"0123456789.eE+-,\n"
 BLANKS = [" " * n for n in range(33)]
 """Cells that pyarrow takes for blank: up to 32 spaces."""
 
-NUMBER = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*", re.IGNORECASE)
-"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks around it."""
+NUMBER = re.compile(
+    r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
+    re.IGNORECASE,
+)
+"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
+around it."""
 
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """A CSV file whose header is known; rows are counted by lines of the file, from 1."""
+    """A CSV file whose header is known; rows are counted by lines of the file, from
+    1."""
 
     source: str
     names: tuple[str, ...]
@@ -74,8 +81,11 @@ class CsvTable:
             else:
                 before += yield from self._read_blocks(text, before, columns)
 
-    def _read_plain(self, text: bytes, before: int, columns: Sequence[int]) -> Block | None:
-        """The rows in a short text whose cells are all plain numbers; else None. Saves importing pyarrow."""
+    def _read_plain(
+        self, text: bytes, before: int, columns: Sequence[int]
+    ) -> Block | None:
+        """The rows in a short text whose cells are all plain numbers; else None. Saves
+        importing pyarrow."""
         if self.separator != "," or self.decimal != "." or text.translate(None, PLAIN):
             return None
         marks = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", np.uint8)
@@ -98,8 +108,11 @@ class CsvTable:
         rows = np.arange(before + 1, before + 1 + len(values))
         return Block(rows, {j: values[:, j] for j in columns}, dict.fromkeys(columns))
 
-    def _read_blocks(self, text: bytes, before: int, columns: Sequence[int]) -> Generator[Block, None, int]:
-        """The rows in `text`, which follows `before` lines, and how many lines it has."""
+    def _read_blocks(
+        self, text: bytes, before: int, columns: Sequence[int]
+    ) -> Generator[Block, None, int]:
+        """The rows in `text`, which follows `before` lines, and how many lines it
+        has."""
         import pyarrow as pa
 
         if self.separator == " ":
@@ -117,14 +130,22 @@ class CsvTable:
             try:
                 table = self._parse_rows(text, columns, skip_empty=True)
             except pa.ArrowInvalid as error:
-                raise self._explain_first_bad_cell(text, before, columns, error) from error
+                raise self._explain_first_bad_cell(
+                    text, before, columns, error
+                ) from error
             lines = _count_lines(text)
             rows = np.arange(before + 1, before + 1 + lines)
             if table.num_rows != lines:  # empty lines are no samples
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-                rows = rows[: len(ends) + 1][np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1]
+                rows = rows[: len(ends) + 1][
+                    np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1
+                ]
             if len(rows) != table.num_rows:
-                raise InputError("a quoted cell goes over several lines", self.source, "write each row on one line")
+                raise InputError(
+                    "a quoted cell goes over several lines",
+                    self.source,
+                    "write each row on one line",
+                )
         first = 0
         for batch in table.to_batches():
             last = first + len(batch)
@@ -137,7 +158,9 @@ class CsvTable:
             first = last
         return lines
 
-    def _parse_rows(self, text: bytes, columns: Sequence[int], skip_empty: bool) -> "pa.Table":
+    def _parse_rows(
+        self, text: bytes, columns: Sequence[int], skip_empty: bool
+    ) -> "pa.Table":
         """The wanted columns of the rows in `text`."""
         import pyarrow as pa
         from pyarrow import csv as pacsv
@@ -145,8 +168,12 @@ class CsvTable:
         labels = [str(j) for j in columns]
         return pacsv.read_csv(
             pa.BufferReader(text),
-            read_options=pacsv.ReadOptions(column_names=[str(j) for j in range(len(self.names))]),
-            parse_options=pacsv.ParseOptions(delimiter=self.separator, ignore_empty_lines=skip_empty),
+            read_options=pacsv.ReadOptions(
+                column_names=[str(j) for j in range(len(self.names))]
+            ),
+            parse_options=pacsv.ParseOptions(
+                delimiter=self.separator, ignore_empty_lines=skip_empty
+            ),
             convert_options=pacsv.ConvertOptions(
                 column_types=dict.fromkeys(labels, pa.float64()),
                 include_columns=labels,
@@ -156,34 +183,60 @@ class CsvTable:
             ),
         )
 
-    def _explain_first_bad_cell(self, text: bytes, before: int, columns: Sequence[int], error: Exception) -> InputError:
-        """What is wrong with the first row that cannot be read, found by reading again slowly."""
+    def _explain_first_bad_cell(
+        self, text: bytes, before: int, columns: Sequence[int], error: Exception
+    ) -> InputError:
+        """What is wrong with the first row that cannot be read, found by reading again
+        slowly."""
         for row, line in enumerate(io.BytesIO(text), before + 1):
             line = line.rstrip(b"\n")
             if not line:
                 continue
             where = f"{self.source}, row {row}"
             try:
-                cells = next(csv.reader([line.decode(errors="replace")], delimiter=self.separator))
+                cells = next(
+                    csv.reader(
+                        [line.decode(errors="replace")], delimiter=self.separator
+                    )
+                )
             except csv.Error as reason:
-                return InputError(f"is no row of cells ({reason})", where, "export the log as CSV")
+                return InputError(
+                    f"is no row of cells ({reason})", where, "export the log as CSV"
+                )
             if len(cells) != len(self.names):
-                what = f"there are {len(cells)} cells under {len(self.names)} column names"
-                return InputError(what, where, "give each row one cell a column, blank if not measured")
+                what = (
+                    f"there are {len(cells)} cells under {len(self.names)} column names"
+                )
+                return InputError(
+                    what,
+                    where,
+                    "give each row one cell a column, blank if not measured",
+                )
             for j in columns:
-                cell = cells[j] if self.decimal == "." else cells[j].replace(".", "?").replace(self.decimal, ".")
+                cell = (
+                    cells[j]
+                    if self.decimal == "."
+                    else cells[j].replace(".", "?").replace(self.decimal, ".")
+                )
                 if not NUMBER.fullmatch(cell):
-                    comma = self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", cells[j])
+                    comma = self.decimal == "." and re.fullmatch(
+                        r"\s*[+-]?\d+,\d*\s*", cells[j]
+                    )
                     point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
                     fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)
-        return InputError(f"cannot be read as CSV ({str(error)[:200]})", where=self.source)
+        return InputError(
+            f"cannot be read as CSV ({str(error)[:200]})", where=self.source
+        )
 
 
 def _values_of(array: "pa.Array") -> Array:
-    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy` would import pandas if it can."""
-    return np.frombuffer(array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset)
+    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy`
+    would import pandas if it can."""
+    return np.frombuffer(
+        array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset
+    )
 
 
 def _blanks_of(array: "pa.Array") -> Mask | None:
@@ -191,12 +244,15 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
     if not array.null_count:
         return None
     bits = np.frombuffer(array.buffers()[0], dtype=np.uint8)
-    known = np.unpackbits(bits, bitorder="little")[array.offset : array.offset + len(array)]
+    known = np.unpackbits(bits, bitorder="little")[
+        array.offset : array.offset + len(array)
+    ]
     return known == 0
 
 
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
-    """The CSV file at `path`, its header read. `InputError` when that is no header of at least two columns."""
+    """The CSV file at `path`, its header read. `InputError` when that is no header of
+    at least two columns."""
     layout = layout or Layout()
     text = next(texts(path), b"")
     lead = re.match(rb"(?:[ \t]*+\n)*+", text)
@@ -208,25 +264,47 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         raise InputError(f"there is no line {row} with the column names", where=path)
     where = f"{path}, row {row}"
     if len(lines[row - 1]) > MAX_HEADER:
-        raise InputError(f"the header has more than {MAX_HEADER:,} bytes", where, "export the log as CSV")
+        raise InputError(
+            f"the header has more than {MAX_HEADER:,} bytes",
+            where,
+            "export the log as CSV",
+        )
     try:
         line = lines[row - 1].decode().strip(" \r")
         separator = layout.separator or _guess_separator(line)
         line = re.sub(" +", " ", line) if separator == " " else line
-        names = [name.strip() for name in next(csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), [])]
+        names = [
+            name.strip()
+            for name in next(
+                csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), []
+            )
+        ]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError("is not CSV text in UTF-8", path, "export the log as CSV") from error
+        raise InputError(
+            "is not CSV text in UTF-8", path, "export the log as CSV"
+        ) from error
     if len(names) < 2:
-        raise InputError(f"the header {line[:40]!r} is one column", where, "put commas between columns")
+        raise InputError(
+            f"the header {line[:40]!r} is one column",
+            where,
+            "put commas between columns",
+        )
     if layout.header == 0:
-        return CsvTable(str(path), ("",) * len(names), separator, 1 + layout.skip, layout.decimal)
+        return CsvTable(
+            str(path), ("",) * len(names), separator, 1 + layout.skip, layout.decimal
+        )
     if all(NUMBER.fullmatch(name) for name in names):
-        raise InputError("is numbers, not column names", where, "give a header row: time,qx,qy,...")
-    return CsvTable(str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal)
+        raise InputError(
+            "is numbers, not column names", where, "give a header row: time,qx,qy,..."
+        )
+    return CsvTable(
+        str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal
+    )
 
 
 def texts(path: str | Path) -> Iterator[bytes]:
-    """The text of a file in blocks of whole lines that end in \\n, without byte-order mark.
+    """The text of a file in blocks of whole lines that end in \\n, without byte-order
+    mark.
 
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
@@ -238,15 +316,22 @@ def texts(path: str | Path) -> Iterator[bytes]:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
                     raise InputError("is UTF-16 text", path, "save it as UTF-8")
                 if b"\0" in data[:65536]:
-                    raise InputError("is binary, not CSV text", path, "export the log as CSV")
+                    raise InputError(
+                        "is binary, not CSV text", path, "export the log as CSV"
+                    )
                 data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
             text = rest + data
-            held = b"\r" if text.endswith(b"\r") else b""  # half of an end of line, perhaps
+            # half of an end of line, perhaps
+            held = b"\r" if text.endswith(b"\r") else b""
             text = _unify_line_ends(text.removesuffix(held))
             cut = text.rfind(b"\n") + 1
             rest = text[cut:] + held
             if len(rest) > BLOCK:
-                raise InputError(f"has a line of more than {BLOCK:,} bytes", path, "export the log as CSV")
+                raise InputError(
+                    f"has a line of more than {BLOCK:,} bytes",
+                    path,
+                    "export the log as CSV",
+                )
             if cut:
                 yield text[:cut]
     if rest:
@@ -262,9 +347,21 @@ def _unify_line_ends(text: bytes) -> bytes:
 
 
 def _merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at the ends of lines."""
-    if b"  " in text or b"\n " in text or b" \n" in text or text[:1] == b" " or text[-1:] == b" ":
-        text = re.sub(b" +", b" ", text).replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+    """Space separated text with one space between cells and none at the ends of
+    lines."""
+    if (
+        b"  " in text
+        or b"\n " in text
+        or b" \n" in text
+        or text[:1] == b" "
+        or text[-1:] == b" "
+    ):
+        text = (
+            re.sub(b" +", b" ", text)
+            .replace(b"\n ", b"\n")
+            .replace(b" \n", b"\n")
+            .strip(b" ")
+        )
     return text
 
 
@@ -274,7 +371,8 @@ def _guess_separator(line: str) -> str:
 
 
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
-    """Write canonical CSV, each number with the fewest digits that give back the same bits; all streams fit."""
+    """Write canonical CSV, each number with the fewest digits that give back the same
+    bits; all streams fit."""
     from pyarrow import csv as pacsv
 
     table = table_from_recording(recording)

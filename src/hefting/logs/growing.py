@@ -10,7 +10,8 @@ from hefting.core.spatial import Array, Mask, own
 
 
 class Growing:
-    """An array to which rows are added block by block; in place, so that it is never held twice."""
+    """An array to which rows are added block by block; in place, so that it is never
+    held twice."""
 
     def __init__(self, *width: int, dtype: type = float):
         self._array = np.empty((0, *width), dtype)
@@ -39,7 +40,8 @@ class Growing:
         return own(self._array)
 
     def _resize(self, rows: int) -> None:
-        self._array.resize((rows, *self._array.shape[1:]), refcheck=False)  # no view of it is kept
+        # no view of it is kept
+        self._array.resize((rows, *self._array.shape[1:]), refcheck=False)
 
 
 class Samples:
@@ -60,12 +62,15 @@ class Samples:
         if blank is not None:
             columns = [column[~blank] for column in columns]
         if self._places is not None:
-            rows = np.arange(len(columns[0])) if blank is None else np.flatnonzero(~blank)
+            rows = (
+                np.arange(len(columns[0])) if blank is None else np.flatnonzero(~blank)
+            )
             self._places.append(begin + rows)
         self._values.append(columns)
 
     def stream(self, times: Array, rows: NDArray) -> Stream:
-        """All samples, by the times and row numbers of all rows; where they are all there they are shared."""
+        """All samples, by the times and row numbers of all rows; where they are all
+        there they are shared."""
         values = self._values.finish()
         if self._places is None:
             return Stream(times, values, rows)

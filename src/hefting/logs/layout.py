@@ -7,7 +7,15 @@ from typing import Any
 
 from hefting.core.errors import InputError
 
-SEPARATORS = {",": ",", ";": ";", "|": "|", "tab": "\t", "\t": "\t", "space": " ", " ": " "}
+SEPARATORS = {
+    ",": ",",
+    ";": ";",
+    "|": "|",
+    "tab": "\t",
+    "\t": "\t",
+    "space": " ",
+    " ": " ",
+}
 """Separators a column map may name, and the character each stands for."""
 
 LAYOUT_KEYS = ("separator", "header", "skip", "decimal", "nan")
@@ -21,7 +29,8 @@ class Layout:
     separator: str | None = None
     """between cells; None finds out: a comma, semicolon, tab, or runs of spaces"""
     header: int | None = None
-    """line of the column names, from 1; 0: there are none; None: the first line that is not blank"""
+    """line of the column names, from 1; 0: there are none; None: the first line that is
+    not blank"""
     skip: int = 0
     """lines after the header to leave out: units, for instance"""
     decimal: str = "."
@@ -29,37 +38,65 @@ class Layout:
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
-    """The layout that the keys of a column map at `path` describe. `InputError`, naming the key."""
+    """The layout that the keys of a column map at `path` describe. `InputError`, naming
+    the key."""
     separator, header = content.get("separator"), content.get("header")
     skip, decimal = content.get("skip", 0), content.get("decimal", ".")
-    if separator is not None and not (isinstance(separator, str) and separator in SEPARATORS):
-        raise InputError(f"{brief(separator)} is no separator", f"{path}, key separator", "use , ; | tab or space")
+    if separator is not None and not (
+        isinstance(separator, str) and separator in SEPARATORS
+    ):
+        raise InputError(
+            f"{brief(separator)} is no separator",
+            f"{path}, key separator",
+            "use , ; | tab or space",
+        )
     if decimal not in (".", ","):
-        raise InputError(f"{brief(decimal)} is no decimal mark", f"{path}, key decimal", "use . or ,")
+        raise InputError(
+            f"{brief(decimal)} is no decimal mark", f"{path}, key decimal", "use . or ,"
+        )
     if separator == decimal:
-        raise InputError("cells and decimals are both separated by a comma", f"{path}, key decimal")
+        raise InputError(
+            "cells and decimals are both separated by a comma", f"{path}, key decimal"
+        )
     if header is not None and header is not False and not whole(header, 1):
         fix = "give the line of the column names, counted from 1, or false"
-        raise InputError(f"{brief(header)} is no line number", f"{path}, key header", fix)
+        raise InputError(
+            f"{brief(header)} is no line number", f"{path}, key header", fix
+        )
     if not whole(skip, 0):
-        raise InputError(f"{brief(skip)} is no number of lines", f"{path}, key skip", "give 0 or more")
+        raise InputError(
+            f"{brief(skip)} is no number of lines",
+            f"{path}, key skip",
+            "give 0 or more",
+        )
     line = None if header is None else int(header)
     return Layout(SEPARATORS[separator] if separator else None, line, skip, decimal)
 
 
 def nan_is_blank(content: Mapping[str, Any], path: str | Path) -> bool:
-    """Whether a column map says that NaN means "not measured". `InputError` when it says something else."""
+    """Whether a column map says that NaN means "not measured". `InputError` when it
+    says something else."""
     if content.get("nan", "blank") != "blank":
         fix = 'give nan = "blank" if NaN means "not measured", else leave it out'
-        raise InputError(f"{brief(content['nan'])} is not known", f"{path}, key nan", fix)
+        raise InputError(
+            f"{brief(content['nan'])} is not known", f"{path}, key nan", fix
+        )
     return "nan" in content
 
 
 def whole(value: Any, least: int) -> bool:
     """Whether a value of TOML is a whole number, at least so large."""
-    return isinstance(value, int) and not isinstance(value, bool) and least <= value < 10**9
+    return (
+        isinstance(value, int)
+        and not isinstance(value, bool)
+        and least <= value < 10**9
+    )
 
 
 def brief(value: Any) -> str:
     """A value of TOML in a message."""
-    return repr(value)[:40] if not isinstance(value, int) or abs(value) < 10**18 else "a huge number"
+    return (
+        repr(value)[:40]
+        if not isinstance(value, int) or abs(value) < 10**18
+        else "a huge number"
+    )

@@ -10,22 +10,49 @@ from hefting.core.messages import note
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity, suggest
-from hefting.logs.orientations import check_matrices, in_sensor_axes, quaternions, split_pose
-from hefting.logs.table import Table, collect, in_seconds, label, require_streams, summarize_list, warn_about_static
+from hefting.logs.orientations import (
+    check_matrices,
+    in_sensor_axes,
+    quaternions,
+    split_pose,
+)
+from hefting.logs.table import (
+    Table,
+    collect,
+    in_seconds,
+    label,
+    require_streams,
+    summarize_list,
+    warn_about_static,
+)
 from hefting.logs.units import Unit
 
 
-def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True) -> Recording:
-    """Recording in the columns of `table` that `column_map` names; the others do not matter.
+def read_mapped(
+    table: Table, column_map: ColumnMap, wrench_needed: bool = True
+) -> Recording:
+    """Recording in the columns of `table` that `column_map` names; the others do not
+    matter.
 
-    Raises `InputError` for columns that are not there or there twice, naming the map's key, and for cells that
-    `hefting.logs.table.collect` and `Recording` refuse, naming row and column.
+    Raises `InputError` for columns that are not there or there twice, naming the map's
+    key, and for cells that `hefting.logs.table.collect` and `Recording` refuse, naming
+    row and column.
     """
     quantities = dict(column_map.quantities)
-    places = {key: _find_columns(table, column_map, key, quantity.columns) for key, quantity in quantities.items()}
-    time = None if column_map.time is None else _find_columns(table, column_map, "time", (column_map.time,))[0]
+    places = {
+        key: _find_columns(table, column_map, key, quantity.columns)
+        for key, quantity in quantities.items()
+    }
+    time = (
+        None
+        if column_map.time is None
+        else _find_columns(table, column_map, "time", (column_map.time,))[0]
+    )
     notes = [
-        note(f"{key.replace('_', '-')}-source", f"{key} from {_describe_source(table, places[key], quantity)}")
+        note(
+            f"{key.replace('_', '-')}-source",
+            f"{key} from {_describe_source(table, places[key], quantity)}",
+        )
         for key, quantity in quantities.items()
     ]
     if "force" in quantities:
@@ -37,7 +64,9 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
     converted = {}
     for key in tuple(streams):
         labels = [label(table, column) for column in places[key]]
-        converted |= _convert_to_si(key, streams.pop(key), quantities[key], table.source, labels)
+        converted |= _convert_to_si(
+            key, streams.pop(key), quantities[key], table.source, labels
+        )
     require_streams(converted, table.source, wrench_needed)
     unit = column_map.time_unit
     if unit is not None:
@@ -45,23 +74,39 @@ def read_mapped(table: Table, column_map: ColumnMap, wrench_needed: bool = True)
         notes.insert(0, note("time-source", f"time from {what} [{unit.name}]"))
         converted, about_time = in_seconds(converted, table.source, unit)
         warnings += about_time
-    names = quantities["joint_positions"].names if "joint_positions" in converted else ()
-    recording = Recording(converted, unit is None, table.source, warnings, joint_names=names, notes=tuple(notes))
+    names = (
+        quantities["joint_positions"].names if "joint_positions" in converted else ()
+    )
+    recording = Recording(
+        converted,
+        unit is None,
+        table.source,
+        warnings,
+        joint_names=names,
+        notes=tuple(notes),
+    )
     if recording.has("wrench") and quantities["wrench"].in_world:
-        values = in_sensor_axes(recording["wrench"], recording["orientation"], table.source)
+        values = in_sensor_axes(
+            recording["wrench"], recording["orientation"], table.source
+        )
         turned = replace(recording["wrench"], values=values)
         recording = replace(recording, streams={**recording.streams, "wrench": turned})
     return warn_about_static(recording) if unit is None else recording
 
 
-def _find_columns(table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]) -> list[int]:
+def _find_columns(
+    table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]
+) -> list[int]:
     """Positions of named and numbered columns in the table."""
     where = f"{column_map.source}, key {key}"
     places = []
     for column in columns:
         if isinstance(column, int):
             if column > len(table.names):
-                raise InputError(f"there is no column number {column}: {table.source} has {len(table.names)}", where)
+                raise InputError(
+                    f"there is no column number {column}: {table.source} has {len(table.names)}",
+                    where,
+                )
             places.append(column - 1)
             continue
         count = table.names.count(column)
@@ -69,13 +114,21 @@ def _find_columns(table: Table, column_map: ColumnMap, key: str, columns: Sequen
             what = f"{table.source} has no column {column[:40]!r}{suggest(column, filter(None, table.names))}"
             named = [repr(name[:40]) for name in table.names if name]
             fix = (
-                f"its columns are {summarize_list(named)}" if named else "its columns have no names: give their numbers"
+                f"its columns are {summarize_list(named)}"
+                if named
+                else "its columns have no names: give their numbers"
             )
             raise InputError(what, where, fix)
         if count > 1:
             what = f"{table.source} has {count} columns {column[:40]!r}"
-            numbers = [str(j) for j, name in enumerate(table.names, 1) if name == column]
-            raise InputError(what, where, f"give the number of one of them: {summarize_list(numbers)}")
+            numbers = [
+                str(j) for j, name in enumerate(table.names, 1) if name == column
+            ]
+            raise InputError(
+                what,
+                where,
+                f"give the number of one of them: {summarize_list(numbers)}",
+            )
         places.append(table.names.index(column))
     return places
 
@@ -83,8 +136,14 @@ def _find_columns(table: Table, column_map: ColumnMap, key: str, columns: Sequen
 def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Quantity:
     """Force and torque as one wrench."""
     if force.in_world != torque.in_world:
-        raise InputError("force and torque are in different axes", source, "give both in the same axes")
-    return replace(force, columns=force.columns + torque.columns, units=force.units + torque.units)
+        raise InputError(
+            "force and torque are in different axes",
+            source,
+            "give both in the same axes",
+        )
+    return replace(
+        force, columns=force.columns + torque.columns, units=force.units + torque.units
+    )
 
 
 def _convert_to_si(
@@ -96,14 +155,21 @@ def _convert_to_si(
         turned = replace(stream, values=matrices)
         check_matrices(turned, source, labels)
         return {
-            "position": replace(stream, values=_scale_columns(positions, quantity.units[:3])),
+            "position": replace(
+                stream, values=_scale_columns(positions, quantity.units[:3])
+            ),
             "orientation": replace(stream, values=quaternions(matrices, "matrix")),
         }
     if key == "orientation" and quantity.form == "matrix":
         check_matrices(stream, source, labels)
     values = _scale_columns(stream.values, quantity.units)
     return {
-        key: replace(stream, values=quaternions(values, quantity.form, quantity.order) if quantity.form else values)
+        key: replace(
+            stream,
+            values=quaternions(values, quantity.form, quantity.order)
+            if quantity.form
+            else values,
+        )
     }
 
 
@@ -111,7 +177,10 @@ def _scale_columns(values: Array, units: Sequence[Unit]) -> Array:
     """Columns (N, d) in SI units, each from its own unit."""
     if all(unit.to_si(np.ones(1))[0] == 1.0 for unit in units):
         return values
-    return np.stack([unit.to_si(column) for unit, column in zip(units, values.T, strict=True)], axis=1)
+    return np.stack(
+        [unit.to_si(column) for unit, column in zip(units, values.T, strict=True)],
+        axis=1,
+    )
 
 
 def _describe_source(table: Table, places: Sequence[int], quantity: Quantity) -> str:

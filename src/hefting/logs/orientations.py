@@ -10,28 +10,37 @@ from hefting.core.recording import Stream
 from hefting.core.spatial import Array, rotation_matrices
 
 FORMS = {"xyzw": 4, "wxyz": 4, "rotation-vector": 3, "rpy": 3, "euler": 3, "matrix": 9}
-"""Columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z; ``euler``: in a given order;
+"""Columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z;
+``euler``: in a given order;
 ``matrix``: row by row."""
 
 ANGULAR = ("rotation-vector", "rpy", "euler")
 """Forms that are angles, in rad or deg."""
 
 POSE_FORMS = {"matrix4": 16, "matrix4-columns": 16}
-"""Columns of each form of a pose: a homogeneous matrix row by row, or column by column (Franka's ``O_T_EE``)."""
+"""Columns of each form of a pose: a homogeneous matrix row by row, or column by column
+(Franka's ``O_T_EE``)."""
 
 ORTHOGONAL = 1e-2
 """Largest entry of R'R - 1 that is taken for rounding."""
 
 
 def is_euler_order(order: object) -> bool:
-    """Whether `order` is three axes, no two alike in succession: capital about moving axes, small about fixed ones."""
-    return isinstance(order, str) and bool(re.fullmatch(r"(?:[xyz]{3}|[XYZ]{3})", order)) and _distinct(order)
+    """Whether `order` is three axes, no two alike in succession: capital about moving
+    axes, small about fixed ones."""
+    return (
+        isinstance(order, str)
+        and bool(re.fullmatch(r"(?:[xyz]{3}|[XYZ]{3})", order))
+        and _distinct(order)
+    )
 
 
 def quaternions(values: Array, form: str, order: str = "") -> Array:
-    """Unit quaternions (N, 4) x, y, z, w, sensor in world, of orientations (N, d) in a form of `FORMS` [rad].
+    """Unit quaternions (N, 4) x, y, z, w, sensor in world, of orientations (N, d) in a
+    form of `FORMS` [rad].
 
-    `order` is that of the Euler angles, which are in columns of the same order. Matrices must be rotations.
+    `order` is that of the Euler angles, which are in columns of the same order.
+    Matrices must be rotations.
     """
     from scipy.spatial.transform import Rotation
 
@@ -49,19 +58,27 @@ def quaternions(values: Array, form: str, order: str = "") -> Array:
 
 
 def check_matrices(stream: Stream, source: str, labels: Sequence[str]) -> None:
-    """`InputError`, naming the first row, unless the values (N, 9) are rotation matrices row by row."""
+    """`InputError`, naming the first row, unless the values (N, 9) are rotation
+    matrices row by row."""
     matrices = stream.values.reshape(-1, 3, 3)
     with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)).max(axis=(1, 2))
+        error = np.abs(
+            np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)
+        ).max(axis=(1, 2))
         wrong = ~(error < ORTHOGONAL) | (np.linalg.det(matrices) < 0)
     if wrong.any():
         where = f"{source}, row {stream.rows[np.argmax(wrong)]}, columns {labels[0]}..{labels[-1]}"
-        raise InputError("this is no rotation matrix", where, "check the order of the columns")
+        raise InputError(
+            "this is no rotation matrix", where, "check the order of the columns"
+        )
 
 
-def split_pose(stream: Stream, form: str, source: str, labels: Sequence[str]) -> tuple[Array, Array]:
-    """Positions (N, 3) and rotation matrices row by row (N, 9) of homogeneous matrices (N, 16) in a form of
-    `POSE_FORMS`. `InputError`, naming the first row whose last line is not 0 0 0 1."""
+def split_pose(
+    stream: Stream, form: str, source: str, labels: Sequence[str]
+) -> tuple[Array, Array]:
+    """Positions (N, 3) and rotation matrices row by row (N, 9) of homogeneous matrices
+    (N, 16) in a form of `POSE_FORMS`. `InputError`, naming the first row whose last
+    line is not 0 0 0 1."""
     matrices = stream.values.reshape(-1, 4, 4)
     if form == "matrix4-columns":
         matrices = matrices.transpose(0, 2, 1)
@@ -70,27 +87,36 @@ def split_pose(stream: Stream, form: str, source: str, labels: Sequence[str]) ->
         other = "matrix4" if form == "matrix4-columns" else "matrix4-columns"
         where = f"{source}, row {stream.rows[np.argmax(wrong)]}, columns {labels[0]}..{labels[-1]}"
         fix = f'check the columns, or give form = "{other}"'
-        raise InputError("the last line of the homogeneous matrix is not 0 0 0 1", where, fix)
+        raise InputError(
+            "the last line of the homogeneous matrix is not 0 0 0 1", where, fix
+        )
     return matrices[:, :3, 3].copy(), matrices[:, :3, :3].reshape(-1, 9)
 
 
 def in_sensor_axes(wrench: Stream, orientation: Stream, source: str) -> Array:
-    """Wrenches (N, 6) that were recorded in world axes about the sensor origin, in sensor axes.
+    """Wrenches (N, 6) that were recorded in world axes about the sensor origin, in
+    sensor axes.
 
-    Each must have an orientation (unit quaternion x, y, z, w) in its own row, else `InputError`.
+    Each must have an orientation (unit quaternion x, y, z, w) in its own row, else
+    `InputError`.
     """
     at = np.searchsorted(orientation.rows, wrench.rows).clip(max=len(orientation) - 1)
     apart = orientation.rows[at] != wrench.rows
     if apart.any():
         what = "the wrench is in world axes, but there is no orientation in its row"
         where = f"{source}, row {wrench.rows[np.argmax(apart)]}"
-        raise InputError(what, where, "record both at the same times, or the wrench in sensor axes")
+        raise InputError(
+            what, where, "record both at the same times, or the wrench in sensor axes"
+        )
     return rotate_into_sensor(rotation_matrices(orientation.values[at]), wrench.values)
 
 
 def rotate_into_sensor(rotations: Array, wrenches: Array) -> Array:
-    """Wrenches (N, 6) in the axes that `rotations` (N, 3, 3) turn into those they were given in."""
-    return np.einsum("nji,nkj->nki", rotations, wrenches.reshape(-1, 2, 3)).reshape(-1, 6)
+    """Wrenches (N, 6) in the axes that `rotations` (N, 3, 3) turn into those they were
+    given in."""
+    return np.einsum("nji,nkj->nki", rotations, wrenches.reshape(-1, 2, 3)).reshape(
+        -1, 6
+    )
 
 
 def _distinct(order: str) -> bool:

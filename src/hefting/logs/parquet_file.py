@@ -39,23 +39,49 @@ class ParquetTable:
         from pyarrow import parquet
 
         labels = [self.names[j] for j in columns]
-        numeric = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_null)
+        numeric = (
+            pa.types.is_integer,
+            pa.types.is_floating,
+            pa.types.is_decimal,
+            pa.types.is_null,
+        )
         before = 0
         try:
-            with parquet.ParquetFile(self.source, buffer_size=BUFFER, pre_buffer=False) as file:
+            with parquet.ParquetFile(
+                self.source, buffer_size=BUFFER, pre_buffer=False
+            ) as file:
                 for j, name in zip(columns, labels, strict=True):
                     kind = file.schema_arrow.field(name).type
                     if not any(is_kind(kind) for is_kind in numeric):
-                        fix = "give seconds as numbers" if pa.types.is_temporal(kind) else "give numbers"
-                        raise InputError(f"holds {kind}, not numbers", f"{self.source}, column {label(self, j)}", fix)
+                        fix = (
+                            "give seconds as numbers"
+                            if pa.types.is_temporal(kind)
+                            else "give numbers"
+                        )
+                        raise InputError(
+                            f"holds {kind}, not numbers",
+                            f"{self.source}, column {label(self, j)}",
+                            fix,
+                        )
                 schema = pa.schema([(name, pa.float64()) for name in labels])
                 for batch in file.iter_batches(ROWS, columns=labels):
-                    table = pa.Table.from_batches([batch]).select(labels).cast(schema, safe=False)
-                    arrays = {j: table[name] for j, name in zip(columns, labels, strict=True)}
+                    table = (
+                        pa.Table.from_batches([batch])
+                        .select(labels)
+                        .cast(schema, safe=False)
+                    )
+                    arrays = {
+                        j: table[name] for j, name in zip(columns, labels, strict=True)
+                    }
                     yield Block(
                         np.arange(before + 1, before + len(batch) + 1),
                         {j: column.to_numpy() for j, column in arrays.items()},
-                        {j: column.is_null().to_numpy() if column.null_count else None for j, column in arrays.items()},
+                        {
+                            j: column.is_null().to_numpy()
+                            if column.null_count
+                            else None
+                            for j, column in arrays.items()
+                        },
                     )
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
@@ -76,13 +102,19 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
         raise _read_error(path, error) from error
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(f"column {twice[0][0][:40]!r} is there {twice[0][1]} times", path, "keep one of them")
+        raise InputError(
+            f"column {twice[0][0][:40]!r} is there {twice[0][1]} times",
+            path,
+            "keep one of them",
+        )
     return ParquetTable(str(path), names)
 
 
 def _read_error(path: str | Path, error: Exception) -> InputError:
     reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-    return InputError(f"cannot be read as Parquet ({reason})", path, "write the file again")
+    return InputError(
+        f"cannot be read as Parquet ({reason})", path, "write the file again"
+    )
 
 
 def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """The registry of log formats: what a format is, and the list of those there are.
 
-A new format is one module that ends in its ``FORMAT``, and the module's name in `MODULES`. Reading, writing, and the
-help and the errors of the commands follow from it.
+A new format is one module that ends in its ``FORMAT``, and the module's name in
+`MODULES`. Reading, writing, and the help and the errors of the commands follow from it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,10 +21,11 @@ MODULES = (
     "hefting.logs.ur_csv",
     "hefting.logs.ros_bag",
 )
-"""Modules of the formats, in the order in which they are tried and named; each ends in its ``FORMAT``.
+"""Modules of the formats, in the order in which they are tried and named; each ends in
+its ``FORMAT``.
 
-They are imported whenever a log is read or written and for the help of commands: what is slow to import belongs inside
-their functions.
+They are imported whenever a log is read or written and for the help of commands: what
+is slow to import belongs inside their functions.
 """
 
 
@@ -32,9 +33,10 @@ their functions.
 class Format:
     """A log format: the names of its files, and how they are read and written.
 
-    Of the three ways to read, a format gives one: `open_table` for a file with named columns (column maps, headers of
-    other formats and the canonical columns then work in it), `read_table` for particular columns in any such file,
-    and `read` for everything else.
+    Of the three ways to read, a format gives one: `open_table` for a file with named
+    columns (column maps, headers of other formats and the canonical columns then work
+    in it), `read_table` for particular columns in any such file, and `read` for
+    everything else.
     """
 
     name: str
@@ -46,23 +48,28 @@ class Format:
     help_names: tuple[str, ...] = ()
     """what the help of commands calls the logs that are read"""
     open_table: "Callable[[str | Path, Layout | None], Table] | None" = None
-    """opens a file with named columns; the layout, which a column map may give, matters to text only"""
+    """opens a file with named columns; the layout, which a column map may give, matters
+    to text only"""
     read_table: "Callable[[Table, bool], Recording] | None" = None
-    """the recording in a table; the second argument says whether a log without a wrench is refused"""
+    """the recording in a table; the second argument says whether a log without a wrench
+    is refused"""
     is_header: Callable[[Sequence[str]], bool] | None = None
     """whether column names are those that `read_table` reads"""
     read: "Callable[..., Recording] | None" = None
-    """the recording at a path; takes also the keywords ``wrench_needed`` and those of `options`"""
+    """the recording at a path; takes also the keywords ``wrench_needed`` and those of
+    `options`"""
     options: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """keyword options of `read`: what the command's option takes, and its help"""
     recognise: Callable[[str | Path], bool] | None = None
     """whether a path is such a log; None: its suffix says"""
     folder: str = ""
-    """what a folder is that holds such a log: "ROS 2 bag"; empty: there are only files"""
+    """what a folder is that holds such a log: "ROS 2 bag"; empty: there are only
+    files"""
     written: tuple[str, ...] = ()
     """endings of the file names that are written; an empty one stands for a folder"""
     write: "Callable[[Recording, str | Path], tuple[str, ...]] | None" = None
-    """writes a recording whole or not at all; returns the names of the streams that the format cannot hold"""
+    """writes a recording whole or not at all; returns the names of the streams that the
+    format cannot hold"""
 
     @property
     def is_table(self) -> bool:
@@ -70,8 +77,11 @@ class Format:
         return self.open_table is not None
 
     def matches(self, path: str | Path) -> bool:
-        """Whether the log at `path`, which need not exist, is taken for one of this format."""
-        return self.recognise(path) if self.recognise else suffix_of(path) in self.suffixes
+        """Whether the log at `path`, which need not exist, is taken for one of this
+        format."""
+        return (
+            self.recognise(path) if self.recognise else suffix_of(path) in self.suffixes
+        )
 
 
 def formats() -> tuple[Format, ...]:
@@ -85,7 +95,8 @@ def table_formats() -> tuple[Format, ...]:
 
 
 def find_format(path: str | Path) -> Format | None:
-    """The format of the log at `path`, by its name or its folder; None when there is none."""
+    """The format of the log at `path`, by its name or its folder; None when there is
+    none."""
     return next((each for each in formats() if each.matches(path)), None)
 
 
@@ -96,7 +107,11 @@ def find_writer(path: str | Path) -> Format | None:
 
 def all_options() -> dict[str, tuple[str, str]]:
     """Keyword options of all formats: what the command's option takes, and its help."""
-    return {name: about for each in reversed(formats()) for name, about in each.options.items()}
+    return {
+        name: about
+        for each in reversed(formats())
+        for name, about in each.options.items()
+    }
 
 
 def suffix_of(path: str | Path) -> str:

@@ -1,4 +1,5 @@
-"""Tables read block by block: named columns of numbers -> streams of groups of columns, with times in seconds."""
+"""Tables read block by block: named columns of numbers -> streams of groups of columns,
+with times in seconds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,13 +18,25 @@ if TYPE_CHECKING:
     from hefting.logs.units import Unit
 
 MAX_CELLS = 100_000_000
-"""Most numbers that are read from one file (0.8 GB): more than an hour of twenty columns at 1 kHz."""
+"""Most numbers that are read from one file (0.8 GB): more than an hour of twenty
+columns at 1 kHz."""
 
-EPOCHS = (("nanoseconds", "1e9", 1e17), ("microseconds", "1e6", 1e14), ("milliseconds", "1e3", 1e11))
+EPOCHS = (
+    ("nanoseconds", "1e9", 1e17),
+    ("microseconds", "1e6", 1e14),
+    ("milliseconds", "1e3", 1e11),
+)
 """Unit, divisor and least value of times since 1970 that are not in seconds."""
 
-STATIC_STREAMS = ("position", "orientation", "joint_positions", "wrench", "accelerometer")
-"""Streams that can be measured at rest, so that a table of them without times may be static poses."""
+STATIC_STREAMS = (
+    "position",
+    "orientation",
+    "joint_positions",
+    "wrench",
+    "accelerometer",
+)
+"""Streams that can be measured at rest, so that a table of them without times may be
+static poses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +65,8 @@ class Table(Protocol):
         ...
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
-        """The rows, block by block, of the columns at these positions. `InputError` for what is not a number."""
+        """The rows, block by block, of the columns at these positions. `InputError` for
+        what is not a number."""
         ...
 
 
@@ -62,31 +76,49 @@ def label(table: Table, column: int) -> str:
 
 
 def collect(
-    table: Table, time: int | None, groups: Mapping[str, Sequence[int]], nan_is_blank: bool = False
+    table: Table,
+    time: int | None,
+    groups: Mapping[str, Sequence[int]],
+    nan_is_blank: bool = False,
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """Samples of each group of columns, in the file's units, and warnings.
 
-    A group is measured in a row where none of its cells is blank; groups that are blank throughout are left out,
-    with a warning. Without a column of `time` the rows are numbered from 0. A sample that repeats the one before
-    it, time and all, is dropped. Raises `InputError`, naming row and column, for a cell that is not a finite
-    number, a group of which only a part is blank, a blank time beside something measured, and too many numbers.
+    A group is measured in a row where none of its cells is blank; groups that are blank
+    throughout are left out, with a warning. Without a column of `time` the rows are
+    numbered from 0. A sample that repeats the one before it, time and all, is dropped.
+    Raises `InputError`, naming row and column, for a cell that is not a finite number,
+    a group of which only a part is blank, a blank time beside something measured, and
+    too many numbers.
     """
-    wanted = sorted({column for columns in groups.values() for column in columns} | (set() if time is None else {time}))
+    wanted = sorted(
+        {column for columns in groups.values() for column in columns}
+        | (set() if time is None else {time})
+    )
     samples = {name: Samples(len(columns)) for name, columns in groups.items()}
     times, rows, count = Growing(), Growing(dtype=np.int32), 0
     for block in table.blocks(wanted):
         begin, count = count, count + len(block.rows)
         if count * len(wanted) > MAX_CELLS:
-            what = f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
+            what = (
+                f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
+            )
             raise InputError(what, table.source, "cut out the part of interest")
-        numbers, untimed = (np.arange(begin, count), None) if time is None else _read_column(block, time, nan_is_blank)
+        numbers, untimed = (
+            (np.arange(begin, count), None)
+            if time is None
+            else _read_column(block, time, nan_is_blank)
+        )
         times.append(numbers)
         rows.append(block.rows)
         for name, columns in groups.items():
-            values, blank = _read_group(table, block, columns, nan_is_blank, numbers, untimed, time)
+            values, blank = _read_group(
+                table, block, columns, nan_is_blank, numbers, untimed, time
+            )
             samples[name].append(begin, values, blank)
     if count == 0:
-        raise InputError("there is a header but there are no samples", where=table.source)
+        raise InputError(
+            "there is a header but there are no samples", where=table.source
+        )
     every = times.finish(), rows.finish()
     streams, warnings = {}, ()
     for name, columns in groups.items():
@@ -94,7 +126,11 @@ def collect(
             streams[name] = taken.stream(*every)
         else:
             first, last = label(table, columns[0]), label(table, columns[-1])
-            what = f"columns {first}..{last} are all blank" if len(columns) > 1 else f"column {first} is blank"
+            what = (
+                f"columns {first}..{last} are all blank"
+                if len(columns) > 1
+                else f"column {first} is blank"
+            )
             warnings += (warning("columns-blank", what),)
     if time is None:
         return streams, warnings
@@ -102,17 +138,25 @@ def collect(
     return streams, warnings + repeats
 
 
-def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams without the samples that repeat the one before, time and values alike, and a warning of how many.
+def without_repeats(
+    streams: Mapping[str, Stream],
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
+    """The streams without the samples that repeat the one before, time and values
+    alike, and a warning of how many.
 
-    Two different samples at one time are kept: `hefting.core.recording.Recording` refuses them.
+    Two different samples at one time are kept: `hefting.core.recording.Recording`
+    refuses them.
     """
     kept, dropped = {}, set()
     for name, stream in streams.items():
         again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
-        again = 1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
+        again = (
+            1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
+        )
         dropped.update(stream.rows[again].tolist())
-        kept[name] = stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
+        kept[name] = (
+            stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
+        )
     if not dropped:
         return kept, ()
     plural = "s" if len(dropped) > 1 else ""
@@ -123,10 +167,11 @@ def without_repeats(streams: Mapping[str, Stream]) -> tuple[dict[str, Stream], t
 def in_seconds(
     streams: Mapping[str, Stream], source: str, unit: "Unit | None" = None
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams with their times in seconds, those since 1970 shifted to start at 0, and warnings.
+    """The streams with their times in seconds, those since 1970 shifted to start at 0,
+    and warnings.
 
-    They are in `unit`; None: seconds. Streams that share their times still do. `InputError` for times that cannot be
-    in that unit.
+    They are in `unit`; None: seconds. Streams that share their times still do.
+    `InputError` for times that cannot be in that unit.
     """
     where = f"{source}, column time"
     start = min(float(stream.time[0]) for stream in streams.values())
@@ -135,14 +180,24 @@ def in_seconds(
     began = abs(float(scale(np.array(start))))
     if began > 1e11:  # seconds since 1970 reach 1e11 in the year 5138
         if unit is not None and not seconds:
-            raise InputError(f"{start:.6g} cannot be {unit.name}", where, "give the unit of time")
-        meant, factor = next((meant, factor) for meant, factor, least in EPOCHS if began > least)
+            raise InputError(
+                f"{start:.6g} cannot be {unit.name}", where, "give the unit of time"
+            )
+        meant, factor = next(
+            (meant, factor) for meant, factor, least in EPOCHS if began > least
+        )
         fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
-        raise InputError(f"{start:.6g} cannot be seconds; it looks like {meant} since 1970", where, fix)
+        raise InputError(
+            f"{start:.6g} cannot be seconds; it looks like {meant} since 1970",
+            where,
+            fix,
+        )
     warnings = []
     if began > 1e8:
         streams = with_times(streams, lambda time: time - start)
-        shift, resolution = (float(scale(np.array(value))) for value in (start, np.spacing(abs(start))))
+        shift, resolution = (
+            float(scale(np.array(value))) for value in (start, np.spacing(abs(start)))
+        )
         what = f"time was shifted by {shift:.6f} s to start at 0; it resolves {resolution:.1g} s"
         warnings.append(warning("time-shifted", what))
     if not seconds:
@@ -151,12 +206,19 @@ def in_seconds(
     for name, stream in streams.items():
         step = typical.get(id(stream.time))
         if step is None:
-            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with the recording
+            # what is not finite is refused with the recording
+            with np.errstate(over="ignore", invalid="ignore"):
                 step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
             typical[id(stream.time)] = step
         if step > 1000:
-            raise InputError(f"the median step of {name} is {step:.4g}, not seconds", where, "give time in seconds")
-        whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
+            raise InputError(
+                f"the median step of {name} is {step:.4g}, not seconds",
+                where,
+                "give time in seconds",
+            )
+        whole = (
+            seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
+        )
         if step > 5 or whole:
             what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
             warnings.append(warning("time-step-long", what))
@@ -166,13 +228,18 @@ def in_seconds(
     return dict(streams), tuple(warnings)
 
 
-def with_times(streams: Mapping[str, Stream], change: Callable[[Array], Array]) -> dict[str, Stream]:
+def with_times(
+    streams: Mapping[str, Stream], change: Callable[[Array], Array]
+) -> dict[str, Stream]:
     """The streams with changed times; those that share an array of times still do."""
     changed: dict[int, Array] = {}
     for stream in streams.values():
         if id(stream.time) not in changed:
             changed[id(stream.time)] = own(change(stream.time))
-    return {name: replace(stream, time=changed[id(stream.time)]) for name, stream in streams.items()}
+    return {
+        name: replace(stream, time=changed[id(stream.time)])
+        for name, stream in streams.items()
+    }
 
 
 def warn_about_static(recording: Recording) -> Recording:
@@ -182,24 +249,37 @@ def warn_about_static(recording: Recording) -> Recording:
     if not moving and count <= 1000:
         return recording
     also = f", although there is {', '.join(moving)}" if moving else ""
-    what = f"there is no column time: each of {count} rows is taken as a static pose{also}"
-    return replace(recording, warnings=(*recording.warnings, warning("no-time-column", what)))
+    what = (
+        f"there is no column time: each of {count} rows is taken as a static pose{also}"
+    )
+    return replace(
+        recording, warnings=(*recording.warnings, warning("no-time-column", what))
+    )
 
 
-def require_streams(streams: Mapping[str, Stream], source: str, wrench_needed: bool = True) -> None:
-    """`InputError` unless something was measured of the wrench, if needed, and of orientation or joint angles."""
+def require_streams(
+    streams: Mapping[str, Stream], source: str, wrench_needed: bool = True
+) -> None:
+    """`InputError` unless something was measured of the wrench, if needed, and of
+    orientation or joint angles."""
     wrench_lacks = wrench_needed and "wrench" not in streams
     if wrench_lacks or not {"orientation", "joint_positions"} & set(streams):
         lacking = "wrench" if wrench_lacks else "orientation"
-        raise InputError(f"there is no {lacking}: all its cells are blank", where=source)
+        raise InputError(
+            f"there is no {lacking}: all its cells are blank", where=source
+        )
 
 
 def summarize_list(items: Sequence[str]) -> str:
     """The first eight of some items in one line, and how many more there are."""
-    return ", ".join(items[:8]) + (f" and {len(items) - 8} more" if len(items) > 8 else "")
+    return ", ".join(items[:8]) + (
+        f" and {len(items) - 8} more" if len(items) > 8 else ""
+    )
 
 
-def _read_column(block: Block, column: int, nan_is_blank: bool) -> tuple[Array, Mask | None]:
+def _read_column(
+    block: Block, column: int, nan_is_blank: bool
+) -> tuple[Array, Mask | None]:
     values, blank = block.values[column], block.blanks[column]
     if nan_is_blank and (nan := np.isnan(values)).any():
         blank = nan if blank is None else blank | nan
@@ -215,35 +295,54 @@ def _read_group(
     untimed: Mask | None,
     time: int | None,
 ) -> tuple[Sequence[Array], Mask | None]:
-    """Columns (R,) of a group in a block, and where they are blank. `InputError` for what cannot be a sample."""
-    values, blanks = zip(*(_read_column(block, column, nan_is_blank) for column in columns), strict=True)
+    """Columns (R,) of a group in a block, and where they are blank. `InputError` for
+    what cannot be a sample."""
+    values, blanks = zip(
+        *(_read_column(block, column, nan_is_blank) for column in columns), strict=True
+    )
     blank = _find_blanks(table, block, columns, blanks)
-    if untimed is not None and (lost := untimed if blank is None else untimed & ~blank).any():
+    if (
+        untimed is not None
+        and (lost := untimed if blank is None else untimed & ~blank).any()
+    ):
         where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
     for numbers, those in (((times,), [time or 0]), (values, columns)):
         if all(all_finite(column) for column in numbers):
             continue
-        matrix = np.stack([column if blank is None else column[~blank] for column in numbers], axis=1)
+        matrix = np.stack(
+            [column if blank is None else column[~blank] for column in numbers], axis=1
+        )
         wrong = np.argwhere(~np.isfinite(matrix))
         if len(wrong):
             k, j = wrong[0]
             row = (block.rows if blank is None else block.rows[~blank])[k]
             where = f"{table.source}, row {row}, column {label(table, those[j])}"
-            raise InputError(f"the value is {matrix[k, j]}", where, "leave the cell blank where nothing was measured")
+            raise InputError(
+                f"the value is {matrix[k, j]}",
+                where,
+                "leave the cell blank where nothing was measured",
+            )
     return values, blank
 
 
-def _find_blanks(table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]) -> Mask | None:
+def _find_blanks(
+    table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]
+) -> Mask | None:
     """Where (R,) a group was not measured: a row holds all of a group or nothing."""
     if all(blank is None for blank in blanks):
         return None
-    first, *others = (np.zeros(len(block.rows), dtype=bool) if blank is None else blank for blank in blanks)
+    first, *others = (
+        np.zeros(len(block.rows), dtype=bool) if blank is None else blank
+        for blank in blanks
+    )
     for column, blank in zip(columns[1:], others, strict=True):
         if (blank != first).any():
             k = np.argmax(blank != first)
             where = f"{table.source}, row {block.rows[k]}, column {label(table, column if blank[k] else columns[0])}"
             names = [label(table, each) for each in columns]
             those = " ".join(names) if len(names) < 8 else f"{names[0]}..{names[-1]}"
-            raise InputError("the cell is blank", where, f"give all of {those} in a row or none")
+            raise InputError(
+                "the cell is blank", where, f"give all of {those} in a row or none"
+            )
     return first

@@ -1,4 +1,5 @@
-"""A file with named columns -> Recording: by a column map, by a header that a format knows, or canonical."""
+"""A file with named columns -> Recording: by a column map, by a header that a format
+knows, or canonical."""
 
 from pathlib import Path
 
@@ -8,13 +9,18 @@ from hefting.logs.canonical import read_canonical
 from hefting.logs.registry import Format, formats
 
 MAX_BYTES = 2 * 1024**3
-"""Largest table that is read [bytes]: its numbers are held in memory, and slow motion needs far less."""
+"""Largest table that is read [bytes]: its numbers are held in memory, and slow motion
+needs far less."""
 
 
 def read_table_file(
-    file_format: Format, path: str | Path, column_map: str | Path | None = None, wrench_needed: bool = True
+    file_format: Format,
+    path: str | Path,
+    column_map: str | Path | None = None,
+    wrench_needed: bool = True,
 ) -> Recording:
-    """Recording in the table at `path`; `InputError` for what `hefting.logs.read_log` refuses."""
+    """Recording in the table at `path`; `InputError` for what `hefting.logs.read_log`
+    refuses."""
     _check_size(path)
     assert file_format.open_table is not None
     if column_map is not None:
@@ -22,7 +28,9 @@ def read_table_file(
         from hefting.logs.mapped import read_mapped
 
         chosen = load_map(column_map, wrench_needed)
-        return read_mapped(file_format.open_table(path, chosen.layout), chosen, wrench_needed)
+        return read_mapped(
+            file_format.open_table(path, chosen.layout), chosen, wrench_needed
+        )
     table = file_format.open_table(path, None)
     for each in formats():
         if each.read_table and each.is_header and each.is_header(table.names):
@@ -32,9 +40,15 @@ def read_table_file(
 
 def _check_size(path: str | Path) -> None:
     if not Path(path).is_file():
-        raise InputError("is not a file" if Path(path).exists() else "does not exist", where=path)
+        raise InputError(
+            "is not a file" if Path(path).exists() else "does not exist", where=path
+        )
     size = Path(path).stat().st_size
     if size == 0:
         raise InputError("the file is empty", where=path)
     if size > MAX_BYTES:
-        raise InputError(f"the file has {size / 1e9:.1f} GB, more than 2 GiB", path, "cut out the part of interest")
+        raise InputError(
+            f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
+            path,
+            "cut out the part of interest",
+        )

@@ -12,7 +12,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of measure: SI = value * `multiplier` / `divisor`; powers of ten divide, so that 1 mm is 0.001 m."""
+    """A unit of measure: SI = value * `multiplier` / `divisor`; powers of ten divide,
+    so that 1 mm is 0.001 m."""
 
     name: str
     multiplier: float = 1.0
@@ -22,12 +23,20 @@ class Unit:
         """`values` in SI units, the same array where nothing changes."""
         if self.multiplier == self.divisor == 1.0:
             return values
-        with np.errstate(over="ignore"):  # what overflows is refused as a value that is not finite
-            return values * self.multiplier / self.divisor if self.multiplier != 1.0 else values / self.divisor
+        # what overflows is refused as a value that is not finite
+        with np.errstate(over="ignore"):
+            return (
+                values * self.multiplier / self.divisor
+                if self.multiplier != 1.0
+                else values / self.divisor
+            )
 
 
 def _units(**factors: float | tuple[float, float]) -> dict[str, Unit]:
-    pairs = ((name.replace("_", " "), f if isinstance(f, tuple) else (f, 1.0)) for name, f in factors.items())
+    pairs = (
+        (name.replace("_", " "), f if isinstance(f, tuple) else (f, 1.0))
+        for name, f in factors.items()
+    )
     return {name: Unit(name, *pair) for name, pair in pairs}
 
 
@@ -42,7 +51,8 @@ DEGREE = (math.pi, 180.0)
 
 UNITS: dict[str, dict[str, Unit]] = {
     "time": _units(s=1.0, ms=(1.0, 1e3), us=(1.0, 1e6), ns=(1.0, 1e9), min=60.0),
-    "length": _units(m=1.0, mm=(1.0, 1e3), cm=(1.0, 1e2), um=(1.0, 1e6)) | {"in": Unit("in", 0.0254)},
+    "length": _units(m=1.0, mm=(1.0, 1e3), cm=(1.0, 1e2), um=(1.0, 1e6))
+    | {"in": Unit("in", 0.0254)},
     "angle": _units(rad=1.0, deg=DEGREE),
     "force": _units(N=1.0, mN=(1.0, 1e3), kN=1e3, kgf=GRAVITY, lbf=POUND),
     "torque": _units(
@@ -54,10 +64,21 @@ UNITS: dict[str, dict[str, Unit]] = {
         lbf_in=POUND * 0.0254,
         lbf_ft=POUND * 0.3048,
     ),
-    "speed": {"m/s": Unit("m/s"), "mm/s": Unit("mm/s", 1.0, 1e3), "cm/s": Unit("cm/s", 1.0, 1e2)},
+    "speed": {
+        "m/s": Unit("m/s"),
+        "mm/s": Unit("mm/s", 1.0, 1e3),
+        "cm/s": Unit("cm/s", 1.0, 1e2),
+    },
     "angular speed": {"rad/s": Unit("rad/s"), "deg/s": Unit("deg/s", *DEGREE)},
-    "acceleration": {"m/s^2": Unit("m/s^2"), "mm/s^2": Unit("mm/s^2", 1.0, 1e3), "g": Unit("g", GRAVITY)},
-    "angular acceleration": {"rad/s^2": Unit("rad/s^2"), "deg/s^2": Unit("deg/s^2", *DEGREE)},
+    "acceleration": {
+        "m/s^2": Unit("m/s^2"),
+        "mm/s^2": Unit("mm/s^2", 1.0, 1e3),
+        "g": Unit("g", GRAVITY),
+    },
+    "angular acceleration": {
+        "rad/s^2": Unit("rad/s^2"),
+        "deg/s^2": Unit("deg/s^2", *DEGREE),
+    },
 }
 """Units by kind and name; the first of each kind is its SI unit."""
 
@@ -68,12 +89,15 @@ SECOND = UNITS["time"]["s"]
 def find_unit(name: object, kind: str, where: object) -> Unit:
     """The unit `name` of a kind of quantity (a key of `UNITS`).
 
-    Spaces and multiplication dots are free: ``"N m"``, ``"Nm"`` and ``"N·m"`` are one; so are ``"m/s2"`` and
-    ``"m/s^2"``. `InputError`, naming `where`, lists the units there are.
+    Spaces and multiplication dots are free: ``"N m"``, ``"Nm"`` and ``"N·m"`` are one;
+    so are ``"m/s2"`` and ``"m/s^2"``. `InputError`, naming `where`, lists the units
+    there are.
     """
     known = UNITS[kind]
     if not isinstance(name, str):
-        raise InputError(f"the unit of {kind} is not text", where, f"use {', '.join(known)}")
+        raise InputError(
+            f"the unit of {kind} is not text", where, f"use {', '.join(known)}"
+        )
     found = {_plain(each): unit for each, unit in known.items()}.get(_plain(name))
     if found is None:
         what = f"unknown unit of {kind} '{name[:40]}'{nearest(name, known)}"
@@ -83,5 +107,7 @@ def find_unit(name: object, kind: str, where: object) -> Unit:
 
 def _plain(name: str) -> str:
     """The name without what people write in different ways."""
-    name = name.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    name = (
+        name.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    )
     return re.sub(r"[\s*·⋅^.]", "", name)

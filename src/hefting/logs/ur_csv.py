@@ -1,8 +1,8 @@
 """Real-time records of Universal Robots (RTDE's ``record.py``) -> Recording.
 
-Fields are numbered columns (``actual_TCP_pose_0`` to ``_5``), cells are separated by spaces or commas, units are SI.
-What the fields mean (RTDE guide of Universal Robots; for the reference point, the frames that the manufacturer's
-ROS driver takes them in):
+Fields are numbered columns (``actual_TCP_pose_0`` to ``_5``), cells are separated by
+spaces or commas, units are SI. What the fields mean (RTDE guide of Universal Robots;
+for the reference point, the frames that the manufacturer's ROS driver takes them in):
 
 ================== ==================================================================================
 timestamp          [s] since the controller started
@@ -17,7 +17,8 @@ payload            configured mass [kg]
 actual_q, _qd      joint angles and velocities [rad, rad/s]
 ================== ==================================================================================
 
-The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its world the robot's base.
+The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its
+world the robot's base.
 """
 
 from collections.abc import Iterable
@@ -44,7 +45,9 @@ FIELDS = {
 }
 """Fields that are read, and how many columns each has."""
 
-MARKS = frozenset(("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0"))
+MARKS = frozenset(
+    ("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0")
+)
 """Columns of which one tells such a record."""
 
 RAW = "ft_raw_wrench"
@@ -62,28 +65,48 @@ def is_ur(names: Iterable[str]) -> bool:
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     """Recording in a real-time record; the flange, or the TCP, is its sensor.
 
-    Raises `InputError` for a record without timestamps, without a wrench where it is needed, without a pose and
-    joint angles, for one whose wrench the controller has freed of a payload, and for cells that are no numbers.
+    Raises `InputError` for a record without timestamps, without a wrench where it is
+    needed, without a pose and joint angles, for one whose wrench the controller has
+    freed of a payload, and for cells that are no numbers.
     """
     fields = _find_fields(table)
     if "timestamp" not in table.names:
-        raise InputError("there is no column timestamp", table.source, "record timestamp too")
+        raise InputError(
+            "there is no column timestamp", table.source, "record timestamp too"
+        )
     if wrench_needed and not {RAW, FORCE} & set(fields):
-        raise InputError("there is no wrench", table.source, f"record {RAW}, or {FORCE} with payload and tcp_offset")
+        raise InputError(
+            "there is no wrench",
+            table.source,
+            f"record {RAW}, or {FORCE} with payload and tcp_offset",
+        )
     if not {"actual_TCP_pose", "actual_q"} & set(fields):
-        raise InputError("there is neither a pose nor joint angles", table.source, "record actual_TCP_pose")
+        raise InputError(
+            "there is neither a pose nor joint angles",
+            table.source,
+            "record actual_TCP_pose",
+        )
 
     everything = [column for columns in fields.values() for column in columns]
-    streams, warnings = collect(table, table.names.index("timestamp"), {"record": everything})
+    streams, warnings = collect(
+        table, table.names.index("timestamp"), {"record": everything}
+    )
     if "record" not in streams:
-        raise InputError("there are no samples: all cells are blank", where=table.source)
+        raise InputError(
+            "there are no samples: all cells are blank", where=table.source
+        )
     streams, about_time = in_seconds(streams, table.source)
     record = streams["record"]
     ends = np.cumsum([len(columns) for columns in fields.values()])
     values = dict(zip(fields, np.split(record.values, ends[:-1], axis=1), strict=True))
 
-    raw = RAW in values and (FORCE not in values or bool(np.ptp(values[RAW], axis=0).any()))
-    found, notes = {}, [note("log-format", "UR real-time record; world is the robot's base")]
+    raw = RAW in values and (
+        FORCE not in values or bool(np.ptp(values[RAW], axis=0).any())
+    )
+    found, notes = (
+        {},
+        [note("log-format", "UR real-time record; world is the robot's base")],
+    )
     more: list[Message] = []
     felt = raw or FORCE in values
     if felt and not raw:
@@ -93,22 +116,43 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
         notes.append(note("pose-source", remarks))
         if felt:
             more += _check_reference(values, raw)
-            found["wrench"] = values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
+            found["wrench"] = (
+                values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
+            )
     elif raw:
         found["wrench"] = values[RAW]
     elif felt:
         fix = f"record actual_TCP_pose too, or {RAW}"
-        raise InputError(f"{FORCE} is in base axes, and there is no pose to turn it by", table.source, fix)
-    wrench = f"{RAW}, flange axes, never zeroed: expect a large bias" if raw else f"{FORCE}, turned from base axes"
+        raise InputError(
+            f"{FORCE} is in base axes, and there is no pose to turn it by",
+            table.source,
+            fix,
+        )
+    wrench = (
+        f"{RAW}, flange axes, never zeroed: expect a large bias"
+        if raw
+        else f"{FORCE}, turned from base axes"
+    )
     notes += [note("wrench-source", f"wrench from {wrench}")] if felt else []
     joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
-    found |= {stream: values[field] for stream, field in joints.items() if field in values}
-    recorded = {name: Stream(record.time, array, record.rows) for name, array in found.items()}
-    return Recording(recorded, False, table.source, (*warnings, *about_time, *more), notes=tuple(notes))
+    found |= {
+        stream: values[field] for stream, field in joints.items() if field in values
+    }
+    recorded = {
+        name: Stream(record.time, array, record.rows) for name, array in found.items()
+    }
+    return Recording(
+        recorded,
+        False,
+        table.source,
+        (*warnings, *about_time, *more),
+        notes=tuple(notes),
+    )
 
 
 def _find_fields(table: Table) -> dict[str, list[int]]:
-    """Columns of each field that is there; `InputError` for a part of one, and for repeated names."""
+    """Columns of each field that is there; `InputError` for a part of one, and for
+    repeated names."""
     fields = {}
     for field, width in FIELDS.items():
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
@@ -118,17 +162,29 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
         missing = [name for name in names if name not in there]
         if missing:
             raise InputError(
-                f"column {missing[0]} is missing beside {there[0]}", table.source, f"record all of {field}"
+                f"column {missing[0]} is missing beside {there[0]}",
+                table.source,
+                f"record all of {field}",
             )
         fields[field] = [table.names.index(name) for name in names]
-    for name in ("timestamp", *(table.names[column] for columns in fields.values() for column in columns)):
+    for name in (
+        "timestamp",
+        *(table.names[column] for columns in fields.values() for column in columns),
+    ):
         if table.names.count(name) > 1:
-            raise InputError(f"column {name} is there {table.names.count(name)} times", table.source, "keep one")
+            raise InputError(
+                f"column {name} is there {table.names.count(name)} times",
+                table.source,
+                "keep one",
+            )
     return fields
 
 
-def _check_payload(record: Stream, values: dict[str, Array], source: str, warnings: list[Message]) -> None:
-    """`InputError` when the controller has removed a payload from the wrench; a warning when that is not known."""
+def _check_payload(
+    record: Stream, values: dict[str, Array], source: str, warnings: list[Message]
+) -> None:
+    """`InputError` when the controller has removed a payload from the wrench; a warning
+    when that is not known."""
     if "payload" not in values:
         what = (
             f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
@@ -147,22 +203,32 @@ def _check_payload(record: Stream, values: dict[str, Array], source: str, warnin
 
 
 def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
-    """Position, orientation and, if recorded, velocities of the flange, or else of the TCP; its rotations
-    (N, 3, 3); and which it is."""
+    """Position, orientation and, if recorded, velocities of the flange, or else of the
+    TCP; its rotations (N, 3, 3); and which it is."""
     from scipy.spatial.transform import Rotation
 
     pose = values["actual_TCP_pose"]
-    position, rotation, remark = pose[:, :3], Rotation.from_rotvec(np.array(pose[:, 3:])), "pose of the TCP"
+    position, rotation, remark = (
+        pose[:, :3],
+        Rotation.from_rotvec(np.array(pose[:, 3:])),
+        "pose of the TCP",
+    )
     lever = np.zeros_like(position)
     if "tcp_offset" in values:
         offset = values["tcp_offset"]
         rotation = rotation * Rotation.from_rotvec(np.array(offset[:, 3:])).inv()
-        lever = -rotation.apply(np.array(offset[:, :3]))  # from the TCP to the flange, base axes
-        position, remark = position + lever, "pose of the flange: actual_TCP_pose less tcp_offset"
+        # from the TCP to the flange, base axes
+        lever = -rotation.apply(np.array(offset[:, :3]))
+        position, remark = (
+            position + lever,
+            "pose of the flange: actual_TCP_pose less tcp_offset",
+        )
     motion = {"position": position, "orientation": rotation.as_quat()}
     if "actual_TCP_speed" in values:
         turning = values["actual_TCP_speed"][:, 3:]
-        motion["linear_velocity"] = values["actual_TCP_speed"][:, :3] + np.cross(turning, lever)
+        motion["linear_velocity"] = values["actual_TCP_speed"][:, :3] + np.cross(
+            turning, lever
+        )
         motion["angular_velocity"] = turning
     return motion, rotation.as_matrix(), remark
 
@@ -170,7 +236,11 @@ def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, s
 def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
     """Warnings about the frame the wrench is given in."""
     if "tcp_offset" not in values:
-        about = "axes and origin of ft_raw_wrench are" if raw else "the origin of its torques on e-Series is"
+        about = (
+            "axes and origin of ft_raw_wrench are"
+            if raw
+            else "the origin of its torques on e-Series is"
+        )
         what = f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about}"
         return [warning("tcp-offset-unknown", what)]
     if not raw and values["tcp_offset"][:, :3].any():

@@ -11,10 +11,13 @@ if TYPE_CHECKING:
 
 
 def table_from_recording(recording: Recording) -> "pa.Table":
-    """The canonical table of a recording: a row for each instant at which any stream has a sample."""
+    """The canonical table of a recording: a row for each instant at which any stream
+    has a sample."""
     import pyarrow as pa
 
-    times = np.unique(np.concatenate([stream.time for stream in recording.streams.values()]))
+    times = np.unique(
+        np.concatenate([stream.time for stream in recording.streams.values()])
+    )
     columns = {} if recording.static else {"time": pa.array(times)}
     for name, stream in recording.streams.items():
         at = np.searchsorted(times, stream.time)

@@ -1,4 +1,5 @@
-"""Motion: poses, gyroscope and accelerometer -> velocities and accelerations of the sensor, with their errors."""
+"""Motion: poses, gyroscope and accelerometer -> velocities and accelerations of the
+sensor, with their errors."""
 
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.measure import Curves, Measured, measure, smooth_poses

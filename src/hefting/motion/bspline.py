@@ -1,14 +1,19 @@
-"""Penalised quintic B-splines on uniform knots: band matrices, restricted likelihood, pointwise variance.
+"""Penalised quintic B-splines on uniform knots: band matrices, restricted likelihood,
+pointwise variance.
 
-A signal y (t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i with knots h apart,
+A signal y (t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i with knots h
+apart,
 
     minimise  sum_k w_k |y_k - f(t_k)|² + lambda |D^m c|²,          D^m = m-th difference,
 
-the spline equivalent of white noise of intensity q = h^(1-2m) r²/lambda on the m-th derivative of f. With
-samples dt apart it smooths above the bandwidth wc = (q/(r² dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m). Samples
-of the k-th derivative, dt_k apart and of weight w_k, lift lambda at the same wc by 1 + sum w_k dt/dt_k wc^2k.
-Eilers & Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996); restricted
-likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Statistical Society B 45 (1983).
+the spline equivalent of white noise of intensity q = h^(1-2m) r²/lambda on the m-th
+derivative of f. With samples dt apart it smooths above the bandwidth wc = (q/(r²
+dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m). Samples of the k-th derivative, dt_k apart
+and of weight w_k, lift lambda at the same wc by 1 + sum w_k dt/dt_k wc^2k. Eilers &
+Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996);
+restricted
+likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Statistical
+    Society B 45 (1983).
 
 Long gaps cut the recording into segments that share lambda and r² and nothing else.
 """
@@ -27,50 +32,59 @@ Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 
 SPLINE_DEGREE = 5
-"""Degree of the polynomials: quintic, so that the acceleration is twice differentiable."""
+"""Degree of the polynomials: quintic, so that the acceleration is twice
+differentiable."""
 SUPPORT = SPLINE_DEGREE + 1
 """Number of basis functions that are not zero on a knot interval."""
 FEWEST_SEGMENT_SAMPLES = 8
 """Smallest number of samples in a segment that is smoothed."""
 FIRST_KNOT_MARGIN = 0.25
-"""Knot spacings by which the first knot precedes the first sample. It keeps samples half a spacing apart from lying
-on the borders of blocks."""
+"""Knot spacings by which the first knot precedes the first sample. It keeps samples
+half a spacing apart from lying on the borders of blocks."""
 TIMES_EVALUATED_TOGETHER = 8192
 """Number of samples evaluated at a time; it bounds the memory."""
 INVERSE_STRETCH = 64
-"""Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer steps, longer ones repeat less
-of the overlap."""
+"""Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer
+steps, longer ones repeat less of the overlap."""
 
 
 def _piece_coefficients() -> Array:
-    """(6, 6): coefficient of u^p (rows) in the function B_(i+j) (columns) on knot interval i, u in [0, 1]."""
+    """(6, 6): coefficient of u^p (rows) in the function B_(i+j) (columns) on knot
+    interval i, u in [0, 1]."""
     coefficients = np.zeros((SUPPORT, SUPPORT))
     for j in range(SUPPORT):
         for k in range(SUPPORT - j):
             sign = (-1) ** k * comb(SUPPORT, k) / factorial(SPLINE_DEGREE)
             for p in range(SUPPORT):
                 coefficients[p, j] += (
-                    sign * comb(SPLINE_DEGREE, p) * float(SPLINE_DEGREE - j - k) ** (SPLINE_DEGREE - p)
+                    sign
+                    * comb(SPLINE_DEGREE, p)
+                    * float(SPLINE_DEGREE - j - k) ** (SPLINE_DEGREE - p)
                 )
     return coefficients
 
 
 PIECE_COEFFICIENTS = _piece_coefficients()
-"""(6, 6) polynomial coefficients of the basis functions on a knot interval: see `_piece_coefficients`."""
+"""(6, 6) polynomial coefficients of the basis functions on a knot interval: see
+`_piece_coefficients`."""
 
 
 def _derivative_pieces(derivative: int) -> Array:
     """(6, 6 - derivative): `PIECE_COEFFICIENTS` differentiated, transposed."""
-    factors = np.array([perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float)
+    factors = np.array(
+        [perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float
+    )
     return np.ascontiguousarray((factors[:, None] * PIECE_COEFFICIENTS[derivative:]).T)
 
 
 DERIVATIVE_COEFFICIENTS = tuple(_derivative_pieces(k) for k in range(SUPPORT))
-"""Coefficients (6, 6 - k) of the k-th derivatives of the basis functions on a knot interval."""
+"""Coefficients (6, 6 - k) of the k-th derivatives of the basis functions on a knot
+interval."""
 
 
 def basis(u: Array, derivative: int = 0) -> Array:
-    """The six functions (6, K) that live on a knot interval, or a derivative by u, at u (K,) in [0, 1]."""
+    """The six functions (6, K) that live on a knot interval, or a derivative by u, at u
+    (K,) in [0, 1]."""
     powers = np.empty((SUPPORT - derivative, len(u)))
     powers[0] = 1.0
     for p in range(1, len(powers)):
@@ -95,9 +109,14 @@ class Knots:
     """(S + 1,) first coefficient of each segment"""
 
     def __post_init__(self):
-        intervals = np.floor((self.last - self.first) / self.h + FIRST_KNOT_MARGIN).astype(int) + 1
+        intervals = (
+            np.floor((self.last - self.first) / self.h + FIRST_KNOT_MARGIN).astype(int)
+            + 1
+        )
         object.__setattr__(self, "intervals", intervals)
-        object.__setattr__(self, "offset", np.concatenate(([0], np.cumsum(intervals + SPLINE_DEGREE))))
+        object.__setattr__(
+            self, "offset", np.concatenate(([0], np.cumsum(intervals + SPLINE_DEGREE)))
+        )
 
     @property
     def size(self) -> int:
@@ -105,7 +124,8 @@ class Knots:
         return int(self.offset[-1])
 
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
-        """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a segment covers it."""
+        """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a
+        segment covers it."""
         segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
         x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
@@ -125,13 +145,16 @@ class Knots:
             rows = stop - start - m
             for a in range(m + 1):
                 for b in range(a, m + 1):
-                    bands[b - a, start + a : start + a + rows] += stencil[a] * stencil[b]
+                    bands[b - a, start + a : start + a + rows] += (
+                        stencil[a] * stencil[b]
+                    )
         return bands
 
     def log_penalty_determinant(self, m: int) -> float:
         """Log of the product of the positive eigenvalues of D^m' D^m.
 
-        That is det(D D') = prod (n + i + j + 1)/(i + j + 1) over i, j = 0..m-1, D having n rows.
+        That is det(D D') = prod (n + i + j + 1)/(i + j + 1) over i, j = 0..m-1, D
+        having n rows.
         """
         i, j = np.divmod(np.arange(m * m), m)
         rows = np.diff(self.offset)[:, None] - m
@@ -139,7 +162,8 @@ class Knots:
 
 
 def multiply(bands: Array, x: Array) -> Array:
-    """Product (n, d) of a symmetric matrix, given by its lower bands (6, n), and x (n, d); as columns in memory."""
+    """Product (n, d) of a symmetric matrix, given by its lower bands (6, n), and x (n,
+    d); as columns in memory."""
     columns = np.ascontiguousarray(x.T)
     product = bands[0] * columns
     for b in range(1, min(SUPPORT, len(x))):
@@ -166,18 +190,22 @@ class Observation:
 
 
 class Normal:
-    """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a pilot fit.
+    """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a
+    pilot fit.
 
-    Samples are averaged in blocks against coloured noise, and the basis with them, so that averaging bends
-    nothing. `block` is in seconds. The averages stand in a grid, P to a knot interval and one column for each
-    coefficient that is an interval's first; those without a sample weigh nothing.
+    Samples are averaged in blocks against coloured noise, and the basis with them, so
+    that averaging bends nothing. `block` is in seconds. The averages stand in a grid, P
+    to a knot interval and one column for each coefficient that is an interval's first;
+    those without a sample weigh nothing.
     """
 
     def __init__(self, knots: Knots, data: tuple[Observation, ...], block: float):
         self.knots = knots
         self._penalties: dict[int, Array] = {}
         per_interval = max(round(knots.h / block), 1)
-        weight, rows, values = zip(*(_averaged(knots, o, per_interval) for o in data), strict=True)
+        weight, rows, values = zip(
+            *(_averaged(knots, o, per_interval) for o in data), strict=True
+        )
         self.weight = np.concatenate(weight)
         """(P, n)"""
         self.rows = np.concatenate(rows, axis=1)
@@ -185,7 +213,9 @@ class Normal:
         self.values = np.concatenate(values, axis=1)
         """(d, P, n)"""
         self.averages = int(np.count_nonzero(self.weight))
-        self._rates = [(o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]]
+        self._rates = [
+            (o.derivative, o.weight * len(o.time) / np.ptp(o.time)) for o in data[1:]
+        ]
         n = knots.size
         self.bands = np.zeros((SUPPORT, n))
         weighted = self.weight * self.rows
@@ -196,7 +226,8 @@ class Normal:
         self._set_pilot(np.zeros((self.values.shape[0], n)).T)
 
     def lift(self, bandwidth: float, dt: float) -> float:
-        """Information at a frequency [rad/s] over that of the samples alone, dt apart: 1 without derivatives."""
+        """Information at a frequency [rad/s] over that of the samples alone, dt apart:
+        1 without derivatives."""
         return 1.0 + dt * sum(rate * bandwidth ** (2 * k) for k, rate in self._rates)
 
     def _set_pilot(self, coefficients: Array) -> None:
@@ -214,17 +245,21 @@ class Normal:
         self.gradient = gradient.T
 
     def refine_pilot(self, m: int, penalty: float) -> None:
-        """Take the fit with this penalty as the pilot, so that sums of squares near it do not cancel."""
+        """Take the fit with this penalty as the pilot, so that sums of squares near it
+        do not cancel."""
         self._set_pilot(self.solve(m, penalty)[0])
 
     def solve(self, m: int, penalty: float) -> tuple[Array, Array]:
-        """Coefficients (n, d) and the lower Cholesky bands (6, n) of B' W B + penalty D' D."""
+        """Coefficients (n, d) and the lower Cholesky bands (6, n) of B' W B + penalty
+        D' D."""
         if m not in self._penalties:
             self._penalties[m] = self.knots.penalty(m)
         roughness = self._penalties[m]
         factor, failed = lapack.dpbtrf(self.bands + penalty * roughness, lower=1)
         if failed:
-            raise np.linalg.LinAlgError("the normal equations of the spline are not positive definite")
+            raise np.linalg.LinAlgError(
+                "the normal equations of the spline are not positive definite"
+            )
         if m not in self._rough_pilot:
             self._rough_pilot[m] = multiply(roughness, self.pilot)
         descent = self.gradient - penalty * self._rough_pilot[m]
@@ -233,15 +268,23 @@ class Normal:
     def objective(self, coefficients: Array, m: int, penalty: float) -> float:
         """Weighted sum of squared residuals of a fit, and penalty |D c|²."""
         step = coefficients - self.pilot
-        change = float(np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient)))
-        return max(self._pilot_square + change, 0.0) + penalty * self.knots.roughness(coefficients, m)
+        change = float(
+            np.sum(step * (multiply(self.bands, step) - 2.0 * self.gradient))
+        )
+        return max(self._pilot_square + change, 0.0) + penalty * self.knots.roughness(
+            coefficients, m
+        )
 
 
-def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array, Array, Array]:
-    """Weight (P, n), basis (6, P, n) and values (d, P, n) of the averages over the P blocks of each knot interval.
+def _averaged(
+    knots: Knots, data: Observation, per_interval: int
+) -> tuple[Array, Array, Array]:
+    """Weight (P, n), basis (6, P, n) and values (d, P, n) of the averages over the P
+    blocks of each knot interval.
 
-    The basis is averaged too, to second order: its value at the mean time, and half its second derivative times the
-    variance of the times. Within a quarter of a knot interval what is left out is below 1e-4 of that.
+    The basis is averaged too, to second order: its value at the mean time, and half its
+    second derivative times the variance of the times. Within a quarter of a knot
+    interval what is left out is below 1e-4 of that.
     """
     P, n, d = per_interval, knots.size, data.values.shape[1]
     grids = np.zeros((P, n)), np.zeros((SUPPORT, P, n)), np.zeros((d, P, n))
@@ -274,9 +317,9 @@ def _averaged(knots: Knots, data: Observation, per_interval: int) -> tuple[Array
 def inverse_bands(factor: Array, overlap: int) -> Array:
     """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
 
-    The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog 1985), side by side in
-    stretches that each begin `overlap` coefficients late, from a zero window: the resulting error
-    decreases with exp(-2 sin(pi/2m) wc h overlap).
+    The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog
+    1985), side by side in stretches that each begin `overlap` coefficients late, from a
+    zero window: the resulting error decreases with exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
     stretch = INVERSE_STRETCH
@@ -288,7 +331,8 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     window = np.zeros((count, SUPPORT, SUPPORT))
     for k in range(length):
         j = stop - 1 - k
-        column = factor[:, np.maximum(j, 0)]  # of a stretch already past its beginning, not used
+        # of a stretch already past its beginning, not used
+        column = factor[:, np.maximum(j, 0)]
         slope = (column[1:] / column[0]).T  # (count, 5)
         corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]
         row = -np.einsum("sab,sb->sa", corner, slope)

@@ -1,4 +1,5 @@
-"""A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and order are the most likely."""
+"""A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and
+order are the most likely."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,23 +23,27 @@ from hefting.motion.bspline import (
 from hefting.motion.likelihood import Likelihood, Smoothness
 
 ORDERS = (3, 4, 5)
-"""Orders of smoothness that are compared: 5 suits smooth motion, 3 stop-and-go motion."""
+"""Orders of smoothness that are compared: 5 suits smooth motion, 3 stop-and-go
+motion."""
 FIRST_KNOT_SPACING = 0.02
-"""[s] Knot spacing h at the start of the search. It then follows the bandwidth wc, so that 0.3 < h wc < 1."""
+"""[s] Knot spacing h at the start of the search. It then follows the bandwidth wc, so
+that 0.3 < h wc < 1."""
 SMALLEST_SCALED_BANDWIDTH = 0.15
 """Lower bound of h wc in the search."""
 LARGEST_SCALED_BANDWIDTH = 2.5
 """Upper bound of h wc in the search."""
 TUNED_COEFFICIENTS = 10_000
-"""Number of spline coefficients used to choose the smoothness; of longer recordings evenly spaced
-stretches are used."""
+"""Number of spline coefficients used to choose the smoothness; of longer recordings
+evenly spaced stretches are used."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
-    """(K,) mask of the rows with new values, without the repeats of a slower stream that holds its value.
+    """(K,) mask of the rows with new values, without the repeats of a slower stream
+    that holds its value.
 
-    Runs of equal rows are repeats only when they are the rule (half of all runs at least two rows long); of a
-    run longer than twice the usual, as at rest, one row in that many stays.
+    Runs of equal rows are repeats only when they are the rule (half of all runs at
+    least two rows long); of a run longer than twice the usual, as at rest, one row in
+    that many stays.
     """
     changed = np.concatenate(([True], (np.diff(values, axis=0) != 0).any(axis=1)))
     begins = np.flatnonzero(changed)
@@ -71,10 +76,11 @@ class Curve:
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
     ) -> "Curve":
-        """The curve through samples (K, d) of a signal and perhaps measured derivatives of it (`rates`).
+        """The curve through samples (K, d) of a signal and perhaps measured derivatives
+        of it (`rates`).
 
-        `near` is a smoothness that is about right, as that of a fit without these rates: only the neighbourhood is
-        searched then.
+        `near` is a smoothness that is about right, as that of a fit without these
+        rates: only the neighbourhood is searched then.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
@@ -91,14 +97,19 @@ class Curve:
 
     @cached_property
     def covariance(self) -> Array:
-        """(6, n): lower bands of the coefficients' covariance, the same for every component."""
-        overlap = int(np.ceil(12.0 / min(self.knots.h * self.smoothness.bandwidth, 1.0)))
+        """(6, n): lower bands of the coefficients' covariance, the same for every
+        component."""
+        overlap = int(
+            np.ceil(12.0 / min(self.knots.h * self.smoothness.bandwidth, 1.0))
+        )
         return self.smoothness.variance * inverse_bands(self.factor, overlap)
 
     def evaluate(self, at: Array, spread: bool = True) -> tuple[Array, ...]:
-        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,) of the derivatives.
+        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,)
+        of the derivatives.
 
-        Without `spread` these are infinite wherever the curve is not known, else zero: they cost as much again.
+        Without `spread` these are infinite wherever the curve is not known, else zero:
+        they cost as much again.
         """
         out = np.empty((3, self.coefficients.shape[1], len(at)))
         std = np.empty((2, len(at)))
@@ -116,29 +127,38 @@ class Curve:
         return (*np.swapaxes(out, 1, 2), *std)
 
     def _variances(self, index: Integers, rows: list[Array]) -> Array:
-        """(2, L) of the first and the second derivative whose basis and its derivatives are `rows`, three (6, L)."""
+        """(2, L) of the first and the second derivative whose basis and its derivatives
+        are `rows`, three (6, L)."""
         variances = np.zeros((2, len(index)))
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
-                covariance = (1.0 if a == b else 2.0) * self.covariance[b - a, index + a]
+                covariance = (1.0 if a == b else 2.0) * self.covariance[
+                    b - a, index + a
+                ]
                 for k in (1, 2):
                     variances[k - 1] += covariance * rows[k][a] * rows[k][b]
         return np.maximum(variances, 0.0)
 
 
 def tune(
-    data: tuple[Observation, ...], orders: tuple[int, ...], name: str, near: Smoothness | None = None
+    data: tuple[Observation, ...],
+    orders: tuple[int, ...],
+    name: str,
+    near: Smoothness | None = None,
 ) -> tuple[Smoothness, float, float]:
-    """The most likely smoothness of a signal, the knot spacing to suit, and the sampling interval.
+    """The most likely smoothness of a signal, the knot spacing to suit, and the
+    sampling interval.
 
-    `data`: samples of the signal, then of derivatives of it, if any. `near`: a smoothness that is about right; its
-    order is kept, and the bandwidth looked for near its own.
+    `data`: samples of the signal, then of derivatives of it, if any. `near`: a
+    smoothness that is about right; its order is kept, and the bandwidth looked for near
+    its own.
     """
     return _tuned(data, orders, name, near)[:3]
 
 
 def _spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
-    """Spacing of the knots [s] that suits a smoothness and is neither finer than the data nor too coarse for them."""
+    """Spacing of the knots [s] that suits a smoothness and is neither finer than the
+    data nor too coarse for them."""
     duration, dt = float(np.ptp(data[0].time)), float(np.median(np.diff(data[0].time)))
     finest = min(float(np.median(np.diff(o.time))) for o in data)
     return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
@@ -150,10 +170,15 @@ def _tuned(
     name: str,
     near: Smoothness | None,
 ) -> tuple[Smoothness, float, float, Normal | None]:
-    """As `tune`, with the normal equations of all data, where they were made on the way."""
+    """As `tune`, with the normal equations of all data, where they were made on the
+    way."""
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
-        raise InputError(f"{len(time)} different poses are too few to differentiate", where=name, fix="record longer")
+        raise InputError(
+            f"{len(time)} different poses are too few to differentiate",
+            where=name,
+            fix="record longer",
+        )
     dt = float(np.median(np.diff(time)))
     duration = time[-1] - time[0]
     coarsest = max(duration / 6.0, dt)
@@ -162,7 +187,10 @@ def _tuned(
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
         stretch = duration / excess / 10
-        data = tuple(o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0] for o in data)
+        data = tuple(
+            o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0]
+            for o in data
+        )
     whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
@@ -181,23 +209,41 @@ def _tuned(
     best = found
     for m in orders:
         if m != middle:
-            best = max(best, _most_likely(normal, m, dt, floor, found), key=lambda c: c.log_likelihood)
+            best = max(
+                best,
+                _most_likely(normal, m, dt, floor, found),
+                key=lambda c: c.log_likelihood,
+            )
     same = whole and np.isclose(normal.knots.h, h)
     return best, h, _interval(data[0].time, h), normal if same else None
 
 
-def _most_likely(normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None) -> Smoothness:
+def _most_likely(
+    normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None
+) -> Smoothness:
     """The most likely smoothness of one order; `near` may be of another."""
     h = normal.knots.h
     guesses = (
         (LARGEST_SCALED_BANDWIDTH, 0.6)
         if near is None
-        else (float(np.clip(h * near.bandwidth, SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH)),)
+        else (
+            float(
+                np.clip(
+                    h * near.bandwidth,
+                    SMALLEST_SCALED_BANDWIDTH,
+                    LARGEST_SCALED_BANDWIDTH,
+                )
+            ),
+        )
     )
     for h_bandwidth in guesses:
-        normal.refine_pilot(m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt))
+        normal.refine_pilot(
+            m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt)
+        )
     return Likelihood(normal, m, dt, 3, floor).maximum(
-        SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH, None if near is None else guesses[0]
+        SMALLEST_SCALED_BANDWIDTH,
+        LARGEST_SCALED_BANDWIDTH,
+        None if near is None else guesses[0],
     )
 
 
@@ -212,15 +258,20 @@ def _interval(time: Array, h: float) -> float:
 
 
 def _normal(data: tuple[Observation, ...], h: float, end: float = -np.inf) -> Normal:
-    """Normal equations; the last segment reaches to `end`, rows of which only repeat the last value."""
+    """Normal equations; the last segment reaches to `end`, rows of which only repeat
+    the last value."""
     time = data[0].time
     cuts = np.flatnonzero(_segments(time, h)) + 1
     begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
     apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
-    long_enough = (stop - begin >= FEWEST_SEGMENT_SAMPLES) & (np.add.reduceat(apart.astype(int), begin) > SUPPORT)
+    long_enough = (stop - begin >= FEWEST_SEGMENT_SAMPLES) & (
+        np.add.reduceat(apart.astype(int), begin) > SUPPORT
+    )
     if not long_enough.any():
         raise InputError(
-            f"gaps leave no {FEWEST_SEGMENT_SAMPLES} poses in a row", where="poses", fix="record more often"
+            f"gaps leave no {FEWEST_SEGMENT_SAMPLES} poses in a row",
+            where="poses",
+            fix="record more often",
         )
     last = time[stop[long_enough] - 1]
     if long_enough[-1]:

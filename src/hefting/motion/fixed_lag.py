@@ -1,13 +1,14 @@
 """Fixed-lag Kalman filter of integrated white noise.
 
-A component is n integrators of white noise, observed in white noise. The estimate of a past state x_j given
-all data up to now follows from its covariance C_j with the present state: with innovation nu of variance S,
+A component is n integrators of white noise, observed in white noise. The estimate of a
+past state x_j given all data up to now follows from its covariance C_j with the present
+state: with innovation nu of variance S,
 
     C_j <- C_j F',   x_j <- x_j + C_j H' nu / S,   C_j <- C_j (I - K H)'
 
-(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of 1/bandwidth:
-derivative i is x_i / (r wc^i), the driving noise has intensity period * wc ("nominal"), and the filter
-depends on n and on the spacing of the samples alone.
+(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of
+1/bandwidth: derivative i is x_i / (r wc^i), the driving noise has intensity period * wc
+("nominal"), and the filter depends on n and on the spacing of the samples alone.
 """
 
 from dataclasses import dataclass, replace
@@ -20,14 +21,16 @@ import numpy as np
 from hefting.core.spatial import Array
 
 INITIAL_DERIVATIVE_STD = 1e4
-"""Standard deviation of the derivatives at the start, in filter units: large, as they are unknown."""
+"""Standard deviation of the derivatives at the start, in filter units: large, as they
+are unknown."""
 OUTPUT_STATES = 3
 """Number of states that are returned: value, velocity, acceleration."""
 
 
 @lru_cache
 def _powers(n: int) -> tuple[Array, Array, Array, Array]:
-    """Coefficients and exponents (n, n) of the step in the matrices of `_integrators`."""
+    """Coefficients and exponents (n, n) of the step in the matrices of
+    `_integrators`."""
     i, j = np.indices((n, n))
     factorials = np.array([factorial(k) for k in range(n)], dtype=float)
     power = 2 * n - 1 - i - j
@@ -41,13 +44,15 @@ def _powers(n: int) -> tuple[Array, Array, Array, Array]:
 
 
 def _integrators(step: float, n: int) -> tuple[Array, Array]:
-    """Transition (n, n) over `step`, and covariance (n, n) that unit white noise builds up over it."""
+    """Transition (n, n) over `step`, and covariance (n, n) that unit white noise builds
+    up over it."""
     transition, transition_power, noise, noise_power = _powers(n)
     return transition * step**transition_power, noise * step**noise_power
 
 
 class Steady(NamedTuple):
-    """The filter after a long run of samples a constant step apart, read out `lag` samples late."""
+    """The filter after a long run of samples a constant step apart, read out `lag`
+    samples late."""
 
     covariance: Array
     """(n, n) of the present state"""
@@ -60,7 +65,8 @@ class Steady(NamedTuple):
     shapes: Array
     """(n, n) modal to state coordinates"""
     gains: Array
-    """(lag + 1, 3): what the innovation i samples later adds to a state; row 0 is the present and zero"""
+    """(lag + 1, 3): what the innovation i samples later adds to a state; row 0 is the
+    present and zero"""
     cross: Array
     """(lag + 1, 3, n): C of a state i samples old"""
     variances: Array
@@ -69,8 +75,10 @@ class Steady(NamedTuple):
 
 @lru_cache(maxsize=32)
 def steady_filter(n: int, step: float, lag: int) -> Steady:
-    """The settled filter of `n` integrators for samples `step` apart [1/bandwidth], read out `lag` samples late."""
-    from scipy.linalg import solve_discrete_are  # slow to import, and not needed for finished recordings
+    """The settled filter of `n` integrators for samples `step` apart [1/bandwidth],
+    read out `lag` samples late."""
+    # slow to import, and not needed for finished recordings
+    from scipy.linalg import solve_discrete_are
 
     transition, noise = _integrators(step, n)
     observe = np.eye(n)[:, :1]
@@ -93,12 +101,22 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         cross.append(c - np.outer(c[:, 0], gain))
         variances.append(variances[-1] - surplus * gains[-1] ** 2)
     drive = np.linalg.solve(shapes, gain.astype(complex))
-    return Steady(covariance, surplus, modes, drive, shapes, np.array(gains), np.array(cross), np.array(variances))
+    return Steady(
+        covariance,
+        surplus,
+        modes,
+        drive,
+        shapes,
+        np.array(gains),
+        np.array(cross),
+        np.array(variances),
+    )
 
 
 @dataclass(frozen=True)
 class Track:
-    """Filter state of d components that share their covariance, and the past states not yet given out."""
+    """Filter state of d components that share their covariance, and the past states not
+    yet given out."""
 
     mean: Array
     """(n, d) present state"""
@@ -113,10 +131,15 @@ class Track:
 
     @classmethod
     def start(cls, value: Array, n: int, cold: Steady | None) -> "Track":
-        """After the first sample `value` (d,): derivatives unknown, or, with `cold`, zero with a settled covariance."""
+        """After the first sample `value` (d,): derivatives unknown, or, with `cold`,
+        zero with a settled covariance."""
         mean = np.zeros((n, len(value)))
         mean[0] = value
-        covariance = np.diag([1.0] + [INITIAL_DERIVATIVE_STD**2] * (n - 1)) if cold is None else cold.covariance
+        covariance = (
+            np.diag([1.0] + [INITIAL_DERIVATIVE_STD**2] * (n - 1))
+            if cold is None
+            else cold.covariance
+        )
         return cls(
             mean,
             covariance,
@@ -136,46 +159,78 @@ class Track:
         innovation = value - mean[0]
         mean = mean + np.outer(gain, innovation)
         covariance = predicted - surplus * np.outer(gain, gain)
-        cross = (self.cross.reshape(-1, len(mean)) @ transition.T).reshape(self.cross.shape)
+        cross = (self.cross.reshape(-1, len(mean)) @ transition.T).reshape(
+            self.cross.shape
+        )
         gains = cross[:, :, 0] / surplus
         return Track(
             mean,
             covariance,
-            np.concatenate((self.past + gains[:, :, None] * innovation, mean[None, :OUTPUT_STATES])),
-            np.concatenate((cross - cross[:, :, :1] * gain, covariance[None, :OUTPUT_STATES])),
-            np.concatenate((self.variances - surplus * gains**2, np.diag(covariance)[None, :OUTPUT_STATES])),
+            np.concatenate(
+                (self.past + gains[:, :, None] * innovation, mean[None, :OUTPUT_STATES])
+            ),
+            np.concatenate(
+                (cross - cross[:, :, :1] * gain, covariance[None, :OUTPUT_STATES])
+            ),
+            np.concatenate(
+                (
+                    self.variances - surplus * gains**2,
+                    np.diag(covariance)[None, :OUTPUT_STATES],
+                )
+            ),
         )
 
     def block(self, values: Array, steady: Steady) -> "Track":
         """Take in regular samples (K, d) at once, the filter being steady."""
-        from scipy.signal import lfilter  # slow to import, and not needed for finished recordings
+        # slow to import, and not needed for finished recordings
+        from scipy.signal import lfilter
 
         lag = len(steady.gains) - 1
         modal = np.linalg.solve(steady.shapes, self.mean.astype(complex))
         states = np.zeros((len(values), *self.mean.shape))
-        for mode, drive, shape, begin in zip(steady.modes, steady.drive, steady.shapes.T, modal, strict=True):
+        for mode, drive, shape, begin in zip(
+            steady.modes, steady.drive, steady.shapes.T, modal, strict=True
+        ):
             if mode.imag >= 0:  # a conjugate pair is twice the real part of one
                 start = (mode * begin)[None]
-                z = lfilter([drive], [1.0, -mode], values.astype(complex), axis=0, zi=start)[0]
-                states += (1.0 if mode.imag == 0 else 2.0) * np.real(shape[:, None] * z[:, None, :])
+                z = lfilter(
+                    [drive], [1.0, -mode], values.astype(complex), axis=0, zi=start
+                )[0]
+                states += (1.0 if mode.imag == 0 else 2.0) * np.real(
+                    shape[:, None] * z[:, None, :]
+                )
         innovations = np.zeros((len(self.past) + len(values) + lag, values.shape[1]))
-        innovations[len(self.past) : len(self.past) + len(values)] = (values - states[:, 0]) * steady.surplus
+        innovations[len(self.past) : len(self.past) + len(values)] = (
+            values - states[:, 0]
+        ) * steady.surplus
         past = np.concatenate((self.past, states[:, :OUTPUT_STATES]))
         if lag:
             for i in range(OUTPUT_STATES):
                 for d in range(values.shape[1]):
-                    past[:, i, d] += np.correlate(innovations[1:, d], steady.gains[1:, i], "valid")[: len(past)]
+                    past[:, i, d] += np.correlate(
+                        innovations[1:, d], steady.gains[1:, i], "valid"
+                    )[: len(past)]
         age = np.minimum(np.arange(len(past))[::-1], lag)
-        return Track(states[-1], self.covariance, past, steady.cross[age], steady.variances[age])
+        return Track(
+            states[-1], self.covariance, past, steady.cross[age], steady.variances[age]
+        )
 
     def is_steady(self, steady: Steady) -> bool:
-        """Whether the covariances have settled, to five digits: then `block` does the same as `step`."""
+        """Whether the covariances have settled, to five digits: then `block` does the
+        same as `step`."""
         if len(self.past) != len(steady.gains) - 1:
             return False
         if not np.allclose(self.covariance, steady.covariance, rtol=1e-5, atol=1e-8):
             return False
-        return len(self.past) == 0 or np.allclose(self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8)
+        return len(self.past) == 0 or np.allclose(
+            self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8
+        )
 
     def drop(self, count: int) -> "Track":
         """Without the `count` oldest states still kept."""
-        return replace(self, past=self.past[count:], cross=self.cross[count:], variances=self.variances[count:])
+        return replace(
+            self,
+            past=self.past[count:],
+            cross=self.cross[count:],
+            variances=self.variances[count:],
+        )

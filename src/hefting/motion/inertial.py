@@ -1,8 +1,10 @@
-"""Inertial sensors beside the poses: gyroscope and accelerometer as measured derivatives of the smooth curves.
+"""Inertial sensors beside the poses: gyroscope and accelerometer as measured
+derivatives of the smooth curves.
 
-With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2 (quaternion product) and an
-accelerometer d²p/dt² = R f + g. Each has a constant bias, a clock of its own and, the accelerometer, a place of its
-own on the sensor; these are found against the curves through the poses, then the curves are fitted again with the
+With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2
+(quaternion product) and an accelerometer d²p/dt² = R f + g. Each has a constant bias, a
+clock of its own and, the accelerometer, a place of its own on the sensor; these are
+found against the curves through the poses, then the curves are fitted again with the
 corrected readings as further observations, in three rounds.
 """
 
@@ -19,11 +21,13 @@ from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
 
 CALIBRATION_ROUNDS = 3
-"""Number of alternations between calibrating a sensor against the curves and fitting the curves to it."""
+"""Number of alternations between calibrating a sensor against the curves and fitting
+the curves to it."""
 CLOCK_STD = 0.02
 """[s] Prior standard deviation of a sensor's clock offset."""
 LEVER_STD = 0.05
-"""[m] Prior standard deviation of an accelerometer's distance from the sensor origin, along each axis."""
+"""[m] Prior standard deviation of an accelerometer's distance from the sensor origin,
+along each axis."""
 GYROSCOPE_BIAS_STD = 0.05
 """[rad/s] Prior standard deviation of a gyroscope's bias about each axis."""
 ACCELEROMETER_BIAS_STD = 0.5
@@ -31,18 +35,21 @@ ACCELEROMETER_BIAS_STD = 0.5
 SPECIFIC_FORCE_STEP = 0.005
 """[s] Step of the numerical derivative of the specific force."""
 LARGEST_ACCELEROMETER_BIAS = 1.5
-"""[m/s²] An accelerometer with a larger bias is not used: it measures another quantity, or gravity is wrong."""
+"""[m/s²] An accelerometer with a larger bias is not used: it measures another quantity,
+or gravity is wrong."""
 READING_BLOCK_DURATION = 0.01
 """[s] Duration over which the readings of a fast inertial sensor are averaged."""
 FEWEST_AVERAGED_READINGS = 3
-"""Smallest average number of readings in such a block; slower sensors are not averaged."""
+"""Smallest average number of readings in such a block; slower sensors are not
+averaged."""
 FEWEST_READINGS = 50
 """Number of readings below which an inertial sensor is not used."""
 CONTRADICTING_DEVIATION = 0.2
-"""Ratio of a sensor's deviation from the poses to the variation of the motion above which it may contradict them."""
+"""Ratio of a sensor's deviation from the poses to the variation of the motion above
+which it may contradict them."""
 CONTRADICTING_MAP_RATIO = 0.7
-"""Ratio of the residual after a linear map of the motion to the deviation without it, below which a deviating sensor
-has other axes or units."""
+"""Ratio of the residual after a linear map of the motion to the deviation without it,
+below which a deviating sensor has other axes or units."""
 
 
 def fuse(
@@ -52,21 +59,27 @@ def fuse(
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
 ) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
-    """Smoothed poses fitted to inertial sensors too, notes on those sensors, and warnings.
+    """Smoothed poses fitted to inertial sensors too, notes on those sensors, and
+    warnings.
 
     gravity:       (3,) in world axes [m/s²]
     gyroscope:     angular velocity in sensor axes [rad/s]
     accelerometer: specific force a - g in sensor axes [m/s²]; the acceleration a itself if `gravity_removed`.
                    Of use only where the position was measured.
 
-    A sensor that contradicts the poses (other axes, other units, another gravity) is left out, with a warning.
+    A sensor that contradicts the poses (other axes, other units, another gravity) is
+    left out, with a warning.
     """
     notes, warnings = [], []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
         poses, said, doubts = _with_gyroscope(poses, gyroscope)
         notes += said
         warnings += doubts
-    if accelerometer is not None and len(accelerometer) >= FEWEST_READINGS and poses.position is not None:
+    if (
+        accelerometer is not None
+        and len(accelerometer) >= FEWEST_READINGS
+        and poses.position is not None
+    ):
         removed = np.zeros(3) if gravity_removed else gravity
         poses, said, doubts = _with_accelerometer(poses, accelerometer, removed)
         notes += said
@@ -74,7 +87,9 @@ def fuse(
     return poses, tuple(notes), tuple(warnings)
 
 
-def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+def _with_gyroscope(
+    poses: SmoothedPoses, gyroscope: Stream
+) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     raw, gyroscope = len(gyroscope), _averaged(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
@@ -82,17 +97,29 @@ def _with_gyroscope(poses: SmoothedPoses, gyroscope: Stream) -> tuple[SmoothedPo
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         w = motion.angular_velocity
-        columns = np.concatenate((_eye(len(w)), -motion.angular_acceleration[:, :, None]), axis=2)
-        step = _ridge(columns, readings.values - w - found.bias, (GYROSCOPE_BIAS_STD,) * 3 + (CLOCK_STD,))
+        columns = np.concatenate(
+            (_eye(len(w)), -motion.angular_acceleration[:, :, None]), axis=2
+        )
+        step = _ridge(
+            columns,
+            readings.values - w - found.bias,
+            (GYROSCOPE_BIAS_STD,) * 3 + (CLOCK_STD,),
+        )
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
         readings, motion = _readings(fitted, gyroscope, found.clock)
-        if round_ == 0 and _is_foreign(readings.values - found.bias, motion.angular_velocity):
+        if round_ == 0 and _is_foreign(
+            readings.values - found.bias, motion.angular_velocity
+        ):
             what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
             return poses, [], [warning("gyroscope-contradicts-poses", what)]
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _times_vector(q, readings.values - found.bias)
-        variance = _variance(readings.time, z - rate, fitted.orientation.smoothness.bandwidth)
-        curve = _refitted(fitted.orientation, readings.time, z, 1, variance, "orientation", round_)
+        variance = _variance(
+            readings.time, z - rate, fitted.orientation.smoothness.bandwidth
+        )
+        curve = _refitted(
+            fitted.orientation, readings.time, z, 1, variance, "orientation", round_
+        )
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
     noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
@@ -110,24 +137,50 @@ def _with_accelerometer(
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         force = _specific_force(motion, gravity)
-        later = fitted.at(np.minimum(readings.time + SPECIFIC_FORCE_STEP, fitted.last), spread=False)
+        later = fitted.at(
+            np.minimum(readings.time + SPECIFIC_FORCE_STEP, fitted.last), spread=False
+        )
         slope = (_specific_force(later, gravity) - force) / SPECIFIC_FORCE_STEP
-        columns = np.concatenate((_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2)
-        misfit = readings.values - force - found.bias - _lever_columns(motion) @ found.lever
-        step = _ridge(columns, misfit, (ACCELEROMETER_BIAS_STD,) * 3 + (LEVER_STD,) * 3 + (CLOCK_STD,))
-        found = _Calibration(found.bias + step[:3], found.clock + step[6], found.lever + step[3:6])
+        columns = np.concatenate(
+            (_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2
+        )
+        misfit = (
+            readings.values - force - found.bias - _lever_columns(motion) @ found.lever
+        )
+        step = _ridge(
+            columns,
+            misfit,
+            (ACCELEROMETER_BIAS_STD,) * 3 + (LEVER_STD,) * 3 + (CLOCK_STD,),
+        )
+        found = _Calibration(
+            found.bias + step[:3], found.clock + step[6], found.lever + step[3:6]
+        )
         readings, motion = _readings(fitted, accelerometer, found.clock)
         own = readings.values - found.bias - _lever_columns(motion) @ found.lever
         foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
         if foreign or np.linalg.norm(found.bias) > LARGEST_ACCELEROMETER_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
-            return poses, [], [warning("accelerometer-contradicts-poses", what, "gravity")]
-        z = np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own) + gravity
+            return (
+                poses,
+                [],
+                [warning("accelerometer-contradicts-poses", what, "gravity")],
+            )
+        z = (
+            np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own)
+            + gravity
+        )
         assert fitted.position is not None
         _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
-        variance = _variance(readings.time, z - acceleration, fitted.position.smoothness.bandwidth)
-        fitted = replace(fitted, position=_refitted(fitted.position, readings.time, z, 2, variance, "position", round_))
+        variance = _variance(
+            readings.time, z - acceleration, fitted.position.smoothness.bandwidth
+        )
+        fitted = replace(
+            fitted,
+            position=_refitted(
+                fitted.position, readings.time, z, 2, variance, "position", round_
+            ),
+        )
     spread = np.sqrt(variance * raw / len(accelerometer))
     noted = (
         f"accelerometer used: noise {spread:.2g} m/s², bias {_listed(found.bias)} m/s², "
@@ -149,19 +202,39 @@ class _Calibration:
 
 
 def _averaged(stream: Stream) -> Stream:
-    """The stream without repeats, faster ones averaged over `READING_BLOCK_DURATION`: no arm moves in less."""
+    """The stream without repeats, faster ones averaged over `READING_BLOCK_DURATION`:
+    no arm moves in less."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
-    if len(stream) < FEWEST_AVERAGED_READINGS * float(stream.time[-1] - stream.time[0]) / READING_BLOCK_DURATION:
+    if (
+        len(stream)
+        < FEWEST_AVERAGED_READINGS
+        * float(stream.time[-1] - stream.time[0])
+        / READING_BLOCK_DURATION
+    ):
         return stream
-    starts = np.flatnonzero(np.diff(np.floor((stream.time - stream.time[0]) / READING_BLOCK_DURATION), prepend=-1.0))
+    starts = np.flatnonzero(
+        np.diff(
+            np.floor((stream.time - stream.time[0]) / READING_BLOCK_DURATION),
+            prepend=-1.0,
+        )
+    )
     count = np.diff(np.append(starts, len(stream)))
-    time = np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]
-    return Stream(time, np.add.reduceat(stream.values, starts, axis=0) / count[:, None], stream.rows[starts])
+    time = (
+        np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]
+    )
+    return Stream(
+        time,
+        np.add.reduceat(stream.values, starts, axis=0) / count[:, None],
+        stream.rows[starts],
+    )
 
 
-def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream, Motion]:
-    """The readings with the time of what they measured, where the motion then is known, and that motion."""
+def _readings(
+    poses: SmoothedPoses, stream: Stream, late: float
+) -> tuple[Stream, Motion]:
+    """The readings with the time of what they measured, where the motion then is known,
+    and that motion."""
     time = stream.time - late
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
@@ -171,7 +244,15 @@ def _readings(poses: SmoothedPoses, stream: Stream, late: float) -> tuple[Stream
     return stream[known], motion[known]
 
 
-def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: float, name: str, round_: int) -> Curve:
+def _refitted(
+    curve: Curve,
+    time: Array,
+    z: Array,
+    derivative: int,
+    variance: float,
+    name: str,
+    round_: int,
+) -> Curve:
     """The curve through its own samples and measured derivatives z of known variance.
 
     Its smoothness is found in the first round, and looked for near that in the others.
@@ -182,7 +263,8 @@ def _refitted(curve: Curve, time: Array, z: Array, derivative: int, variance: fl
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:
-    """Variance of one reading as if its noise were white: of averages over 1/bandwidth, times their counts."""
+    """Variance of one reading as if its noise were white: of averages over 1/bandwidth,
+    times their counts."""
     cell = np.floor((time - time[0]) * bandwidth).astype(int)
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     sums = np.add.reduceat(residual - residual.mean(axis=0), starts, axis=0)
@@ -191,19 +273,28 @@ def _variance(time: Array, residual: Array, bandwidth: float) -> float:
 
 
 def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
-    """Least squares of values (K, 3) on columns (K, 3, n) with unknowns expected to be of these sizes."""
+    """Least squares of values (K, 3) on columns (K, 3, n) with unknowns expected to be
+    of these sizes."""
     A, b, scale = columns.reshape(-1, len(spreads)), values.ravel(), np.array(spreads)
     A = A * scale
-    noise = max(float(np.mean((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), 1e-20)
-    return np.asarray(scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b), dtype=float)
+    noise = max(
+        float(np.mean((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), 1e-20
+    )
+    return np.asarray(
+        scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b),
+        dtype=float,
+    )
 
 
 def _is_foreign(readings: Array, expected: Array) -> bool:
-    """Whether readings (K, 3) are far from those expected, and some linear map explains them much better."""
+    """Whether readings (K, 3) are far from those expected, and some linear map explains
+    them much better."""
     deviation = np.sum((readings - expected) ** 2)
     A = np.column_stack((expected, np.ones(len(expected))))
     best = np.sum((readings - A @ np.linalg.lstsq(A, readings, rcond=None)[0]) ** 2)
-    far = deviation > CONTRADICTING_DEVIATION**2 * np.sum((expected - expected.mean(axis=0)) ** 2)
+    far = deviation > CONTRADICTING_DEVIATION**2 * np.sum(
+        (expected - expected.mean(axis=0)) ** 2
+    )
     return bool(far and best < CONTRADICTING_MAP_RATIO**2 * deviation)
 
 
@@ -214,7 +305,8 @@ def _specific_force(motion: Motion, gravity: Array) -> Array:
 
 
 def _lever_columns(motion: Motion) -> Array:
-    """(K, 3, 3): acceleration at a point of the sensor frame less that at its origin, per metre."""
+    """(K, 3, 3): acceleration at a point of the sensor frame less that at its origin,
+    per metre."""
     w = skew(motion.angular_velocity)
     return skew(motion.angular_acceleration) + w @ w
 

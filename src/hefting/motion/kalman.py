@@ -1,7 +1,9 @@
 """Live motion: a Kalman filter on poses, read out a little late.
 
-Each component of the position, and of the orientation's quaternion, is four integrators of white snap (order
-"snap") or three of white jerk (order "acceleration": the constant-acceleration model of Farsoni et al. 2017).
+Each component of the position, and of the orientation's quaternion, is four integrators
+of white snap (order
+"snap") or three of white jerk (order "acceleration": the constant-acceleration model of
+    Farsoni et al. 2017).
 """
 
 from dataclasses import dataclass, replace
@@ -22,13 +24,15 @@ from hefting.motion.state import Motion, motion_from_channels
 NUMBER_OF_STATES = {"snap": 4, "acceleration": 3}
 """Number of integrators of a component, by `PoseFilter.order`."""
 LARGEST_STD_RATIO = 3.0
-"""A sample is returned once the standard deviation of its acceleration is below this multiple of its steady value."""
+"""A sample is returned once the standard deviation of its acceleration is below this
+multiple of its steady value."""
 LONGEST_GAP = 20.0
 """[1/bandwidth] After a longer gap between samples the filter is restarted."""
 SMALLEST_BLOCK = 16
 """Smallest number of regular samples that are filtered together."""
 LARGEST_BLOCK = 50_000
-"""Largest number of regular samples that are filtered together; it bounds the memory."""
+"""Largest number of regular samples that are filtered together; it bounds the
+memory."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +56,14 @@ class PoseFilter:
     state = filter.start()
     state, motion = filter.update(state, time, position, orientation)
 
-    The motion given out is that of samples `lag` ago: pair each with the wrench of its own time. Nothing is
-    given out before the accelerations are known well enough, 0.1 to 0.25 s after the start.
+    The motion given out is that of samples `lag` ago: pair each with the wrench of its
+    own time. Nothing is given out before the accelerations are known well enough, 0.1
+    to 0.25 s after the start.
     """
 
     period: float = 0.01
-    """s between samples. Others are handled exactly, but runs within 0.1 % of it much faster."""
+    """s between samples. Others are handled exactly, but runs within 0.1 % of it much
+    faster."""
     position_noise: float = 1e-4
     """m, standard deviation per axis"""
     rotation_noise: float = 3.5e-4
@@ -69,37 +75,66 @@ class PoseFilter:
     lag: float = 0.1
     """s; 0 makes the filter causal, ten times less accurate"""
     order: Literal["snap", "acceleration"] = "snap"
-    """what changes at random: the snap (four states), or the acceleration (three states)"""
+    """what changes at random: the snap (four states), or the acceleration (three
+    states)"""
     cold_start: bool = False
-    """Start at rest with the gains of the settled filter and give out everything, as a plain filter started
-    inside a short recording does. The deviations are then far too small at first."""
+    """Start at rest with the gains of the settled filter and give out everything, as a
+    plain filter started inside a short recording does. The deviations are then far too
+    small at first."""
 
     def __post_init__(self):
-        positive = ("period", "position_noise", "rotation_noise", "position_bandwidth", "rotation_bandwidth")
+        positive = (
+            "period",
+            "position_noise",
+            "rotation_noise",
+            "position_bandwidth",
+            "rotation_bandwidth",
+        )
         for name in positive:
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InputError(f"is {getattr(self, name)}, not positive", where=f"PoseFilter.{name}")
+                raise InputError(
+                    f"is {getattr(self, name)}, not positive",
+                    where=f"PoseFilter.{name}",
+                )
         if not (np.isfinite(self.lag) and self.lag >= 0):
-            raise InputError(f"is {self.lag}, not zero or more seconds", where="PoseFilter.lag")
+            raise InputError(
+                f"is {self.lag}, not zero or more seconds", where="PoseFilter.lag"
+            )
         if self.order not in NUMBER_OF_STATES:
-            raise InputError(f"is {self.order!r}", where="PoseFilter.order", fix="choose 'snap' or 'acceleration'")
+            raise InputError(
+                f"is {self.order!r}",
+                where="PoseFilter.order",
+                fix="choose 'snap' or 'acceleration'",
+            )
 
     @classmethod
-    def tuned(cls, time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike, **options) -> "PoseFilter":
-        """The filter whose noise and bandwidth are the most likely for a piece of recording.
+    def tuned(
+        cls,
+        time: ArrayLike,
+        position: ArrayLike | None,
+        orientation: ArrayLike,
+        **options,
+    ) -> "PoseFilter":
+        """The filter whose noise and bandwidth are the most likely for a piece of
+        recording.
 
-        time (K,) s, position (K, 3) m or None, orientation (K, 4) xyzw; `options` are the other fields.
-        Raises `InputError` as `hefting.motion.spline.smooth` does.
+        time (K,) s, position (K, 3) m or None, orientation (K, 4) xyzw; `options` are
+        the other fields. Raises `InputError` as `hefting.motion.spline.smooth` does.
         """
         time, position, orientation = check_poses(time, position, orientation)
         n = NUMBER_OF_STATES[options.get("order", "snap")]
         found: dict[str, float] = {}
-        for name, values, scale in (("rotation", aligned(orientation), 2.0), ("position", position, 1.0)):
+        for name, values, scale in (
+            ("rotation", aligned(orientation), 2.0),
+            ("position", position, 1.0),
+        ):
             if values is not None:
                 smoothness, _, dt = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
                 found[f"{name}_noise"] = scale * np.sqrt(smoothness.variance)
-                found[f"{name}_bandwidth"] = smoothness.bandwidth * (dt / period) ** (0.5 / n)
+                found[f"{name}_bandwidth"] = smoothness.bandwidth * (dt / period) ** (
+                    0.5 / n
+                )
         return cls(**{**found, **options})
 
     def start(self) -> State:
@@ -107,33 +142,52 @@ class PoseFilter:
         return State(time=np.empty(0))
 
     def update(
-        self, state: State, time: ArrayLike, position: ArrayLike | None, orientation: ArrayLike
+        self,
+        state: State,
+        time: ArrayLike,
+        position: ArrayLike | None,
+        orientation: ArrayLike,
     ) -> tuple[State, Motion]:
-        """Take in samples, one or many; give out the motion of those that are now `lag` old.
+        """Take in samples, one or many; give out the motion of those that are now `lag`
+        old.
 
-        time: (K,) s, later than all before; position: (K, 3) m, or always None; orientation: (K, 4) xyzw.
-        What is given out does not depend on how the samples are cut into pieces.
-        Raises `InputError` for arrays that do not fit and times that do not increase.
+        time: (K,) s, later than all before; position: (K, 3) m, or always None;
+        orientation: (K, 4) xyzw. What is given out does not depend on how the samples
+        are cut into pieces. Raises `InputError` for arrays that do not fit and times
+        that do not increase.
         """
         time, position, orientation = check_poses(time, position, orientation)
         if state.latest is not None and len(time) and time[0] <= state.latest:
-            raise InputError(f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s", where="time")
+            raise InputError(
+                f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s",
+                where="time",
+            )
         if state.tracks and (position is None) != (len(state.tracks) == 1):
-            raise InputError("position was given at some times and not at others", where="position")
+            raise InputError(
+                "position was given at some times and not at others", where="position"
+            )
         q = aligned(orientation, state.quaternion)
         groups = (q,) if position is None else (q, position)
         given: list[tuple[Array, list[tuple[Array, Array]]]] = []
-        intervals = np.diff(time, prepend=np.nan if state.latest is None else state.latest)
-        irregular = np.flatnonzero(~(np.abs(intervals - self.period) <= 1e-3 * self.period))
+        intervals = np.diff(
+            time, prepend=np.nan if state.latest is None else state.latest
+        )
+        irregular = np.flatnonzero(
+            ~(np.abs(intervals - self.period) <= 1e-3 * self.period)
+        )
         k = 0
         while k < len(time):
             following = irregular[np.searchsorted(irregular, k) :]
-            stop = min(int(following[0]) if len(following) else len(time), k + LARGEST_BLOCK)
+            stop = min(
+                int(following[0]) if len(following) else len(time), k + LARGEST_BLOCK
+            )
             if stop - k >= SMALLEST_BLOCK and self._is_steady(state):
                 piece = slice(k, stop)
                 tracks = tuple(
                     track.block(values[piece] / noise, steady)
-                    for track, values, (noise, _, steady) in zip(state.tracks, groups, self._channels(), strict=False)
+                    for track, values, (noise, _, steady) in zip(
+                        state.tracks, groups, self._channels(), strict=False
+                    )
                 )
             else:
                 piece = slice(k, k + 1)
@@ -142,16 +196,26 @@ class PoseFilter:
                 if tracks is None:  # forgotten: what is pending will not get better
                     state = self._return_samples(state, len(state.time), given)
                     tracks = self._start_tracks(rows)
-            state = State(np.append(state.time, time[piece]), float(time[piece][-1]), q[piece][-1], tracks)
+            state = State(
+                np.append(state.time, time[piece]),
+                float(time[piece][-1]),
+                q[piece][-1],
+                tracks,
+            )
             ready = int(
-                np.searchsorted(state.time, float(time[piece][-1]) - self.lag + 0.49 * self.period, side="right")
+                np.searchsorted(
+                    state.time,
+                    float(time[piece][-1]) - self.lag + 0.49 * self.period,
+                    side="right",
+                )
             )
             state = self._return_samples(state, ready, given)
             k = piece.stop
         return state, self._motion(given, position is not None)
 
     def _channels(self) -> tuple[tuple[float, float, Steady], ...]:
-        """Noise of one component, bandwidth and settled filter: of the rotation, then of the position."""
+        """Noise of one component, bandwidth and settled filter: of the rotation, then
+        of the position."""
         lag = max(ceil(self.lag / self.period - 0.49), 0)
         n = NUMBER_OF_STATES[self.order]
         return tuple(
@@ -164,7 +228,9 @@ class PoseFilter:
 
     def _is_steady(self, state: State) -> bool:
         channels = self._channels()
-        return bool(state.tracks) and all(t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False))
+        return bool(state.tracks) and all(
+            t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False)
+        )
 
     def _start_tracks(self, rows: list[Array]) -> tuple[Track, ...]:
         n = NUMBER_OF_STATES[self.order]
@@ -173,39 +239,73 @@ class PoseFilter:
             for row, (noise, _, steady) in zip(rows, self._channels(), strict=False)
         )
 
-    def _step(self, state: State, rows: list[Array], interval: float) -> tuple[Track, ...] | None:
+    def _step(
+        self, state: State, rows: list[Array], interval: float
+    ) -> tuple[Track, ...] | None:
         if not state.tracks:
             return self._start_tracks(rows)
-        if interval * min(self.rotation_bandwidth, self.position_bandwidth) > LONGEST_GAP:
+        if (
+            interval * min(self.rotation_bandwidth, self.position_bandwidth)
+            > LONGEST_GAP
+        ):
             return None
         return tuple(
             track.step(row / noise, interval * wc, self.period * wc)
-            for track, row, (noise, wc, _) in zip(state.tracks, rows, self._channels(), strict=False)
+            for track, row, (noise, wc, _) in zip(
+                state.tracks, rows, self._channels(), strict=False
+            )
         )
 
     def _return_samples(self, state: State, count: int, given: list) -> State:
-        """Take the first `count` pending samples from the state; those that are usable are given out."""
+        """Take the first `count` pending samples from the state; those that are usable
+        are given out."""
         if count == 0:
             return state
         usable = np.ones(count, dtype=bool)
         if not self.cold_start:
-            for track, (_, _, steady) in zip(state.tracks, self._channels(), strict=False):
-                usable &= track.variances[:count, 2] <= LARGEST_STD_RATIO**2 * steady.variances[-1, 2]
-        pieces = [(track.past[:count][usable], track.variances[:count][usable]) for track in state.tracks]
+            for track, (_, _, steady) in zip(
+                state.tracks, self._channels(), strict=False
+            ):
+                usable &= (
+                    track.variances[:count, 2]
+                    <= LARGEST_STD_RATIO**2 * steady.variances[-1, 2]
+                )
+        pieces = [
+            (track.past[:count][usable], track.variances[:count][usable])
+            for track in state.tracks
+        ]
         given.append((state.time[:count][usable], pieces))
-        return replace(state, time=state.time[count:], tracks=tuple(t.drop(count) for t in state.tracks))
+        return replace(
+            state,
+            time=state.time[count:],
+            tracks=tuple(t.drop(count) for t in state.tracks),
+        )
 
     def _motion(self, given: list, with_position: bool) -> Motion:
         time = np.concatenate([np.empty(0)] + [piece[0] for piece in given])
         channels = []
-        for i, (d, (noise, wc, _)) in enumerate(zip((4, 3), self._channels(), strict=True)):
+        for i, (d, (noise, wc, _)) in enumerate(
+            zip((4, 3), self._channels(), strict=True)
+        ):
             if i == 1 and not with_position:
                 break
             units = noise * wc ** np.arange(OUTPUT_STATES)
             past = (
-                np.concatenate([np.empty((0, OUTPUT_STATES, d))] + [piece[1][i][0] for piece in given]) * units[:, None]
+                np.concatenate(
+                    [np.empty((0, OUTPUT_STATES, d))]
+                    + [piece[1][i][0] for piece in given]
+                )
+                * units[:, None]
             )
-            std = np.sqrt(np.concatenate([np.empty((0, OUTPUT_STATES))] + [piece[1][i][1] for piece in given])) * units
+            std = (
+                np.sqrt(
+                    np.concatenate(
+                        [np.empty((0, OUTPUT_STATES))]
+                        + [piece[1][i][1] for piece in given]
+                    )
+                )
+                * units
+            )
             channels.append((past[:, 0], past[:, 1], past[:, 2], std[:, 1], std[:, 2]))
         linear = (*channels[1][:3], channels[1][4]) if with_position else None
         bandwidth = self.rotation_bandwidth

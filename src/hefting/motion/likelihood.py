@@ -1,4 +1,5 @@
-"""Restricted likelihood of a smoothing spline's bandwidth, order and noise: see `hefting.motion.bspline`."""
+"""Restricted likelihood of a smoothing spline's bandwidth, order and noise: see
+`hefting.motion.bspline`."""
 
 from dataclasses import dataclass
 
@@ -7,9 +8,11 @@ import numpy as np
 from hefting.motion.bspline import Normal, multiply
 
 COARSE_STEPS = 8
-"""Number of intervals of the coarse scan over ln(h wc). For h wc between 0.15 and 2.5 each is a factor of 1.4."""
+"""Number of intervals of the coarse scan over ln(h wc). For h wc between 0.15 and 2.5
+each is a factor of 1.4."""
 NEGLIGIBLE_BANDWIDTH_CHANGE = 0.01
-"""Change of ln(h wc) at which the search ends. The likelihood is flat at its maximum."""
+"""Change of ln(h wc) at which the search ends. The likelihood is flat at its
+maximum."""
 MOST_REFINEMENTS = 12
 """Largest number of evaluations after the coarse scan."""
 
@@ -36,8 +39,9 @@ class Smoothness:
 class Likelihood:
     """Restricted likelihood of the bandwidth for one order m, with r² at its maximum.
 
-    d independent components share lambda and r² (a unit quaternion's four have three degrees of freedom). The
-    polynomials of degree below m, which the model leaves free, count as drawn with the variance they turn out
+    d independent components share lambda and r² (a unit quaternion's four have three
+    degrees of freedom). The polynomials of degree below m, which the model leaves free,
+    count as drawn with the variance they turn out
     to have: without that price a higher order always wins on short recordings.
     """
 
@@ -48,11 +52,20 @@ class Likelihood:
         self.log_det = normal.knots.log_penalty_determinant(m)
         self.free_score = 0.0
         target = normal.gradient + multiply(normal.bands, normal.pilot)
-        for start, stop in zip(normal.knots.offset[:-1], normal.knots.offset[1:], strict=True):
-            free = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, stop - start), m - 1))[0]
-            root = np.linalg.cholesky(free.T @ multiply(normal.bands[:, start:stop], free))
+        for start, stop in zip(
+            normal.knots.offset[:-1], normal.knots.offset[1:], strict=True
+        ):
+            free = np.linalg.qr(
+                np.polynomial.legendre.legvander(
+                    np.linspace(-1, 1, stop - start), m - 1
+                )
+            )[0]
+            root = np.linalg.cholesky(
+                free.T @ multiply(normal.bands[:, start:stop], free)
+            )
             self.log_det += 2.0 * float(np.sum(np.log(np.diag(root))))
-            effects = np.linalg.solve(root, free.T @ target[start:stop])  # along orthonormal polynomials
+            # along orthonormal polynomials
+            effects = np.linalg.solve(root, free.T @ target[start:stop])
             scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
             self.free_score -= 0.5 * d * float(np.sum(np.log(scale) + 1.0))
 
@@ -64,15 +77,25 @@ class Likelihood:
         c, factor = self.normal.solve(self.order, penalty)
         square = self.normal.objective(c, self.order, penalty)
         variance = max(square / (self.d * self.degrees), self.floor)
-        log_det = 2.0 * float(np.sum(np.log(factor[0]))) - self.rank * np.log(penalty) - self.log_det
-        score = -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det) + self.free_score
+        log_det = (
+            2.0 * float(np.sum(np.log(factor[0])))
+            - self.rank * np.log(penalty)
+            - self.log_det
+        )
+        score = (
+            -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det)
+            + self.free_score
+        )
         return Smoothness(self.order, trial.bandwidth, variance, score)
 
-    def maximum(self, lowest: float, highest: float, near: float | None = None) -> Smoothness:
+    def maximum(
+        self, lowest: float, highest: float, near: float | None = None
+    ) -> Smoothness:
         """The most likely bandwidth, with h wc between two bounds.
 
-        A coarse scan, or with `near`, an h wc that is about right, only uphill from there; then parabolas through
-        the three best, until the step is below `NEGLIGIBLE_BANDWIDTH_CHANGE`.
+        A coarse scan, or with `near`, an h wc that is about right, only uphill from
+        there; then parabolas through the three best, until the step is below
+        `NEGLIGIBLE_BANDWIDTH_CHANGE`.
         """
         low, high = float(np.log(lowest)), float(np.log(highest))
         step = (high - low) / COARSE_STEPS
@@ -83,7 +106,9 @@ class Likelihood:
         else:
             middle = float(np.clip(np.log(near), low, high))
             for x in (middle - 0.5 * step, middle, middle + 0.5 * step):
-                tried[float(np.clip(x, low, high))] = self.at(float(np.clip(x, low, high)))
+                tried[float(np.clip(x, low, high))] = self.at(
+                    float(np.clip(x, low, high))
+                )
         for _ in range(MOST_REFINEMENTS):
             x = self._next(sorted(tried), tried, low, high, step)
             if min(abs(x - other) for other in tried) < NEGLIGIBLE_BANDWIDTH_CHANGE:
@@ -92,7 +117,13 @@ class Likelihood:
         return max(tried.values(), key=lambda found: found.log_likelihood)
 
     @staticmethod
-    def _next(at: list[float], tried: dict[float, Smoothness], low: float, high: float, step: float) -> float:
+    def _next(
+        at: list[float],
+        tried: dict[float, Smoothness],
+        low: float,
+        high: float,
+        step: float,
+    ) -> float:
         """Where the maximum should be, going by the best and its neighbours."""
         scores = [tried[x].log_likelihood for x in at]
         k = int(np.argmax(scores))
@@ -102,5 +133,9 @@ class Likelihood:
             return min(at[-1] + step, high)
         (a, b, c), (fa, fb, fc) = at[k - 1 : k + 2], scores[k - 1 : k + 2]
         left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
-        vertex = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right) if left != right else b
+        vertex = (
+            b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+            if left != right
+            else b
+        )
         return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))

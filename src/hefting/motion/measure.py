@@ -1,4 +1,5 @@
-"""Recording -> Measurements: motion and wrench brought to common instants, in sensor axes."""
+"""Recording -> Measurements: motion and wrench brought to common instants, in sensor
+axes."""
 
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -10,7 +11,14 @@ from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask, check_gravity, frozen, in_sensor_axes
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    Mask,
+    check_gravity,
+    frozen,
+    in_sensor_axes,
+)
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.inertial import fuse
 from hefting.motion.kalman import PoseFilter
@@ -20,7 +28,8 @@ from hefting.motion.state import Motion
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
 NEGLIGIBLE_REJECTED_SHARE = 0.02
-"""Share of wrench samples outside the time of the poses that may be left out without a warning."""
+"""Share of wrench samples outside the time of the poses that may be left out without a
+warning."""
 IMPLAUSIBLE_VALUE = 1e9
 """[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
 
@@ -48,13 +57,15 @@ class Measured:
     source: str
     """A key of `DESCRIPTIONS`."""
     motion: Motion | None
-    """Smoothed motion at the same instants, with standard deviations; None where the log gave it."""
+    """Smoothed motion at the same instants, with standard deviations; None where the
+    log gave it."""
     warnings: tuple[Message, ...] = ()
     """What is not modelled, and many samples left out."""
     notes: tuple[Message, ...] = ()
     """What was found on the way, and a few samples left out."""
     rows: NDArray[np.integer] | None = None
-    """(K,) rows of the wrench's stream that the measurements are of; None where they are of other instants."""
+    """(K,) rows of the wrench's stream that the measurements are of; None where they
+    are of other instants."""
 
 
 def measure(
@@ -65,7 +76,8 @@ def measure(
     of: str = "wrench sample",
     counts: Array | None = None,
 ) -> Measured:
-    """Motion and wrench of a recording at the instants of its wrench; nothing is extrapolated.
+    """Motion and wrench of a recording at the instants of its wrench; nothing is
+    extrapolated.
 
     Parameters
     ----------
@@ -76,20 +88,38 @@ def measure(
     of : what messages call a row of the wrench.
     counts : (N,) how many of those each row of the wrench stands for; one each by default.
 
-    A recording of static poses, of one held pose, or of orientation alone, gives zero motion: the reduced model.
-    With orientation and an accelerometer (specific force a - g), the latter gives the acceleration.
-    Raises `InputError` when wrench or orientation is missing, or what `source` asks for is.
+    A recording of static poses, of one held pose, or of orientation alone, gives zero
+    motion: the reduced model. With orientation and an accelerometer (specific force a -
+    g), the latter gives the acceleration. Raises `InputError` when wrench or
+    orientation is missing, or what `source` asks for is.
     """
     g_world = check_gravity(gravity)
     if source not in SOURCES:
-        raise InputError(f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}")
+        raise InputError(
+            f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}"
+        )
     wrench, orientation = recording["wrench"], recording["orientation"]
-    if not (np.abs(wrench.values) < IMPLAUSIBLE_VALUE).all() or not (np.abs(g_world) < IMPLAUSIBLE_VALUE).all():
-        raise InputError(f"wrench or gravity is above {IMPLAUSIBLE_VALUE:g}", recording.source, "give newtons and m/s²")
+    if (
+        not (np.abs(wrench.values) < IMPLAUSIBLE_VALUE).all()
+        or not (np.abs(g_world) < IMPLAUSIBLE_VALUE).all()
+    ):
+        raise InputError(
+            f"wrench or gravity is above {IMPLAUSIBLE_VALUE:g}",
+            recording.source,
+            "give newtons and m/s²",
+        )
     if recording.static:
         if not np.array_equal(wrench.rows, orientation.rows):
-            raise InputError("some static poses lack a wrench or an orientation", where=recording.source)
-        return Measured(_static_measurements(wrench, orientation.values, g_world), "static", None, rows=wrench.rows)
+            raise InputError(
+                "some static poses lack a wrench or an orientation",
+                where=recording.source,
+            )
+        return Measured(
+            _static_measurements(wrench, orientation.values, g_world),
+            "static",
+            None,
+            rows=wrench.rows,
+        )
 
     counts = np.ones(len(wrench)) if counts is None else counts
     kept = _samples_within_poses(recording, wrench)
@@ -97,7 +127,14 @@ def measure(
     if not kept.all():
         wrench, counts = wrench[kept], counts[kept]
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
-        return Measured(_from_columns(recording, wrench, g_world), "columns", None, warnings, notes, wrench.rows)
+        return Measured(
+            _from_columns(recording, wrench, g_world),
+            "columns",
+            None,
+            warnings,
+            notes,
+            wrench.rows,
+        )
     if not _may_move(recording):
         held = np.repeat(orientation.values[:1], len(wrench), axis=0)
         z = _static_measurements(wrench, held, g_world)
@@ -108,17 +145,28 @@ def measure(
     else:
         curves = curves or smooth_poses(recording, g_world)
         motion = curves.poses.at(wrench.time)
-        kind, warnings, notes = curves.source, warnings + curves.warnings, notes + curves.notes
+        kind, warnings, notes = (
+            curves.source,
+            warnings + curves.warnings,
+            notes + curves.notes,
+        )
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
-        warnings += (warning("gaps-in-poses", f"{_counted(counts[~known], of)} in gaps of the poses left out"),)
+        warnings += (
+            warning(
+                "gaps-in-poses",
+                f"{_counted(counts[~known], of)} in gaps of the poses left out",
+            ),
+        )
         wrench, motion = wrench[known], motion[known]
     z, motion, rows, reduced = _from_motion(recording, wrench, motion, g_world)
     kind = reduced or kind
     if kind == "orientation":
         what = "no position and no accelerometer: only gravity is modelled, so mass and COM at most"
         warnings += (warning("gravity-only", what),)
-    return Measured(z, kind, motion, warnings, notes, None if kind == "filter" else rows)
+    return Measured(
+        z, kind, motion, warnings, notes, None if kind == "filter" else rows
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +184,14 @@ class Curves:
 
 
 def smooth_poses(
-    recording: Recording, gravity: ArrayLike = STANDARD_GRAVITY, alone: SmoothedPoses | None = None
+    recording: Recording,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    alone: SmoothedPoses | None = None,
 ) -> Curves:
     """Smooth curves through the poses of a recording, with the inertial sensors it has.
 
-    `gravity` (3,) in world axes [m/s²]; `alone`: the curves through the poses, where they are known already. Raises
-    `InputError` for fewer than eight poses.
+    `gravity` (3,) in world axes [m/s²]; `alone`: the curves through the poses, where
+    they are known already. Raises `InputError` for fewer than eight poses.
     """
     orientation = recording["orientation"]
     position = recording["position"] if recording.has("position") else None
@@ -156,25 +206,37 @@ def smooth_poses(
     elif position is None:
         poses = fit_poses(orientation.time, None, orientation.values)
     else:
-        poses = fit_poses(orientation.time, position.values, orientation.values, position.time)
+        poses = fit_poses(
+            orientation.time, position.values, orientation.values, position.time
+        )
     streams = recording.streams
     accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
     if accelerometer is None and "gyroscope" not in streams:
         return Curves(poses, poses, "smooth", (), ())
     gravity_removed = not recording.has("accelerometer")
-    fused, notes, warnings = fuse(poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed)
+    fused, notes, warnings = fuse(
+        poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed
+    )
     return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
 
 
 def _may_move(recording: Recording) -> bool:
-    """Whether the poses change, or an accelerometer without position may have measured motion."""
+    """Whether the poses change, or an accelerometer without position may have measured
+    motion."""
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
-    poses_change = any(np.ptp(recording[name].values, axis=0).any() for name in POSE_STREAMS if recording.has(name))
+    poses_change = any(
+        np.ptp(recording[name].values, axis=0).any()
+        for name in POSE_STREAMS
+        if recording.has(name)
+    )
     return poses_change or may_move_unseen
 
 
-def _rejection_messages(counts: Array, kept: Mask, of: str) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
-    """Warnings and notes of samples outside the time of the poses; a warning where they are many."""
+def _rejection_messages(
+    counts: Array, kept: Mask, of: str
+) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
+    """Warnings and notes of samples outside the time of the poses; a warning where they
+    are many."""
     if kept.all():
         return (), ()
     left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
@@ -186,38 +248,59 @@ def _rejection_messages(counts: Array, kept: Mask, of: str) -> tuple[tuple[Messa
 def _from_motion(
     recording: Recording, wrench: Stream, motion: Motion, g_world: Array
 ) -> tuple[Measurements, Motion, NDArray[np.integer], str | None]:
-    """Measurements of a smoothed or filtered motion at the wrench samples, their motion and their rows.
+    """Measurements of a smoothed or filtered motion at the wrench samples, their motion
+    and their rows.
 
-    Without a position the acceleration is that of the accelerometer or, without that, zero; the last value is then
-    the source of the motion, a key of `DESCRIPTIONS`, else None.
+    Without a position the acceleration is that of the accelerometer or, without that,
+    zero; the last value is then the source of the motion, a key of `DESCRIPTIONS`, else
+    None.
     """
     g, source = in_sensor_axes(motion.orientation, g_world), None
     if motion.linear_acceleration is not None:
-        a, w, alpha = motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration
+        a, w, alpha = (
+            motion.linear_acceleration,
+            motion.angular_velocity,
+            motion.angular_acceleration,
+        )
     elif recording.has("accelerometer"):
-        wrench, g, motion, a = _accelerometer(recording["accelerometer"], wrench, g, motion)
-        w, alpha, source = motion.angular_velocity, motion.angular_acceleration, "accelerometer"
+        wrench, g, motion, a = _accelerometer(
+            recording["accelerometer"], wrench, g, motion
+        )
+        w, alpha, source = (
+            motion.angular_velocity,
+            motion.angular_acceleration,
+            "accelerometer",
+        )
     else:
         a = w = alpha = np.zeros_like(g)
         source = "orientation"
-    z = Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
+    z = Measurements(
+        wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:]
+    )
     return z, motion, wrench.rows, source
 
 
-def _static_measurements(wrench: Stream, orientation: Array, g_world: Array) -> Measurements:
+def _static_measurements(
+    wrench: Stream, orientation: Array, g_world: Array
+) -> Measurements:
     """Static poses: gravity turned into sensor axes, no motion."""
     g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
-    return Measurements(wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:])
+    return Measurements(
+        wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:]
+    )
 
 
 def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:
-    """(N,) the wrench samples between the first and the last pose; `InputError` where there is none."""
+    """(N,) the wrench samples between the first and the last pose; `InputError` where
+    there is none."""
     poses = [recording[name].time for name in POSE_STREAMS if recording.has(name)]
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():
-        raise InputError("no wrench was measured while the pose was", where=recording.source)
+        raise InputError(
+            "no wrench was measured while the pose was", where=recording.source
+        )
     return kept
 
 
@@ -231,7 +314,9 @@ def _interpolated(stream: Stream, at: Array) -> Array:
     """A stream's values (K, d) at times inside it, linearly between its samples."""
     if np.array_equal(stream.time, at):
         return stream.values
-    return np.column_stack([np.interp(at, stream.time, column) for column in stream.values.T])
+    return np.column_stack(
+        [np.interp(at, stream.time, column) for column in stream.values.T]
+    )
 
 
 def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measurements:
@@ -240,7 +325,9 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
         stream = recording[name]
         if stream.time[0] > wrench.time[0] or stream.time[-1] < wrench.time[-1]:
             raise InputError(
-                f"the {name} does not cover all wrench samples", where=recording.source, fix="use `start`, `duration`"
+                f"the {name} does not cover all wrench samples",
+                where=recording.source,
+                fix="use `start`, `duration`",
             )
     quaternions = recording["orientation"]
     if np.array_equal(quaternions.time, wrench.time):
@@ -248,14 +335,22 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
     else:
         from scipy.spatial.transform import Rotation, Slerp
 
-        turns = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(wrench.time).as_quat()
-    a, w, alpha = (in_sensor_axes(turns, _interpolated(recording[name], wrench.time)) for name in TWIST)
+        turns = Slerp(quaternions.time, Rotation.from_quat(quaternions.values))(
+            wrench.time
+        ).as_quat()
+    a, w, alpha = (
+        in_sensor_axes(turns, _interpolated(recording[name], wrench.time))
+        for name in TWIST
+    )
     g = in_sensor_axes(turns, g_world)
-    return Measurements(wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:])
+    return Measurements(
+        wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:]
+    )
 
 
 def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
-    """Motion as a live filter gives it (tuned on the same recording), and the wrench at its instants."""
+    """Motion as a live filter gives it (tuned on the same recording), and the wrench at
+    its instants."""
     orientation = recording["orientation"]
     time, values, position = orientation.time, orientation.values, None
     if recording.has("position"):
@@ -270,7 +365,9 @@ def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
     _, motion = live.update(live.start(), time, position, values)
     kept = (motion.time >= wrench.time[0]) & (motion.time <= wrench.time[-1])
     if not kept.any():
-        raise InputError("the recording ends before the filter has settled", where=recording.source)
+        raise InputError(
+            "the recording ends before the filter has settled", where=recording.source
+        )
     motion = motion[kept]
     return motion, Stream(motion.time, _interpolated(wrench, motion.time))
 
@@ -278,12 +375,24 @@ def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
 def _accelerometer(
     accelerometer: Stream, wrench: Stream, g: Array, motion: Motion
 ) -> tuple[Stream, Array, Motion, Array]:
-    """Linear acceleration (K, 3) from the specific force a - g, at the wrench samples the accelerometer covers."""
-    kept = (wrench.time >= accelerometer.time[0]) & (wrench.time <= accelerometer.time[-1])
+    """Linear acceleration (K, 3) from the specific force a - g, at the wrench samples
+    the accelerometer covers."""
+    kept = (wrench.time >= accelerometer.time[0]) & (
+        wrench.time <= accelerometer.time[-1]
+    )
     if not kept.any():
-        raise InputError("accelerometer and wrench were never measured at the same time")
+        raise InputError(
+            "accelerometer and wrench were never measured at the same time"
+        )
     wrench, g, motion = wrench[kept], g[kept], motion[kept]
     a = _interpolated(accelerometer, wrench.time) + g
     steps = np.diff(accelerometer.values, axis=0)
-    spread = np.full(len(g), float(np.std(steps) / np.sqrt(2.0)) if len(steps) else np.inf)
-    return wrench, g, replace(motion, linear_acceleration=a, linear_acceleration_std=spread), a
+    spread = np.full(
+        len(g), float(np.std(steps) / np.sqrt(2.0)) if len(steps) else np.inf
+    )
+    return (
+        wrench,
+        g,
+        replace(motion, linear_acceleration=a, linear_acceleration_std=spread),
+        a,
+    )

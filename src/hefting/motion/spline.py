@@ -1,7 +1,9 @@
-"""Smoothing of finished recordings: poses in, velocities and accelerations with believable spreads out.
+"""Smoothing of finished recordings: poses in, velocities and accelerations with
+believable spreads out.
 
-Position, and the four components of the orientation's quaternion, are each smoothed by one penalised quintic
-spline whose bandwidth, noise level and order are the most likely ones (`hefting.motion.curve`).
+Position, and the four components of the orientation's quaternion, are each smoothed by
+one penalised quintic spline whose bandwidth, noise level and order are the most likely
+ones (`hefting.motion.curve`).
 """
 
 from dataclasses import dataclass
@@ -18,7 +20,8 @@ from hefting.motion.state import Motion, motion_from_channels, motion_from_piece
 
 @dataclass(frozen=True)
 class SmoothedPoses:
-    """Poses of a finished recording as smooth curves, to be read at any time inside it."""
+    """Poses of a finished recording as smooth curves, to be read at any time inside
+    it."""
 
     orientation: Curve
     """of the quaternion's four components"""
@@ -29,10 +32,11 @@ class SmoothedPoses:
     """s, where the first of them ends"""
 
     def at(self, time: ArrayLike, spread: bool = True) -> Motion:
-        """Motion at times (L,) [s]; NaN, of infinite deviation, inside a gap too long to bridge.
+        """Motion at times (L,) [s]; NaN, of infinite deviation, inside a gap too long
+        to bridge.
 
-        Without `spread` the deviations are zero wherever the motion is known: they cost as much as the rest.
-        Raises `InputError` for times outside the recording.
+        Without `spread` the deviations are zero wherever the motion is known: they cost
+        as much as the rest. Raises `InputError` for times outside the recording.
         """
         at = np.atleast_1d(np.asarray(time, dtype=float))
         if len(at) and (at.min() < self.first or at.max() > self.last):
@@ -73,19 +77,25 @@ def fit_poses(
     orientation: (K, 4) quaternions xyzw, sensor in world; signs and lengths do not matter
     position_time: (P,) s, when positions (P, 3) come at times of their own; `time` by default
 
-    Held values, repeated as often as a slower stream repeats between its updates, count once.
-    Raises `InputError` for arrays that do not fit, times that do not increase, and fewer than eight poses.
+    Held values, repeated as often as a slower stream repeats between its updates, count
+    once. Raises `InputError` for arrays that do not fit, times that do not increase,
+    and fewer than eight poses.
     """
     if position is None or position_time is None:
         time, position, orientation = check_poses(time, position, orientation)
         own_time = time
     else:
-        no_rotation = np.tile((0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1))
+        no_rotation = np.tile(
+            (0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1)
+        )
         own_time, position, _ = check_poses(position_time, position, no_rotation)
         time, _, orientation = check_poses(time, None, orientation)
     if min(len(time), len(own_time)) < FEWEST_SEGMENT_SAMPLES:
         few = min(len(time), len(own_time))
-        raise InputError(f"{few} poses are too few to differentiate", fix=f"record at least {FEWEST_SEGMENT_SAMPLES}")
+        raise InputError(
+            f"{few} poses are too few to differentiate",
+            fix=f"record at least {FEWEST_SEGMENT_SAMPLES}",
+        )
     q = Curve.fit(time, aligned(orientation), "orientation")
     p = None if position is None else Curve.fit(own_time, position, "position")
     return SmoothedPoses(q, p, max(time[0], own_time[0]), min(time[-1], own_time[-1]))
@@ -98,18 +108,21 @@ def smooth(
     at: ArrayLike | None = None,
     position_time: ArrayLike | None = None,
 ) -> Motion:
-    """Motion of the sensor from its measured poses, at times `at` (L,) [s] or at those of the orientations.
+    """Motion of the sensor from its measured poses, at times `at` (L,) [s] or at those
+    of the orientations.
 
-    Other arguments and errors as for `fit_poses`, and `SmoothedPoses.at` for times outside the recording. The
-    variances are those of the spline as a Gaussian process of the smoothness found: in the interior, at
-    the ends and beside gaps. Inside a gap too long to bridge the motion is NaN, its deviation infinite.
+    Other arguments and errors as for `fit_poses`, and `SmoothedPoses.at` for times
+    outside the recording. The variances are those of the spline as a Gaussian process
+    of the smoothness found: in the interior, at the ends and beside gaps. Inside a gap
+    too long to bridge the motion is NaN, its deviation infinite.
     """
     fitted = fit_poses(time, position, orientation, position_time)
     return fitted.at(time if at is None else at)
 
 
 def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array]:
-    """Float arrays (K,), (K, 3) or None, (K, 4) of unit length; `InputError` when they do not fit."""
+    """Float arrays (K,), (K, 3) or None, (K, 4) of unit length; `InputError` when they
+    do not fit."""
     time = np.atleast_1d(np.asarray(time, dtype=float))
     arrays = {
         "time": (time, (len(time),)),
@@ -122,19 +135,35 @@ def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array
             raise InputError(f"has shape {array.shape}, expected {shape}", where=name)
         if not np.isfinite(array).all():
             row = int(np.argwhere(~np.isfinite(array))[0][0])
-            raise InputError(f"row {row} is not finite", where=name, fix="leave out the rows that were not measured")
+            raise InputError(
+                f"row {row} is not finite",
+                where=name,
+                fix="leave out the rows that were not measured",
+            )
     if (np.diff(time) <= 0).any():
         row = int(np.argmax(np.diff(time) <= 0)) + 1
-        raise InputError(f"row {row} is not later than the row before it", where="time", fix="sort it, drop doubles")
+        raise InputError(
+            f"row {row} is not later than the row before it",
+            where="time",
+            fix="sort it, drop doubles",
+        )
     orientation = arrays["orientation"][0]
     norm = np.sqrt(np.einsum("ki,ki->k", orientation, orientation))[:, None]
     if (norm < 1e-6).any():
-        raise InputError(f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero", where="orientation")
-    return time, arrays["position"][0] if position is not None else None, orientation / norm
+        raise InputError(
+            f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero",
+            where="orientation",
+        )
+    return (
+        time,
+        arrays["position"][0] if position is not None else None,
+        orientation / norm,
+    )
 
 
 def aligned(quaternions: Array, previous: Array | None = None) -> Array:
-    """(K, 4) quaternions, their signs such that each is near the one before (the first: near `previous`)."""
+    """(K, 4) quaternions, their signs such that each is near the one before (the first:
+    near `previous`)."""
     if len(quaternions) == 0:
         return quaternions
     flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0

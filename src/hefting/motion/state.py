@@ -1,4 +1,5 @@
-"""Motion: the kinematic state of the sensor at a set of times, with the spread of its error."""
+"""Motion: the kinematic state of the sensor at a set of times, with the spread of its
+error."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
@@ -14,10 +15,12 @@ from hefting.core.spatial import Array, frozen, in_sensor_axes, rotation_matrice
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Pose, velocity and acceleration of the sensor frame; vectors in sensor axes, SI units.
+    """Pose, velocity and acceleration of the sensor frame; vectors in sensor axes, SI
+    units.
 
-    Samples at which the motion is not known (inside a long gap) hold NaN, and an infinite
-    standard deviation. Where the position was not measured, everything linear is None.
+    Samples at which the motion is not known (inside a long gap) hold NaN, and an
+    infinite standard deviation. Where the position was not measured, everything linear
+    is None.
     """
 
     time: Array
@@ -33,7 +36,8 @@ class Motion:
     angular_acceleration_std: Array
     """(K,) rad/s²."""
     bandwidth: float
-    """rad/s. Errors are correlated in time: about bandwidth * T of them are independent in T seconds."""
+    """rad/s. Errors are correlated in time: about bandwidth * T of them are independent
+    in T seconds."""
     position: Array | None = None
     """(K, 3) m, sensor origin in world axes."""
     linear_velocity: Array | None = None
@@ -51,15 +55,22 @@ class Motion:
 
     def __getitem__(self, index: slice | NDArray) -> Self:
         """The samples chosen by a slice, a mask (K,) or an index array."""
-        names = [f.name for f in fields(self) if f.name != "bandwidth" and getattr(self, f.name) is not None]
+        names = [
+            f.name
+            for f in fields(self)
+            if f.name != "bandwidth" and getattr(self, f.name) is not None
+        ]
         return replace(self, **{name: getattr(self, name)[index] for name in names})
 
-    def measurements(self, wrench_time: ArrayLike, wrench: ArrayLike, gravity: ArrayLike) -> Measurements:
+    def measurements(
+        self, wrench_time: ArrayLike, wrench: ArrayLike, gravity: ArrayLike
+    ) -> Measurements:
         """This motion with the wrench measured beside it: samples for an estimator.
 
-        The wrench is taken at the instants of the motion, linearly between its samples; instants before its first or
-        after its last sample, or where the motion is not known, are left out. Without a position the motion counts as
-        turning about the sensor origin.
+        The wrench is taken at the instants of the motion, linearly between its samples;
+        instants before its first or after its last sample, or where the motion is not
+        known, are left out. Without a position the motion counts as turning about the
+        sensor origin.
 
         Parameters
         ----------
@@ -70,21 +81,39 @@ class Motion:
 
         Raises `InputError` for arrays of other shapes.
         """
-        time, values, g_world = frozen(wrench_time, 1), frozen(wrench, 2), frozen(gravity)
+        time, values, g_world = (
+            frozen(wrench_time, 1),
+            frozen(wrench, 2),
+            frozen(gravity),
+        )
         if values.shape != (len(time), 6):
-            raise InputError(f"has shape {values.shape}, expected {(len(time), 6)}", where="wrench")
+            raise InputError(
+                f"has shape {values.shape}, expected {(len(time), 6)}", where="wrench"
+            )
         if g_world.shape != (3,):
-            raise InputError(f"has shape {g_world.shape}, expected (3,)", where="gravity")
+            raise InputError(
+                f"has shape {g_world.shape}, expected (3,)", where="gravity"
+            )
         first, last = (time[0], time[-1]) if len(time) else (np.inf, -np.inf)
-        known = np.isfinite(self.angular_acceleration).all(axis=1) & (self.time >= first) & (self.time <= last)
+        known = (
+            np.isfinite(self.angular_acceleration).all(axis=1)
+            & (self.time >= first)
+            & (self.time <= last)
+        )
         motion = self[np.flatnonzero(known)]
         at = motion.time
-        aligned = np.column_stack([np.interp(at, time, column) for column in values.T]) if len(at) else np.empty((0, 6))
+        aligned = (
+            np.column_stack([np.interp(at, time, column) for column in values.T])
+            if len(at)
+            else np.empty((0, 6))
+        )
         zero = np.zeros((len(at), 3))
         return Measurements(
             time=at,
             gravity=in_sensor_axes(motion.orientation, g_world),
-            linear_acceleration=zero if motion.linear_acceleration is None else motion.linear_acceleration,
+            linear_acceleration=zero
+            if motion.linear_acceleration is None
+            else motion.linear_acceleration,
             angular_velocity=motion.angular_velocity,
             angular_acceleration=motion.angular_acceleration,
             force=aligned[:, :3],
@@ -94,7 +123,8 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, and the time over which they last."""
+        """Root-mean-square errors of the accelerations, and the time over which they
+        last."""
         linear, angular = self.linear_acceleration_std, self.angular_acceleration_std
         return MotionNoise(
             0.0 if linear is None else float(np.sqrt(np.mean(np.square(linear)))),
@@ -112,7 +142,9 @@ def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:
         for name in (field.name for field in fields(piece)):
             values = getattr(piece, name)
             if name not in ("time", "bandwidth") and values is not None:
-                whole = arrays.setdefault(name, np.empty((len(time), *values.shape[1:])))
+                whole = arrays.setdefault(
+                    name, np.empty((len(time), *values.shape[1:]))
+                )
                 whole[begin:end] = values
         begin = end
     for whole in arrays.values():
@@ -161,7 +193,8 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
 
 
 def _conjugate_product(q):
-    """(K, 3, 4): vector part of q* r as a matrix times r, for (K, 4) quaternions xyzw."""
+    """(K, 3, 4): vector part of q* r as a matrix times r, for (K, 4) quaternions
+    xyzw."""
     x, y, z, s = q.T
     rows = ((s, z, -y, -x), (-z, s, x, -y), (y, -x, s, -z))
     return np.moveaxis(np.array(rows), 2, 0)

@@ -1,11 +1,14 @@
-"""What errors of the motion do to the wrench, and how much each sample is worth for that.
+"""What errors of the motion do to the wrench, and how much each sample is worth for
+that.
 
-Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E' of the predicted wrench,
+Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E'
+of the predicted wrench,
 
     E = d(f, tau)/d(a, alpha) = [[m I, -[mc]x], [[mc]x, J]].
 
-They are correlated in time: of the fs T samples of T seconds about wc T are independent. So a sample counts as if its
-covariance were S_w + (fs/wc) E S_k E', S_w being that of the wrench itself.
+They are correlated in time: of the fs T samples of T seconds about wc T are
+independent. So a sample counts as if its covariance were S_w + (fs/wc) E S_k E', S_w
+being that of the wrench itself.
 """
 
 from typing import Protocol
@@ -31,39 +34,51 @@ class UncertainMotion(Protocol):
 
 
 def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
-    """Traces (2, 2) of the blocks of E E' for parameters (10,): rows force and torque, columns linear and angular.
+    """Traces (2, 2) of the blocks of E E' for parameters (10,): rows force and torque,
+    columns linear and angular.
 
-    Times the variances of the two accelerations [m²/s⁴, rad²/s⁴], of one axis each, it gives those of force [N²] and
-    torque [N² m²], summed over their three axes.
+    Times the variances of the two accelerations [m²/s⁴, rad²/s⁴], of one axis each, it
+    gives those of force [N²] and torque [N² m²], summed over their three axes.
     """
     phi = np.asarray(vector, dtype=float)
-    lever, inertia = float(np.sum(skew(phi[1:4]) ** 2)), float(np.sum(vector_to_tensor(phi[4:]) ** 2))
+    lever, inertia = (
+        float(np.sum(skew(phi[1:4]) ** 2)),
+        float(np.sum(vector_to_tensor(phi[4:]) ** 2)),
+    )
     return np.array(((3.0 * float(phi[0]) ** 2, lever), (lever, inertia)))
 
 
 def acceleration_variances(motion: UncertainMotion) -> Array:
-    """Variances (2, K) of linear and angular acceleration, one axis each; zero where the linear one is not modelled."""
+    """Variances (2, K) of linear and angular acceleration, one axis each; zero where
+    the linear one is not modelled."""
     angular = np.square(motion.angular_acceleration_std)
     linear = motion.linear_acceleration_std
-    return np.stack((np.zeros_like(angular) if linear is None else np.square(linear), angular))
+    return np.stack(
+        (np.zeros_like(angular) if linear is None else np.square(linear), angular)
+    )
 
 
 def samples_per_error(time: Array, bandwidth: float) -> float:
-    """Samples at `time` (K,) over which an error of the motion, of `bandwidth` [rad/s], lasts; at least one."""
+    """Samples at `time` (K,) over which an error of the motion, of `bandwidth` [rad/s],
+    lasts; at least one."""
     if len(time) < 2:
         return 1.0
     return max(1.0 / (float(np.median(np.diff(time))) * bandwidth), 1.0)
 
 
-def sample_weights(vector: ArrayLike, motion: UncertainMotion, force_std: float, torque_std: float) -> Array:
-    """Weights (K,) of the samples' squared residuals, 1 where the motion is exact, 0 where it is unknown.
+def sample_weights(
+    vector: ArrayLike, motion: UncertainMotion, force_std: float, torque_std: float
+) -> Array:
+    """Weights (K,) of the samples' squared residuals, 1 where the motion is exact, 0
+    where it is unknown.
 
     vector: (10,) current parameters [m, mc, J] in sensor axes about its origin
     force_std [N], torque_std [N m]: the wrench's noise per axis
 
-    With M = S_w^-1 (fs/wc) E S_k E', the weight is 1/(1 + tr(M)/6): one scalar, so that the weighted samples
-    still reduce to 22. Least squares with it is a little better than with det(I + M)^(-1/6), and much better
-    than with tr((I + M)^-1)/6; the largest eigenvalue of M serves as well.
+    With M = S_w^-1 (fs/wc) E S_k E', the weight is 1/(1 + tr(M)/6): one scalar, so that
+    the weighted samples still reduce to 22. Least squares with it is a little better
+    than with det(I + M)^(-1/6), and much better than with tr((I + M)^-1)/6; the largest
+    eigenvalue of M serves as well.
 
     Raises `InputError` for noise levels that are not positive.
     """
@@ -72,16 +87,23 @@ def sample_weights(vector: ArrayLike, motion: UncertainMotion, force_std: float,
             f"weights need positive noise levels of the wrench, not {force_std} N and {torque_std} N m",
             fix="give Noise(force=, torque=)",
         )
-    excess = excess_variance(vector, acceleration_variances(motion), force_std, torque_std)
+    excess = excess_variance(
+        vector, acceleration_variances(motion), force_std, torque_std
+    )
     return 1.0 / (1.0 + samples_per_error(motion.time, motion.bandwidth) * excess)
 
 
-def excess_variance(vector: ArrayLike, variances: Array, force_std: float, torque_std: float) -> Array:
-    """(K,) mean over the six channels of the variance that errors of the motion add, over that of the noise.
+def excess_variance(
+    vector: ArrayLike, variances: Array, force_std: float, torque_std: float
+) -> Array:
+    """(K,) mean over the six channels of the variance that errors of the motion add,
+    over that of the noise.
 
     `variances` (2, K) are those of the accelerations. Infinite where these are.
     """
-    share = np.array((force_std, torque_std)) ** -2.0 @ effect_of_acceleration_errors(vector)
+    share = np.array((force_std, torque_std)) ** -2.0 @ effect_of_acceleration_errors(
+        vector
+    )
     with np.errstate(invalid="ignore"):
         terms = np.where(share[:, None] > 0.0, share[:, None] * variances, 0.0)
     return np.where(np.isfinite(variances).all(axis=0), terms.sum(axis=0) / 6.0, np.inf)

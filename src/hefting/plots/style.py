@@ -1,4 +1,5 @@
-"""Style: the palette, sizes and fonts of every picture, and how one is saved. Needs matplotlib."""
+"""Style: the palette, sizes and fonts of every picture, and how one is saved. Needs
+matplotlib."""
 
 import io
 from collections.abc import Iterator
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-"""The colour-blind safe palette of Okabe & Ito (2008) but its yellow, too pale for lines."""
+"""The colour-blind safe palette of Okabe & Ito (2008) but its yellow, too pale for
+lines."""
 COMPONENTS = {"x": BLUE, "y": VERMILION, "z": GREEN}
 SHADOW, INK = "#E4E4E4", "#303030"
 WIDTH = 3.5
@@ -37,7 +39,8 @@ FORMATS: dict[str, dict[str, None]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""File name endings of pictures, and what is left out of their metadata for files that are alike to be the same."""
+"""File name endings of pictures, and what is left out of their metadata for files that
+are alike to be the same."""
 DPI = 300
 """Of pictures made of pixels."""
 
@@ -61,7 +64,8 @@ STYLE: dict[Any, Any] = {
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
-    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all; their paths."""
+    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at
+    all; their paths."""
     paths = Path(f"{stem}.png"), Path(f"{stem}.svg")
     contents = [picture_of(figure, path.suffix) for path in paths]
     for path, content in zip(paths, contents, strict=True):
@@ -70,7 +74,8 @@ def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
 
 
 def picture_of(figure: "Figure", suffix: str) -> bytes:
-    """`figure` as the content of a file of a suffix of `FORMATS`; raster 300 dpi. The same bytes every time."""
+    """`figure` as the content of a file of a suffix of `FORMATS`; raster 300 dpi. The
+    same bytes every time."""
     content = io.BytesIO()
     with style():
         figure.savefig(content, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
@@ -79,7 +84,8 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Within it matplotlib draws as everything here is drawn. `MissingDependencyError` without matplotlib."""
+    """Within it matplotlib draws as everything here is drawn. `MissingDependencyError`
+    without matplotlib."""
     try:
         import matplotlib
     except ImportError as error:

@@ -1,4 +1,5 @@
-"""Picture of the wrench an estimate explains: measured, predicted, and what remains. Needs matplotlib."""
+"""Picture of the wrench an estimate explains: measured, predicted, and what remains.
+Needs matplotlib."""
 
 from typing import TYPE_CHECKING
 
@@ -7,7 +8,16 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
-from hefting.plots.style import COMPONENTS, INK, MEASURED, PARTS, chosen, figure_of, settled, style
+from hefting.plots.style import (
+    COMPONENTS,
+    INK,
+    MEASURED,
+    PARTS,
+    chosen,
+    figure_of,
+    settled,
+    style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +25,8 @@ if TYPE_CHECKING:
 
 
 def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
-    """Measured wrench, the wrench the estimate predicts (with its bias), and what remains, over time.
+    """Measured wrench, the wrench the estimate predicts (with its bias), and what
+    remains, over time.
 
     Raises `MissingDependencyError` without matplotlib.
     """
@@ -27,18 +38,35 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
     time = measurements.time[shown] - measurements.time[0]
     with style():
         figure = figure_of(4.3)
-        rows = figure.subplots(4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)})
-        for (name, unit, part), whole, rest in zip(PARTS, rows[::2], rows[1::2], strict=True):
+        rows = figure.subplots(
+            4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
+        )
+        for (name, unit, part), whole, rest in zip(
+            PARTS, rows[::2], rows[1::2], strict=True
+        ):
             for i, (component, colour) in enumerate(COMPONENTS.items()):
                 column = part + i
-                whole.plot(time, measurements.wrench[shown, column], color=colour, **MEASURED)
-                whole.plot(time, predicted[shown, column], color=colour, linewidth=0.7, label=component)
+                whole.plot(
+                    time, measurements.wrench[shown, column], color=colour, **MEASURED
+                )
+                whole.plot(
+                    time,
+                    predicted[shown, column],
+                    color=colour,
+                    linewidth=0.7,
+                    label=component,
+                )
                 rest.plot(time, residual[shown, column], color=colour, linewidth=0.4)
             whole.set_ylabel(f"{name} [{unit}]")
             rest.set_ylabel(f"[{unit}]")
             rest.axhline(0.0, color=INK, linewidth=0.4)
             rms = float(np.sqrt(np.mean(residual[:, part : part + 3] ** 2)))
-            rest.set_title(f"residual (measured − predicted), rms {rms:.2g} {unit}", loc="right", pad=2.0, color=INK)
+            rest.set_title(
+                f"residual (measured − predicted), rms {rms:.2g} {unit}",
+                loc="right",
+                pad=2.0,
+                color=INK,
+            )
             limit = 1.25 * float(np.abs(residual[:, part : part + 3]).max()) or 1.0
             rest.set_ylim(-limit, limit)
             _pad(whole, top=0.05)
@@ -52,7 +80,10 @@ def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
 def _wrench_legend(axes: "Axes") -> None:
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=colour, linewidth=1.2, label=name) for name, colour in COMPONENTS.items()]
+    handles = [
+        Line2D([], [], color=colour, linewidth=1.2, label=name)
+        for name, colour in COMPONENTS.items()
+    ]
     handles.append(Line2D([], [], color=INK, label="measured", **MEASURED))
     handles.append(Line2D([], [], color=INK, linewidth=0.7, label="predicted"))
     axes.legend(

@@ -1,4 +1,5 @@
-"""Prediction: the wrench that an identified object needs along a motion, and how far it may be off."""
+"""Prediction: the wrench that an identified object needs along a motion, and how far it
+may be off."""
 
 from hefting.prediction.agreement import Agreement
 from hefting.prediction.predict import predict

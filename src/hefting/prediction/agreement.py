@@ -1,4 +1,5 @@
-"""Agreement: how well an estimate explains a wrench that was measured, of this recording or another."""
+"""Agreement: how well an estimate explains a wrench that was measured, of this
+recording or another."""
 
 from dataclasses import dataclass
 
@@ -15,27 +16,33 @@ from hefting.prediction.spread import Z95, Spread
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""
 MOSTLY = 0.5
-"""Share of the squared difference that varies below which its constant part is worth a word."""
+"""Share of the squared difference that varies below which its constant part is worth a
+word."""
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """A measured wrench, put right and beside the predicted one, at L instants of its own."""
+    """A measured wrench, put right and beside the predicted one, at L instants of its
+    own."""
 
     time: Array
     """(L,) [s], on the motion's clock"""
     wrench: Array
-    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias and what drifts"""
+    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias
+    and what drifts"""
     difference: Array
     """(L, 6) that wrench minus the predicted one"""
     rms: Array
     """(2,) root mean square an axis of the difference: force [N], torque [N m]"""
     varying: Array
-    """(2,) the same of the difference less its mean, which another bias of the sensor would be"""
+    """(2,) the same of the difference less its mean, which another bias of the sensor
+    would be"""
     own: Array | None
-    """(2,) the same of what least squares on this recording itself, with a free bias, leave; None of a few samples"""
+    """(2,) the same of what least squares on this recording itself, with a free bias,
+    leave; None of a few samples"""
     within: Array | None
-    """(2,) shares of forces and torques inside the band widened by ``own``: 0.95 where all is as it should be"""
+    """(2,) shares of forces and torques inside the band widened by ``own``: 0.95 where
+    all is as it should be"""
     sign: WrenchSign
     """which way the sensor counts"""
     notes: tuple[Message, ...] = ()
@@ -49,7 +56,8 @@ class Agreement:
 
 
 def agreement(estimate: Estimate, spread: Spread | None, found: Ingested) -> Agreement:
-    """How well `estimate` explains the wrench of a recording, as ingested with a free bias."""
+    """How well `estimate` explains the wrench of a recording, as ingested with a free
+    bias."""
     z, sign = found.measurements, found.sign
     warnings = []
     if not sign.certain:
@@ -71,7 +79,18 @@ def agreement(estimate: Estimate, spread: Spread | None, found: Ingested) -> Agr
         warnings += _doubts(difference.mean(axis=0), rms, varying, own)
     wrench = z.wrench if estimate.bias is None else z.wrench - estimate.bias
     notes = found.conditioned.findings
-    return Agreement(z.time, wrench, difference, rms, varying, own, within, sign, notes, tuple(warnings))
+    return Agreement(
+        z.time,
+        wrench,
+        difference,
+        rms,
+        varying,
+        own,
+        within,
+        sign,
+        notes,
+        tuple(warnings),
+    )
 
 
 def _rms(difference: Array) -> Array:
@@ -80,10 +99,13 @@ def _rms(difference: Array) -> Array:
 
 
 def _doubts(mean: Array, rms: Array, varying: Array, own: Array) -> list[Message]:
-    """A message where a constant is most of a difference that noise does not explain."""
+    """A message where a constant is most of a difference that noise does not
+    explain."""
     if not ((rms > 2.0 * own) & (varying**2 < MOSTLY * rms**2)).any():
         return []
-    force, torque = (", ".join(f"{x:.3g}" for x in part) for part in (mean[:3], mean[3:]))
+    force, torque = (
+        ", ".join(f"{x:.3g}" for x in part) for part in (mean[:3], mean[3:])
+    )
     what = (
         f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias other than the estimate's? was the "
         "sensor zeroed in between?"

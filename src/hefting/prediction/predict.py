@@ -13,7 +13,14 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import PARAMETERS, STANDARD_GRAVITY, WRENCH, Array, Mask, frozen
+from hefting.core.spatial import (
+    PARAMETERS,
+    STANDARD_GRAVITY,
+    WRENCH,
+    Array,
+    Mask,
+    frozen,
+)
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs import read_log
@@ -24,9 +31,11 @@ from hefting.prediction.result import Peak, Prediction
 from hefting.prediction.spread import Spread, motion_spread, regressor
 
 MOST = 500_000
-"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text are held in memory."""
+"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text
+are held in memory."""
 ANOTHER_GRAVITY = 0.01
-"""Difference between two gravities over their size that is worth a word: half a degree."""
+"""Difference between two gravities over their size that is worth a word: half a
+degree."""
 
 
 def predict(
@@ -38,7 +47,8 @@ def predict(
     start: float = 0.0,
     duration: float | None = None,
 ) -> Prediction:
-    """The wrench that an identified object needs along a motion, at each instant of its poses.
+    """The wrench that an identified object needs along a motion, at each instant of its
+    poses.
 
     Parameters
     ----------
@@ -49,10 +59,12 @@ def predict(
     motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
     start, duration : part of the motion to take [s].
 
-    Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth motion is off by less than 1e-5
-    of its size (root mean square), that of moves whose jerk jumps by 3e-4; a jump of the acceleration is rounded off.
+    Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth
+    motion is off by less than 1e-5 of its size (root mean square), that of moves whose
+    jerk jumps by 3e-4; a jump of the acceleration is rounded off.
 
-    Raises `InputError` for an estimate or motion that cannot be used and for more than `MOST` instants.
+    Raises `InputError` for an estimate or motion that cannot be used and for more than
+    `MOST` instants.
     """
     if not isinstance(estimate, Estimate):
         estimate = Estimate.load(estimate)
@@ -67,14 +79,21 @@ def predict(
     spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
     found, agreed, refusal = _compared(trajectory, estimate, spread, gravity, motion)
     measured = measure(
-        _wrenchless(trajectory, motion), gravity, motion, found.conditioned.curves if found else None, of="instant"
+        _wrenchless(trajectory, motion),
+        gravity,
+        motion,
+        found.conditioned.curves if found else None,
+        of="instant",
     )
     z = measured.measurements
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
         wrench = predict_wrench(z, estimate.parameters.vector)
         std = None if spread is None else spread.of_wrench(z)
         if not np.isfinite(wrench).all() or (std is not None and np.isnan(std).any()):
-            raise InputError("the predicted wrench is not finite: no object is as heavy", trajectory.source)
+            raise InputError(
+                "the predicted wrench is not finite: no object is as heavy",
+                trajectory.source,
+            )
         peaks = {name: _peak(z, wrench, spread, part) for name, part in PARTS.items()}
     return Prediction(
         trajectory=trajectory.source,
@@ -104,23 +123,32 @@ PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
 def _wrenchless(recording: Recording, motion: Source) -> Recording:
-    """The recording with a wrench of zeros wherever its motion is known, so that `measure` reads it there."""
+    """The recording with a wrench of zeros wherever its motion is known, so that
+    `measure` reads it there."""
     poses = recording["orientation"]
     if motion in ("auto", "columns") and recording.has(*TWIST) and not recording.static:
         first = max(recording[name].time[0] for name in TWIST)
         last = min(recording[name].time[-1] for name in TWIST)
         covered = (poses.time >= first) & (poses.time <= last)
         if not covered.any():
-            raise InputError("velocities, accelerations and poses have no time in common", recording.source)
+            raise InputError(
+                "velocities, accelerations and poses have no time in common",
+                recording.source,
+            )
         poses = poses[covered]
     nothing = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
     return replace(recording, streams={**recording.streams, "wrench": nothing})
 
 
 def _compared(
-    recording: Recording, estimate: Estimate, spread: Spread | None, gravity: ArrayLike, motion: Source
+    recording: Recording,
+    estimate: Estimate,
+    spread: Spread | None,
+    gravity: ArrayLike,
+    motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
-    """What is found of the recording's wrench, if it has one, and a warning where that fails."""
+    """What is found of the recording's wrench, if it has one, and a warning where that
+    fails."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
@@ -132,7 +160,8 @@ def _compared(
 
 
 def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) -> Peak:
-    """Where a force or torque is largest; its size varies, to first order, along its own direction."""
+    """Where a force or torque is largest; its size varies, to first order, along its
+    own direction."""
     size = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(size))
     std = None
@@ -146,17 +175,26 @@ def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
     """What the user should know of the estimate."""
     doubts = []
     if estimate.covariance is None:
-        others = " and ".join(name for name, kind in reversed(METHODS.items()) if kind.gives_covariance)
+        others = " and ".join(
+            name for name, kind in reversed(METHODS.items()) if kind.gives_covariance
+        )
         what = f"the estimate ({estimate.method}) has no covariance, so there is no band: {others} give one"
         doubts.append(warning("no-band", what))
     if not estimate.physically_consistent:
-        doubts.append(warning("not-physical", f"no body has the estimate's parameters: {estimate.consistency}"))
+        doubts.append(
+            warning(
+                "not-physical",
+                f"no body has the estimate's parameters: {estimate.consistency}",
+            )
+        )
     tool = _numbers(estimate.provenance.get("tool"), 10)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
         doubts.append(warning("tool-subtracted", what))
     found = _numbers(estimate.provenance.get("gravity"), 3)
-    if found is not None and np.linalg.norm(found - gravity) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
+    if found is not None and np.linalg.norm(
+        found - gravity
+    ) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
         x, y, z = found
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
         doubts.append(warning("another-gravity", what, "gravity"))
@@ -168,11 +206,15 @@ def _open(spread: Spread | None, std: Array | None) -> list[Message]:
     if spread is None or std is None or not spread.open.any():
         return []
     infinite: Mask = np.isinf(std)
-    names = ", ".join(name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_)
+    names = ", ".join(
+        name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_
+    )
     if not infinite.any():
         what = f"the estimate leaves {names} open, which this motion does not need"
         return [warning("open-not-needed", what)]
-    touched = ", ".join(name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any())
+    touched = ", ".join(
+        name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any()
+    )
     share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
     what = f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"
     return [warning("band-open", what)]

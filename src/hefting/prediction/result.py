@@ -31,19 +31,23 @@ class Peak:
         return None if self.std is None else Z95 * self.std
 
     def to_dict(self) -> dict[str, Any]:
-        """The value, when, and the ends of its band; null where there is none, or no end."""
+        """The value, when, and the ends of its band; null where there is none, or no
+        end."""
         reach = self.reach
-        ends = (None, None) if reach is None else (self.value - reach, self.value + reach)
+        ends = (
+            (None, None) if reach is None else (self.value - reach, self.value + reach)
+        )
         return {"value": self.value, "time": self.time, "low": ends[0], "high": ends[1]}
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Wrench along a motion, exerted by the sensor on the object, in sensor axes about the sensor's origin.
+    """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
+    the sensor's origin.
 
-    The band is where the wrench of the object itself lies with 95 % probability, each component and instant by itself,
-    if the motion is as given and only the ten parameters are uncertain. What a sensor shows has its noise and bias
-    besides.
+    The band is where the wrench of the object itself lies with 95 % probability, each
+    component and instant by itself, if the motion is as given and only the ten
+    parameters are uncertain. What a sensor shows has its noise and bias besides.
     """
 
     trajectory: str
@@ -57,7 +61,8 @@ class Prediction:
     wrench: Array
     """(K, 6) force [N] and torque [N m]"""
     std: Array | None
-    """(K, 6) standard deviations; infinite where the estimate leaves it open, None where it has no covariance"""
+    """(K, 6) standard deviations; infinite where the estimate leaves it open, None
+    where it has no covariance"""
     peaks: dict[str, Peak]
     """Largest size of ``force`` and of ``torque``; deviations to first order."""
     gravity: Array
@@ -65,8 +70,9 @@ class Prediction:
     source: str
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     motion_std: Array | None = None
-    """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean square an axis; not part of the
-    band. By smoothing's own account, which is too low for motion without noise. None where the log gave the motion."""
+    """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean
+    square an axis; not part of the band. By smoothing's own account, which is too low
+    for motion without noise. None where the log gave the motion."""
     agreement: Agreement | None = None
     """With the wrench that the log holds as well, if it does."""
     warnings: tuple[str, ...] = ()
@@ -97,7 +103,11 @@ class Prediction:
         for i, name in enumerate(WRENCH):
             at = int(np.argmin(self.wrench[:, i])), int(np.argmax(self.wrench[:, i]))
             found[name] = tuple(
-                Peak(float(self.wrench[k, i]), float(self.time[k]), None if self.std is None else float(self.std[k, i]))
+                Peak(
+                    float(self.wrench[k, i]),
+                    float(self.time[k]),
+                    None if self.std is None else float(self.std[k, i]),
+                )
                 for k in at
             )
         return found
@@ -105,10 +115,12 @@ class Prediction:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; null where the band has no end.
 
-        ``peaks`` by ``force`` and ``torque``, ``extremes`` by component with ``lowest`` and ``highest``: each
-        ``{"value", "time", "low", "high"}``. ``time`` (K), ``wrench``, ``low`` and ``high`` (K x 6); the last two are
-        null without a covariance. ``agreement`` with a measured wrench, null without one: ``rms``, ``varying``,
-        ``own``, ``within`` (force, torque), ``wrench`` (the log's convention), ``samples``, ``notes``.
+        ``peaks`` by ``force`` and ``torque``, ``extremes`` by component with ``lowest``
+        and ``highest``: each ``{"value", "time", "low", "high"}``. ``time`` (K),
+        ``wrench``, ``low`` and ``high`` (K x 6); the last two are null without a
+        covariance. ``agreement`` with a measured wrench, null without one: ``rms``,
+        ``varying``, ``own``, ``within`` (force, torque), ``wrench`` (the log's
+        convention), ``samples``, ``notes``.
         """
         from hefting import __version__
 
@@ -143,11 +155,15 @@ class Prediction:
                 "warnings": self.warnings,
                 "notes": self.notes,
             }
-        ) | {name: _rows(getattr(self, name)) for name in ("time", "wrench", "low", "high")}
+        ) | {
+            name: _rows(getattr(self, name))
+            for name in ("time", "wrench", "low", "high")
+        }
 
     def csv(self) -> bytes:
-        """A table with a row an instant: ``time`` and ``fx`` .. ``tz``, named as in a log so that what reads logs reads
-        it, then ``fx_low``, ``fx_high`` and so on. An open end is blank; static poses have no time, as in a log."""
+        """A table with a row an instant: ``time`` and ``fx`` .. ``tz``, named as in a
+        log so that what reads logs reads it, then ``fx_low``, ``fx_high`` and so on. An
+        open end is blank; static poses have no time, as in a log."""
         import pyarrow as pa
         from pyarrow import csv
 
@@ -156,7 +172,9 @@ class Prediction:
         for i, name in enumerate(WRENCH):
             for end, values in (("low", self.low), ("high", self.high)):
                 if values is not None:
-                    columns[f"{name}_{end}"] = pa.array(values[:, i], mask=~np.isfinite(values[:, i]))
+                    columns[f"{name}_{end}"] = pa.array(
+                        values[:, i], mask=~np.isfinite(values[:, i])
+                    )
         table = pa.table(columns)
         stream = io.BytesIO()
         stream.write((",".join(table.column_names) + "\n").encode())

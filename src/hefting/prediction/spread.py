@@ -1,6 +1,8 @@
-"""Spread: what an estimate's covariance, and the motion's errors, make of the wrench it predicts.
+"""Spread: what an estimate's covariance, and the motion's errors, make of the wrench it
+predicts.
 
-The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi belongs A C A'.
+The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi
+belongs A C A'.
 """
 
 from dataclasses import dataclass
@@ -13,20 +15,25 @@ from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.spatial import CHUNK, Array, Mask
 from hefting.motion import Motion
-from hefting.motion.weighting import acceleration_variances, effect_of_acceleration_errors
+from hefting.motion.weighting import (
+    acceleration_variances,
+    effect_of_acceleration_errors,
+)
 
 Z95 = 1.959963984540054
 """Standard deviations to either side that hold 95 % of a Gaussian."""
 TOUCHES = 1e-6
-"""Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing makes of a sensor that does not
-turn; a micronewton metre for 1 kg m²."""
+"""Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing
+makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
 NEGATIVE = 1e-6
-"""Share of the largest eigenvalue by which one may be negative through rounding, standard deviations scaled to 1."""
+"""Share of the largest eigenvalue by which one may be negative through rounding,
+standard deviations scaled to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance of the ten parameters as a root, and which of them are not determined at all."""
+    """Covariance of the ten parameters as a root, and which of them are not determined
+    at all."""
 
     root: Array
     """(10, 10): root @ root.T is the covariance of the others"""
@@ -42,20 +49,30 @@ class Spread:
         open_ = np.isinf(covariance.diagonal())
         known = np.where(open_ | open_[:, None], 0.0, covariance)
         if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
-            raise InputError("the estimate's covariance has a negative or missing variance", fix="identify it again")
+            raise InputError(
+                "the estimate's covariance has a negative or missing variance",
+                fix="identify it again",
+            )
         size = np.where(known.diagonal() > 0.0, np.sqrt(known.diagonal()), 1.0)
         scaled = known / size / size[:, None]
         values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-        if values[0] < -NEGATIVE * max(values[-1], 1.0) or np.abs(scaled - scaled.T).max() > NEGATIVE:
+        if (
+            values[0] < -NEGATIVE * max(values[-1], 1.0)
+            or np.abs(scaled - scaled.T).max() > NEGATIVE
+        ):
             raise InputError(
-                "the estimate's covariance is not one: not symmetric or not positive", fix="identify it again"
+                "the estimate's covariance is not one: not symmetric or not positive",
+                fix="identify it again",
             )
         return cls(size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)), open_)
 
     def std(self, rows: Array) -> Array:
-        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where an open parameter matters."""
+        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where
+        an open parameter matters."""
         std = np.sqrt(np.square(rows @ self.root).sum(axis=-1))
-        return np.where((np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std)
+        return np.where(
+            (np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std
+        )
 
     def of_wrench(self, measurements: Measurements) -> Array:
         """Standard deviations (K, 6) [N, N m] of the wrench that the motion needs."""
@@ -72,11 +89,17 @@ def regressor(measurements: Measurements) -> Array:
 
 
 def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
-    """What the errors of a smoothed motion add to the wrench (2,): root mean square an axis of force and torque.
+    """What the errors of a smoothed motion add to the wrench (2,): root mean square an
+    axis of force and torque.
 
-    By the motion's own deviations; None where the log gave the motion, or does not tell them.
+    By the motion's own deviations; None where the log gave the motion, or does not tell
+    them.
     """
     if motion is None:
         return None
-    spread = np.sqrt(effect_of_acceleration_errors(vector) @ acceleration_variances(motion).mean(axis=1) / 3.0)
+    spread = np.sqrt(
+        effect_of_acceleration_errors(vector)
+        @ acceleration_variances(motion).mean(axis=1)
+        / 3.0
+    )
     return spread if np.isfinite(spread).all() else None

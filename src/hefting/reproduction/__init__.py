@@ -1,4 +1,5 @@
-"""Reproduction: the paper's experiments on simulated data, with tables and figures beside the published ones."""
+"""Reproduction: the paper's experiments on simulated data, with tables and figures
+beside the published ones."""
 
 import time
 from collections.abc import Sequence
@@ -25,7 +26,8 @@ FILES = (
     "robot",
     "prediction",
 )
-"""The file of each experiment, in the order of the page; each ends with its `EXPERIMENT`."""
+"""The file of each experiment, in the order of the page; each ends with its
+`EXPERIMENT`."""
 
 
 def _by_name(files: Sequence[str]) -> dict[str, Experiment]:
@@ -45,7 +47,8 @@ def reproduce(
     scheduler: str | None = None,
     show: bool = False,
 ) -> Path:
-    """Run experiments by name, all by default, and write their tables, figures and page; returns the page's path.
+    """Run experiments by name, all by default, and write their tables, figures and
+    page; returns the page's path.
 
     Parameters
     ----------
@@ -54,17 +57,23 @@ def reproduce(
     workers, scheduler : local processes, one a core by default; or the address of a Dask scheduler.
     show : a progress bar on standard error.
 
-    Raises `InputError` for an unknown name, a folder that cannot be written, or a scheduler that does not answer.
+    Raises `InputError` for an unknown name, a folder that cannot be written, or a
+    scheduler that does not answer.
     """
     for name in names:
         if name not in EXPERIMENTS:
             fix = f"use {', '.join(EXPERIMENTS)}"
-            raise InputError(f"there is no experiment '{name}'{nearest(name, EXPERIMENTS)}", fix=fix)
+            raise InputError(
+                f"there is no experiment '{name}'{nearest(name, EXPERIMENTS)}", fix=fix
+            )
     if workers is not None and workers < 1:
         raise InputError(f"needs at least one process, not {workers}", where="--jobs")
     experiments = [e for name, e in EXPERIMENTS.items() if not names or name in names]
     start = time.perf_counter()
     with Bars(show) as bars:
         results = run_experiments(experiments, folder, quick, workers, scheduler, bars)
-        reports = [(experiment, experiment.report(results[experiment.name])) for experiment in experiments]
+        reports = [
+            (experiment, experiment.report(results[experiment.name]))
+            for experiment in experiments
+        ]
     return write_page(reports, folder, time.perf_counter() - start, quick)

@@ -1,4 +1,5 @@
-"""The hyperparameter c1: PMD's error over time by speed; with `density`, the paper's 328 runs."""
+"""The hyperparameter c1: PMD's error over time by speed; with `density`, the paper's
+328 runs."""
 
 from typing import TYPE_CHECKING
 
@@ -7,10 +8,29 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.spatial import SPEED_LIMIT
 from hefting.estimators import PMD
-from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_of, settled, style
+from hefting.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    figure_of,
+    settled,
+    style,
+)
 from hefting.reproduction.drawing import over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, OBJECTS, QUANTITIES, RATE, SPEEDS, thing, wielded
+from hefting.reproduction.setting import (
+    C1,
+    OBJECTS,
+    QUANTITIES,
+    RATE,
+    SPEEDS,
+    thing,
+    wielded,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,16 +48,26 @@ SEEDS = 8
 
 def jobs(quick: bool) -> list[Job]:
     """One for each object and speed, with all values of c1 and seeds."""
-    objects, speeds, seeds = (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
-    return [{"object": name, "speed": speed, "seeds": seeds} for name in objects for speed in speeds]
+    objects, speeds, seeds = (
+        (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
+    )
+    return [
+        {"object": name, "speed": speed, "seeds": seeds}
+        for name in objects
+        for speed in speeds
+    ]
 
 
 def run(job: Job) -> Result:
-    """Errors (values of c1, times) by quantity, averaged over the seeds; every c1 sees the same noise.
+    """Errors (values of c1, times) by quantity, averaged over the seeds; every c1 sees
+    the same noise.
 
     Beside them the mean share of the full model (values of c1,).
     """
-    subject, exact = thing(job["object"]), wielded(job["object"], job["speed"]).measurements
+    subject, exact = (
+        thing(job["object"]),
+        wielded(job["object"], job["speed"]).measurements,
+    )
     errors = {name: np.zeros((len(VALUES), len(TIMES))) for name in QUANTITIES}
     for seed in range(job["seeds"]):
         key = (seed, OBJECTS.index(job["object"]), round(10 * job["speed"]))
@@ -50,15 +80,23 @@ def run(job: Job) -> Result:
                 found = subject.errors(method.estimate(state))
                 for name, values in errors.items():
                     values[i, j] += getattr(found, name) / job["seeds"]
-    weights = [float(np.mean(PMD(subject.shape, c1=value).weight(exact))) for value in VALUES]
-    return {"weights": weights} | {name: values.tolist() for name, values in errors.items()}
+    weights = [
+        float(np.mean(PMD(subject.shape, c1=value).weight(exact))) for value in VALUES
+    ]
+    return {"weights": weights} | {
+        name: values.tolist() for name, values in errors.items()
+    }
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Errors after 1.5 and 10 s, the best c1 of each speed, and the errors over time."""
+    """Errors after 1.5 and 10 s, the best c1 of each speed, and the errors over
+    time."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     found = {  # (values, times) by quantity and speed, averaged over objects
-        name: {s: np.mean([r[name] for job, r in results if job["speed"] == s], axis=0) for s in speeds}
+        name: {
+            s: np.mean([r[name] for job, r in results if job["speed"] == s], axis=0)
+            for s in speeds
+        }
         for name in (*QUANTITIES, "weights")
     }
     places = [TIMES.index(t) for t in SHOWN]
@@ -74,7 +112,14 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     ]
     columns = [f"{name} %, {t:g} s" for t in SHOWN for name in QUANTITIES.values()]
     best = [
-        (s, *(VALUES[int(np.argmin(found[name][s][:, k]))] for k in places for name in list(QUANTITIES)[1:]))
+        (
+            s,
+            *(
+                VALUES[int(np.argmin(found[name][s][:, k]))]
+                for k in places
+                for name in list(QUANTITIES)[1:]
+            ),
+        )
         for s in speeds
     ]
     chosen = [f"{name}, {t:g} s" for t in SHOWN for name in ("COM", "inertia")]
@@ -105,13 +150,21 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
     """How far the paper's choice is from the best."""
     own, parts = VALUES.index(C1), []
     for t, k in zip(SHOWN, places, strict=True):
-        for name, label in (("center_of_mass", "COM"), ("inertia_at_origin", "inertia")):
-            ratios = [found[name][s][own, k] / found[name][s][:, k].min() for s in speeds]
+        for name, label in (
+            ("center_of_mass", "COM"),
+            ("inertia_at_origin", "inertia"),
+        ):
+            ratios = [
+                found[name][s][own, k] / found[name][s][:, k].min() for s in speeds
+            ]
             parts.append(f"{label} {max(ratios):.2g} times after {t:g} s")
     ends = speeds[0], speeds[-1]
     shares = [f"{found['weights'][s][own]:.2g} at {s:g} rad/s" for s in ends]
     com = [found["center_of_mass"][s][own] for s in ends]
-    later = [f"{errors[-1] / errors[places[-1]]:.2g} at {s:g} rad/s" for s, errors in zip(ends, com, strict=True)]
+    later = [
+        f"{errors[-1] / errors[places[-1]]:.2g} at {s:g} rad/s"
+        for s, errors in zip(ends, com, strict=True)
+    ]
     return (
         f"The full model's mean weight w at c1 = {C1:g} is {' and '.join(shares)}; other values do as well where w "
         f"stays near 0 or 1. Its COM error after {TIMES[-1]:g} s is that after {SHOWN[-1]:g} s times "
@@ -126,19 +179,34 @@ def _figure(found: dict[float, np.ndarray], label: str) -> "Figure":
     with style():
         rows = len(found) // 2 + 1
         figure = figure_of(1.35 * rows + 0.25)
-        panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
+        panels = figure.subplots(
+            rows, 2, sharex=True, sharey=True, squeeze=False
+        ).ravel()
         for axes, (speed, errors) in zip(panels, found.items(), strict=False):
             for value, colour, line in zip(VALUES, COLOURS, errors, strict=True):
-                own = {"linewidth": 2.4, "zorder": 1, "alpha": 0.55} if value == C1 else {"linewidth": 0.9}
+                own = (
+                    {"linewidth": 2.4, "zorder": 1, "alpha": 0.55}
+                    if value == C1
+                    else {"linewidth": 0.9}
+                )
                 axes.plot(TIMES, line, color=colour, label=f"c1 = {value:g}", **own)
             mark = " (> ISO)" if over_limit(speed) else ""
-            axes.set(xscale="log", yscale="log", title=f"{speed:g} rad/s, {SPEEDS[speed]:g} m/s{mark}")
+            axes.set(
+                xscale="log",
+                yscale="log",
+                title=f"{speed:g} rad/s, {SPEEDS[speed]:g} m/s{mark}",
+            )
             axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
             axes.set_xticks([], minor=True)
         for axes in panels[len(found) :]:
             axes.set_axis_off()
         limit = f"> ISO: above {SPEED_LIMIT} m/s\n(ISO 10218-1)"
-        panels[len(found)].legend(*panels[0].get_legend_handles_labels(), loc="center", title=limit, title_fontsize=6.5)
+        panels[len(found)].legend(
+            *panels[0].get_legend_handles_labels(),
+            loc="center",
+            title=limit,
+            title_fontsize=6.5,
+        )
         for axes in panels[max(len(found) - 2, 0) : len(found)]:
             axes.tick_params(labelbottom=True)
         panels[len(found) - 1].set_xlabel("time [s]")

@@ -1,4 +1,5 @@
-"""Condition number of the scaled regressor: by speed in simulation, and of the robot's motion."""
+"""Condition number of the scaled regressor: by speed in simulation, and of the robot's
+motion."""
 
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,16 @@ from hefting.reproduction.setting import DURATION, SPEEDS, wielded
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PUBLISHED = {("ur5", 1.0): 147.0, ("ur5", 1.5): 68.4, ("ur5", 2.0): 58.0, ("xarm7", 1.1): 178.0}
+PUBLISHED = {
+    ("ur5", 1.0): 147.0,
+    ("ur5", 1.5): 68.4,
+    ("ur5", 2.0): 58.0,
+    ("xarm7", 1.1): 178.0,
+}
 """By arm and average angular speed [rad/s]."""
 ROBOT = ("xarm7", 1.1, 1.5)
-"""Arm, average angular speed [rad/s] and duration [s] of the paper's robot experiments."""
+"""Arm, average angular speed [rad/s] and duration [s] of the paper's robot
+experiments."""
 SIZES = (0.1, 0.15, 0.2, 0.3)
 """Of the body whose units scale the columns [m]: its sides are 0.05, 0.2 and 0.3 m."""
 EXACT, AVERAGED = 0.2, 0.15
@@ -35,26 +42,39 @@ def jobs(quick: bool) -> list[Job]:
     seeds = 2 if quick else SEEDS
     arm, speed, duration = ROBOT
     return [
-        *({"arm": "ur5", "speed": s, "duration": DURATION, "seeds": seeds} for s in speeds),
+        *(
+            {"arm": "ur5", "speed": s, "duration": DURATION, "seeds": seeds}
+            for s in speeds
+        ),
         {"arm": arm, "speed": speed, "duration": duration, "seeds": seeds},
     ]
 
 
 def run(job: Job) -> Result:
-    """Condition numbers by noise level and size, averaged over the seeds; and over windows of 150 observations."""
+    """Condition numbers by noise level and size, averaged over the seeds; and over
+    windows of 150 observations."""
     exact = wielded("hammer", job["speed"], job["arm"], job["duration"]).measurements
     levels = {}
     for level, noise in NOISE_LEVELS.items():
         seeds = job["seeds"] if level != "none" else 1
-        moments = [Moments.of(exact.with_noise(noise, (seed, round(10 * job["speed"])))) for seed in range(seeds)]
-        levels[level] = [float(np.mean([condition_number(m, size) for m in moments])) for size in SIZES]
+        moments = [
+            Moments.of(exact.with_noise(noise, (seed, round(10 * job["speed"]))))
+            for seed in range(seeds)
+        ]
+        levels[level] = [
+            float(np.mean([condition_number(m, size) for m in moments]))
+            for size in SIZES
+        ]
     starts = range(0, len(exact) - WINDOW + 1, WINDOW)
-    windows = [condition_number(Moments.of(exact[k : k + WINDOW]), EXACT) for k in starts]
+    windows = [
+        condition_number(Moments.of(exact[k : k + WINDOW]), EXACT) for k in starts
+    ]
     return {"levels": levels, "windows": float(np.mean(windows))}
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Both readings beside the published figures, all sizes and noise levels, and why they differ."""
+    """Both readings beside the published figures, all sizes and noise levels, and why
+    they differ."""
     summary, every = [], []
     for job, result in results:
         exact, known = _exact(result), PUBLISHED.get((job["arm"], job["speed"]))
@@ -62,9 +82,27 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         at = None if known is None else EXACT * exact / known
         ratios = (None, None) if known is None else (exact / known, averaged / known)
         rising = job["speed"] ** 2 * exact
-        summary.append((job["arm"], job["speed"], job["duration"], known, exact, averaged, *ratios, rising, at))
+        summary.append(
+            (
+                job["arm"],
+                job["speed"],
+                job["duration"],
+                known,
+                exact,
+                averaged,
+                *ratios,
+                rising,
+                at,
+            )
+        )
         every += [
-            (job["arm"], job["speed"], level, *values, result["windows"] if level == "none" else None)
+            (
+                job["arm"],
+                job["speed"],
+                level,
+                *values,
+                result["windows"] if level == "none" else None,
+            )
             for level, values in result["levels"].items()
         ]
     tables = (
@@ -88,7 +126,13 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         Table(
             "every",
             "By noise of the motion and size of the body",
-            ("arm", "rad/s", "noise", *(f"{size} m" for size in SIZES), f"mean over {WINDOW} observations, {EXACT} m"),
+            (
+                "arm",
+                "rad/s",
+                "noise",
+                *(f"{size} m" for size in SIZES),
+                f"mean over {WINDOW} observations, {EXACT} m",
+            ),
             tuple(every),
         ),
     )
@@ -100,11 +144,17 @@ def _exact(result: Result) -> float:
 
 
 def _averaged(result: Result) -> float:
-    return float(np.mean([values[SIZES.index(AVERAGED)] for values in result["levels"].values()]))
+    return float(
+        np.mean([values[SIZES.index(AVERAGED)] for values in result["levels"].values()])
+    )
 
 
 def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
-    known = [(PUBLISHED[key], r) for job, r in results if (key := (job["arm"], job["speed"])) in PUBLISHED]
+    known = [
+        (PUBLISHED[key], r)
+        for job, r in results
+        if (key := (job["arm"], job["speed"])) in PUBLISHED
+    ]
     exact, averaged = ([f(r) / p for p, r in known] for f in (_exact, _averaged))
     slow = next(result for job, result in results if job["arm"] == "ur5")
     place = SIZES.index(EXACT)
@@ -126,7 +176,9 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
 
 
 def _figure(results: list[tuple[Job, Result]]) -> "Figure":
-    simulated = [(job["speed"], result) for job, result in results if job["arm"] == "ur5"]
+    simulated = [
+        (job["speed"], result) for job, result in results if job["arm"] == "ur5"
+    ]
     robot = next(result for job, result in results if job["arm"] == "xarm7")
     speeds = [speed for speed, _ in simulated]
     with style():
@@ -134,19 +186,47 @@ def _figure(results: list[tuple[Job, Result]]) -> "Figure":
         axes = figure.subplots()
         exact = np.array([result["levels"]["none"] for _, result in simulated])
         band = f"exact motion, {SIZES[0]} to {SIZES[-1]} m"
-        axes.fill_between(speeds, exact[:, 0], exact[:, -1], color=BLUE, alpha=0.15, linewidth=0.0, label=band)
+        axes.fill_between(
+            speeds,
+            exact[:, 0],
+            exact[:, -1],
+            color=BLUE,
+            alpha=0.15,
+            linewidth=0.0,
+            label=band,
+        )
         for colour, marker, what, label in (
             (BLUE, "o", _exact, f"exact motion, {EXACT} m"),
             (VERMILION, "s", _averaged, f"mean of noise levels, {AVERAGED} m"),
         ):
-            line = {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
-            axes.plot(speeds, [what(result) for _, result in simulated], label=label, **line)
+            line = {
+                "color": colour,
+                "marker": marker,
+                "markersize": 3.0,
+                "linewidth": 1.0,
+            }
+            axes.plot(
+                speeds, [what(result) for _, result in simulated], label=label, **line
+            )
             axes.plot(ROBOT[1], what(robot), "*", color=colour, markersize=6.0)
         known = [(s, p) for (arm, s), p in PUBLISHED.items() if arm == "ur5"]
-        axes.plot(*zip(*known, strict=True), "D", color=INK, markersize=3.5, label="published")
-        axes.plot(ROBOT[1], PUBLISHED[ROBOT[:2]], "*", color=INK, markersize=6.0, label="stars: xArm 7, 1.5 s")
+        axes.plot(
+            *zip(*known, strict=True), "D", color=INK, markersize=3.5, label="published"
+        )
+        axes.plot(
+            ROBOT[1],
+            PUBLISHED[ROBOT[:2]],
+            "*",
+            color=INK,
+            markersize=6.0,
+            label="stars: xArm 7, 1.5 s",
+        )
         mark_limit(axes)
-        axes.set(xlabel="average angular speed [rad/s]", ylabel="condition number", yscale="log")
+        axes.set(
+            xlabel="average angular speed [rad/s]",
+            ylabel="condition number",
+            yscale="log",
+        )
         axes.set_yticks(TICKS, [f"{tick}" for tick in TICKS])
         axes.set_yticks([], minor=True)
         axes.set_ylim(0.9 * exact.min(), 1.1 * exact.max())

@@ -1,4 +1,5 @@
-"""Point density: accuracy and compute time of PMD against the number of points; with `c1`, the paper's 328 runs."""
+"""Point density: accuracy and compute time of PMD against the number of points; with
+`c1`, the paper's 328 runs."""
 
 import time
 from collections.abc import Callable
@@ -10,11 +11,29 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
-from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, figure_of, settled, style
+from hefting.plots.style import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    figure_of,
+    settled,
+    style,
+)
 from hefting.reproduction.c1 import VALUES
 from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, OBJECTS, RATE, SPEEDS, Thing, thing, wielded
+from hefting.reproduction.setting import (
+    C1,
+    OBJECTS,
+    RATE,
+    SPEEDS,
+    Thing,
+    thing,
+    wielded,
+)
 from hefting.shapes import Shape
 from hefting.simulation import paper_points
 
@@ -33,8 +52,13 @@ SEEDS = 10
 """Of the noise, for each object."""
 LAMBDA, USUAL = 0.1, 56
 """Of PMD in the paper, for so many points."""
-SERIES = {"noise-free": ("none", False), "moderate": ("moderate", False), "moderate, lambda kept": ("moderate", True)}
-"""Noise level, and whether lambda grows as the root of the number of points: lambda |m| of equal masses stays then."""
+SERIES = {
+    "noise-free": ("none", False),
+    "moderate": ("moderate", False),
+    "moderate, lambda kept": ("moderate", True),
+}
+"""Noise level, and whether lambda grows as the root of the number of points: lambda |m|
+of equal masses stays then."""
 COUNTS = (150, 500, 1000, 2000, 3500)
 """Observations, where time is taken."""
 REPEATS = 15
@@ -57,23 +81,39 @@ CONFIDENCE = 0.975
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object, with all its densities and seeds, and one for each density's compute time."""
-    objects, seeds = (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
+    """One for each object, with all its densities and seeds, and one for each density's
+    compute time."""
+    objects, seeds = (
+        (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
+    )
     densities = (0.01, *COMPARED) if quick else DENSITIES
     return [
-        *({"kind": "accuracy", "object": name, "densities": list(densities), "seeds": seeds} for name in objects),
-        *({"kind": "time", "object": objects[0], "density": d, "seed": 0} for d in densities),
+        *(
+            {
+                "kind": "accuracy",
+                "object": name,
+                "densities": list(densities),
+                "seeds": seeds,
+            }
+            for name in objects
+        ),
+        *(
+            {"kind": "time", "object": objects[0], "density": d, "seed": 0}
+            for d in densities
+        ),
     ]
 
 
 def run(job: Job) -> Result:
-    """Mean errors over the seeds (times, densities) by series and quantity; or the seconds it took (counts,)."""
+    """Mean errors over the seeds (times, densities) by series and quantity; or the
+    seconds it took (counts,)."""
     return _timed(job) if job["kind"] == "time" else _accuracy(job)
 
 
 @cache
 def points(density: float) -> Shape:
-    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight objects is the same."""
+    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight
+    objects is the same."""
     return paper_points(thing("uniform").held, density)
 
 
@@ -83,13 +123,23 @@ def _accuracy(job: Job) -> Result:
     errors = {}
     for series, (level, kept) in SERIES.items():
         seeds = 1 if level == "none" else job["seeds"]
-        methods = [PMD(s, c1=C1, regularization=LAMBDA * (np.sqrt(s.n / USUAL) if kept else 1.0)) for s in shapes]
+        methods = [
+            PMD(
+                s,
+                c1=C1,
+                regularization=LAMBDA * (np.sqrt(s.n / USUAL) if kept else 1.0),
+            )
+            for s in shapes
+        ]
         sums = {name: np.zeros((len(TIMES), len(shapes))) for name in NAMES}
         for seed in range(seeds):
-            z = exact.with_noise(NOISE_LEVELS[level], (seed, OBJECTS.index(job["object"])))
+            z = exact.with_noise(
+                NOISE_LEVELS[level], (seed, OBJECTS.index(job["object"]))
+            )
             state, begin = methods[0].start(), 0
             for i, end in enumerate(round(t * RATE) for t in TIMES):
-                state, begin = methods[0].update(state, z[begin:end]), end  # the same whatever the points
+                # the same whatever the points
+                state, begin = methods[0].update(state, z[begin:end]), end
                 for j, method in enumerate(methods):
                     for name, value in _errors(subject, method.estimate(state)).items():
                         sums[name][i, j] += value / seeds
@@ -99,13 +149,20 @@ def _accuracy(job: Job) -> Result:
 
 def _errors(subject: Thing, estimate: Estimate) -> dict[str, float]:
     axis, found = subject.held.pose[:3, 2], subject.errors(estimate)
-    off = float(axis @ (estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass))
+    off = float(
+        axis
+        @ (estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass)
+    )
     across = 100.0 * abs(off) / float(subject.held.extents[2])
-    return {name: across if name == "across" else getattr(found, name) for name in NAMES}
+    return {
+        name: across if name == "across" else getattr(found, name) for name in NAMES
+    }
 
 
 def _timed(job: Job) -> Result:
-    z = wielded(job["object"], SPEED).measurements.with_noise(NOISE_LEVELS["moderate"], job["seed"])
+    z = wielded(job["object"], SPEED).measurements.with_noise(
+        NOISE_LEVELS["moderate"], job["seed"]
+    )
     method = PMD(points(job["density"]), c1=C1)
     method.fit(z[:10])  # what is done once for a shape
     solve, whole = [], []
@@ -114,7 +171,12 @@ def _timed(job: Job) -> Result:
         state = method.update(method.start(), some)
         solve.append(_seconds(lambda: method.estimate(state)))  # noqa: B023
         whole.append(_seconds(lambda: method.fit(some)))  # noqa: B023
-    return {"points": method.shape.n, "layers": layers(method.shape), "solve": solve, "whole": whole}
+    return {
+        "points": method.shape.n,
+        "layers": layers(method.shape),
+        "solve": solve,
+        "whole": whole,
+    }
 
 
 def _seconds(work: Callable[[], object]) -> float:
@@ -132,12 +194,23 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     timed = [(job, result) for job, result in results if job["kind"] == "time"]
     densities, seeds = done[0][0]["densities"], done[0][0]["seeds"]
     found = {  # (objects, times, densities) by series and quantity
-        series: {name: np.array([result["errors"][series][name] for _, result in done]) for name in NAMES}
+        series: {
+            name: np.array([result["errors"][series][name] for _, result in done])
+            for name in NAMES
+        }
         for series in SERIES
     }
-    grids = {job["density"]: (result["points"], result["layers"]) for job, result in timed}
+    grids = {
+        job["density"]: (result["points"], result["layers"]) for job, result in timed
+    }
     accuracy = [
-        (series, d, *grids[d], round(t * RATE), *(float(e[:, i, j].mean()) for e in errors.values()))
+        (
+            series,
+            d,
+            *grids[d],
+            round(t * RATE),
+            *(float(e[:, i, j].mean()) for e in errors.values()),
+        )
         for series, errors in found.items()
         for i, t in enumerate(TIMES)
         for j, d in enumerate(densities)
@@ -145,7 +218,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     claims = [
         (
             series,
-            *claim(NAMES[name], round(t * RATE), *(found[series][name][:, i, densities.index(d)] for d in COMPARED)),
+            *claim(
+                NAMES[name],
+                round(t * RATE),
+                *(found[series][name][:, i, densities.index(d)] for d in COMPARED),
+            ),
         )
         for name in ("center_of_mass", "inertia_at_origin")
         for series in SERIES
@@ -155,20 +232,36 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     taken = [
         (result["points"], count, 1e3 * solve, 1e3 * whole, whole / first)
         for _, result in timed
-        for count, solve, whole in zip(COUNTS, result["solve"], result["whole"], strict=True)
+        for count, solve, whole in zip(
+            COUNTS, result["solve"], result["whole"], strict=True
+        )
     ]
     title = f"Mean errors of PMD, {SPEED:g} rad/s: {len(done)} objects, {seeds} noise seeds each"
     tables = (
         Table("accuracy", title, (*ACCURACY, *NAMES.values()), tuple(accuracy)),
-        Table("claim", "0.09 points/cm³ against 0.04, paired over the objects", CLAIM, tuple(claims)),
+        Table(
+            "claim",
+            "0.09 points/cm³ against 0.04, paired over the objects",
+            CLAIM,
+            tuple(claims),
+        ),
         Table(
             "times",
             "Compute time of one process (quickest of several; the only table that differs between runs)",
-            ("points", "observations", "estimate from moments ms", "fold and estimate ms", "relative to the first"),
+            (
+                "points",
+                "observations",
+                "estimate from moments ms",
+                "fold and estimate ms",
+                "relative to the first",
+            ),
             tuple(taken),
         ),
     )
-    figures = {"accuracy": _accuracy_figure(densities, found), "times": _times_figure(timed)}
+    figures = {
+        "accuracy": _accuracy_figure(densities, found),
+        "times": _times_figure(timed),
+    }
     return Report(tables, figures, (*_notes(grids, found, claims), _growth(timed)))
 
 
@@ -177,18 +270,31 @@ def layers(shape: Shape) -> int:
     return len(np.unique(shape.positions[:, 2].round(6)))
 
 
-def _notes(grids: dict, found: dict[str, dict[str, np.ndarray]], claims: list[tuple]) -> tuple[str, ...]:
+def _notes(
+    grids: dict, found: dict[str, dict[str, np.ndarray]], claims: list[tuple]
+) -> tuple[str, ...]:
     densities, usual, high = list(grids), list(grids).index(COMPARED[0]), len(grids) - 1
 
     def at(series: str, name: str, density: int, k: int = 0) -> float:
         return float(found[series][name][:, k, density].mean())
 
-    com = [row for row in claims if row[1] == NAMES["center_of_mass"] and row[0] != "moderate, lambda kept"]
-    holds = "holds" if all(row[-1] != "better" for row in com) else "does NOT hold everywhere"
-    thick = at("moderate", "across", usual) / 3.0 / at("moderate", "center_of_mass", usual)
+    com = [
+        row
+        for row in claims
+        if row[1] == NAMES["center_of_mass"] and row[0] != "moderate, lambda kept"
+    ]
+    holds = (
+        "holds"
+        if all(row[-1] != "better" for row in com)
+        else "does NOT hold everywhere"
+    )
+    thick = (
+        at("moderate", "across", usual) / 3.0 / at("moderate", "center_of_mass", usual)
+    )
     exact = [at("noise-free", "inertia_at_origin", j, -1) for j in (0, high)]
     noisy, kept = (
-        [at(series, "inertia_at_origin", j) for j in (usual, high)] for series in ("moderate", "moderate, lambda kept")
+        [at(series, "inertia_at_origin", j) for j in (usual, high)]
+        for series in ("moderate", "moderate, lambda kept")
     )
     few, most = grids[densities[0]][0], grids[densities[high]][0]
     settings = len(OBJECTS) * (len(DENSITIES) + len(SPEEDS) * len(VALUES))
@@ -197,7 +303,10 @@ def _notes(grids: dict, found: dict[str, dict[str, np.ndarray]], claims: list[tu
         f"{SPEED:g} rad/s, c1 = {C1:g}, and none or the moderate noise of its table II on accelerations and wrench. "
         f"With experiment `c1` there are {settings} settings, as in the paper, each with several noise seeds.",
         f"Published: the COM at 0.09 points/cm³ is not significantly better than at 0.04. It {holds}: "
-        + "; ".join(f"{row[0]}, {row[2]} observations: {row[5]:+.2g} percentage points, {row[-1]}" for row in com)
+        + "; ".join(
+            f"{row[0]}, {row[2]} observations: {row[5]:+.2g} percentage points, {row[-1]}"
+            for row in com
+        )
         + ". An object's seeds are averaged first, as its grid is the same in all; the standard error is over objects.",
         "More points help where the grid is what limits: noise-free, the inertia error falls from "
         f"{exact[0]:.2g} % with {few} points to {exact[1]:.1g} % with {most}. With moderate noise it changes from "
@@ -211,14 +320,30 @@ def _notes(grids: dict, found: dict[str, dict[str, np.ndarray]], claims: list[tu
 
 
 def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
-    """A row of whether errors (n,) of the finer grid are better than (n,) of the coarser, pair by pair (t test)."""
+    """A row of whether errors (n,) of the finer grid are better than (n,) of the
+    coarser, pair by pair (t test)."""
     from scipy.stats import t
 
     difference, n = fine - coarse, len(fine)
     mean, error = float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n))
     limit = float(t.ppf(CONFIDENCE, n - 1)) * error
-    verdict = "better" if mean < -limit else "no better (worse)" if mean > limit else "no better (within chance)"
-    return name, count, float(coarse.mean()), float(fine.mean()), mean, error, n, verdict
+    verdict = (
+        "better"
+        if mean < -limit
+        else "no better (worse)"
+        if mean > limit
+        else "no better (within chance)"
+    )
+    return (
+        name,
+        count,
+        float(coarse.mean()),
+        float(fine.mean()),
+        mean,
+        error,
+        n,
+        verdict,
+    )
 
 
 def _growth(timed: list[tuple[Job, Result]]) -> str:
@@ -233,9 +358,15 @@ def _growth(timed: list[tuple[Job, Result]]) -> str:
     )
 
 
-def _accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarray]]) -> "Figure":
+def _accuracy_figure(
+    densities: list[float], found: dict[str, dict[str, np.ndarray]]
+) -> "Figure":
     """Mean over the objects, with its standard error, of each series."""
-    panels = {"mass": "mass error [%]", "center_of_mass": "COM error [%]", "inertia_at_origin": "inertia error [%]"}
+    panels = {
+        "mass": "mass error [%]",
+        "center_of_mass": "COM error [%]",
+        "inertia_at_origin": "inertia error [%]",
+    }
     lines = (
         ("moderate", 0, VERMILION, "o", "moderate noise, 1.5 s"),
         ("moderate, lambda kept", 0, ORANGE, "D", "the same, lambda kept"),
@@ -244,13 +375,27 @@ def _accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarr
     )
     with style():
         figure = figure_of(4.2)
-        for axes, (name, label) in zip(figure.subplots(3, 1, sharex=True), panels.items(), strict=True):
+        for axes, (name, label) in zip(
+            figure.subplots(3, 1, sharex=True), panels.items(), strict=True
+        ):
             for k, (series, time_index, colour, marker, what) in enumerate(lines):
                 values = found[series][name][:, time_index]
                 error = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-                shown = {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0, "elinewidth": 0.6}
+                shown = {
+                    "color": colour,
+                    "marker": marker,
+                    "markersize": 3.0,
+                    "linewidth": 1.0,
+                    "elinewidth": 0.6,
+                }
                 place = np.array(densities) * 1.03 ** (k - 1.5)
-                axes.errorbar(place, np.maximum(values.mean(axis=0), 1e-12), error, label=what, **shown)
+                axes.errorbar(
+                    place,
+                    np.maximum(values.mean(axis=0), 1e-12),
+                    error,
+                    label=what,
+                    **shown,
+                )
             axes.set(xscale="log", yscale="log", ylabel=label)
         axes.set_xlabel("points/cm³")
         axes.set_xticks(densities, [f"{d:g}" for d in densities])
@@ -266,10 +411,25 @@ def _times_figure(timed: list[tuple[Job, Result]]) -> "Figure":
         figure = figure_of(2.6)
         left, right = figure.subplots(1, 2, sharey=True)
         for k, (_, result) in enumerate(timed):
-            line = {"color": colours[k], "marker": "os^Dv*"[k], "markersize": 3.0, "linewidth": 1.0}
-            left.plot(COUNTS, 1e3 * np.array(result["solve"]), label=f"{result['points']} points", **line)
+            line = {
+                "color": colours[k],
+                "marker": "os^Dv*"[k],
+                "markersize": 3.0,
+                "linewidth": 1.0,
+            }
+            left.plot(
+                COUNTS,
+                1e3 * np.array(result["solve"]),
+                label=f"{result['points']} points",
+                **line,
+            )
             right.plot(COUNTS, 1e3 * np.array(result["whole"]), **line)
-        left.set(ylim=(0.0, None), ylabel="time [ms]", xlabel="observations", title="estimate from the moments")
+        left.set(
+            ylim=(0.0, None),
+            ylabel="time [ms]",
+            xlabel="observations",
+            title="estimate from the moments",
+        )
         right.set(xlabel="observations", title="all folded, then estimated")
         for axes in (left, right):
             axes.set_xlim(0, 1.03 * COUNTS[-1])

@@ -1,4 +1,5 @@
-"""What an experiment is: independent jobs, the function that does one, and the report made of all results."""
+"""What an experiment is: independent jobs, the function that does one, and the report
+made of all results."""
 
 import csv
 import io
@@ -11,7 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Job = dict[str, Any]
-"""Parameters of one job, JSON-ready, its seed among them: the result depends on nothing else."""
+"""Parameters of one job, JSON-ready, its seed among them: the result depends on nothing
+else."""
 Result = dict[str, Any]
 """Numbers a job found, JSON-ready."""
 Cell = str | float | int | None
@@ -37,17 +39,27 @@ class Table:
 
     def json(self) -> str:
         """A list of objects, one a row."""
-        return json.dumps([dict(zip(self.columns, row, strict=True)) for row in self.rows], indent=1) + "\n"
+        return (
+            json.dumps(
+                [dict(zip(self.columns, row, strict=True)) for row in self.rows],
+                indent=1,
+            )
+            + "\n"
+        )
 
     def markdown(self) -> str:
         """A Markdown table, numbers with three digits."""
-        lines = [" | ".join(map(str, self.columns)), " | ".join("---" for _ in self.columns)]
+        lines = [
+            " | ".join(map(str, self.columns)),
+            " | ".join("---" for _ in self.columns),
+        ]
         lines += [" | ".join(map(shown, row)) for row in self.rows]
         return "".join(f"| {line} |\n" for line in lines)
 
 
 def shown(cell: Cell) -> str:
-    """A cell as a person reads it: three significant digits, nothing for what is not known."""
+    """A cell as a person reads it: three significant digits, nothing for what is not
+    known."""
     if cell is None:
         return ""
     if not isinstance(cell, float):
@@ -64,7 +76,8 @@ class Report:
     figures: dict[str, "Figure"] = field(default_factory=dict)
     """By the name of its files."""
     notes: tuple[str, ...] = ()
-    """What to know when reading them: where a figure differs from the published one, and why; one sentence each."""
+    """What to know when reading them: where a figure differs from the published one,
+    and why; one sentence each."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
-"""Measurements of 1.5 s as a robot has them: noisy poses and wrench, the motion by a Kalman filter or a smoother.
+"""Measurements of 1.5 s as a robot has them: noisy poses and wrench, the motion by a
+Kalman filter or a smoother.
 
-The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the orientation by its quaternion. *Warm*,
-it has run and settled before the first observation; *cold*, it starts there, at rest and with its settled gains.
+The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the
+orientation by its quaternion. *Warm*, it has run and settled before the first
+observation; *cold*, it starts there, at rest and with its settled gains.
 """
 
 from collections.abc import Iterator
@@ -54,7 +56,8 @@ class Observed:
         seed: tuple[int, ...],
         pose_noise: tuple[float, float] = POSE_NOISE,
     ) -> Self:
-        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise` [m], [rad] per axis."""
+        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise`
+        [m], [rad] per axis."""
         from scipy.spatial.transform import Rotation
 
         motion, rng = wielding.motion, np.random.default_rng(seed)
@@ -64,7 +67,8 @@ class Observed:
             motion.time,
             motion.position + pose_noise[0] * rng.normal(size=(K, 3)),
             (Rotation.from_matrix(motion.rotation) * turns).as_quat(),
-            wielding.measurements.wrench + np.array(wrench_noise) * rng.normal(size=(K, 6)),
+            wielding.measurements.wrench
+            + np.array(wrench_noise) * rng.normal(size=(K, 6)),
         )
 
     def __getitem__(self, window: slice) -> Self:
@@ -86,17 +90,30 @@ def windows(duration: float) -> list[slice]:
     """All windows of a motion of so many seconds."""
     most = int((duration - EARLIEST) / STEP) + 1
     starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
-    return [slice(k, k + OBSERVATIONS) for k in starts if k + OBSERVATIONS <= round(RATE * duration)]
+    return [
+        slice(k, k + OBSERVATIONS)
+        for k in starts
+        if k + OBSERVATIONS <= round(RATE * duration)
+    ]
 
 
 def causal_filter(observed: Observed) -> PoseFilter:
-    """The paper's filter, with the noise and bandwidth most likely for the whole motion."""
-    return PoseFilter.tuned(observed.time, observed.position, observed.orientation, order="acceleration", lag=0.0)
+    """The paper's filter, with the noise and bandwidth most likely for the whole
+    motion."""
+    return PoseFilter.tuned(
+        observed.time,
+        observed.position,
+        observed.orientation,
+        order="acceleration",
+        lag=0.0,
+    )
 
 
 def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
     """Each window of a motion which the filter has followed from the start."""
-    _, motion = live.update(live.start(), observed.time, observed.position, observed.orientation)
+    _, motion = live.update(
+        live.start(), observed.time, observed.position, observed.orientation
+    )
     z = observed.with_motion(motion)
     missing = len(observed.time) - len(z)  # before it had settled
     for window in _windows_of(observed):
@@ -112,12 +129,15 @@ def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
     """All of what is observed, by a filter that begins with it."""
     begun = replace(live, cold_start=True)
-    _, motion = begun.update(begun.start(), observed.time, observed.position, observed.orientation)
+    _, motion = begun.update(
+        begun.start(), observed.time, observed.position, observed.orientation
+    )
     return observed.with_motion(motion)
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window by this project's smoother and sample weights, from its own poses alone."""
+    """Each window by this project's smoother and sample weights, from its own poses
+    alone."""
     for window in _windows_of(observed):
         part = observed[window]
         motion = fit_poses(part.time, part.position, part.orientation).at(part.time)
@@ -145,7 +165,11 @@ SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "cons
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:
-    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a body with them can exist."""
+    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a
+    body with them can exist."""
     estimate = method.fit(z)
     errors = subject.errors(estimate)
-    return [*(float(f"{getattr(errors, name):.4g}") for name in SCORES[:4]), float(estimate.physically_consistent)]
+    return [
+        *(float(f"{getattr(errors, name):.4g}") for name in SCORES[:4]),
+        float(estimate.physically_consistent),
+    ]

@@ -1,4 +1,5 @@
-"""Gravity's share in force and torque: of human motion by the paper's statistics, and of the simulated motions."""
+"""Gravity's share in force and torque: of human motion by the paper's statistics, and
+of the simulated motions."""
 
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,8 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table I)."""
+"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
+I)."""
 YCB_OBJECTS = 63
 """Of the 77 of the Yale-CMU-Berkeley set that the paper averages over."""
 DOMINANCE = 5.0
@@ -35,13 +37,19 @@ G = float(np.linalg.norm(STANDARD_GRAVITY))
 
 def jobs(quick: bool) -> list[Job]:
     """One for each object and speed."""
-    objects, speeds = (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
+    objects, speeds = (
+        (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
+    )
     return [{"object": name, "speed": speed} for name in objects for speed in speeds]
 
 
 def run(job: Job) -> Result:
-    """Mean magnitudes of gravity's and motion's part of force [N] and torque [N m], and of the motion."""
-    exact, body = wielded(job["object"], job["speed"]), thing(job["object"]).held.parameters
+    """Mean magnitudes of gravity's and motion's part of force [N] and torque [N m], and
+    of the motion."""
+    exact, body = (
+        wielded(job["object"], job["speed"]),
+        thing(job["object"]).held.parameters,
+    )
     z = exact.measurements
     force = -body.mass * z.gravity
     torque = np.cross(body.center_of_mass, force)
@@ -60,9 +68,11 @@ def run(job: Job) -> Result:
 
 
 def human(k: int) -> dict[str, float]:
-    """What motion needs over what gravity needs, by the statistics' means (k = 0) or medians (1); per quantity.
+    """What motion needs over what gravity needs, by the statistics' means (k = 0) or
+    medians (1); per quantity.
 
-    Magnitudes are added, as if in one direction. The object's mass is `r` away from the hand, across the rotation.
+    Magnitudes are added, as if in one direction. The object's mass is `r` away from the
+    hand, across the rotation.
     """
     _, w, a, alpha, _, r = (values[k] for values in HUMAN.values())
     rotation = r * (alpha + w * w)
@@ -75,14 +85,25 @@ def human(k: int) -> dict[str, float]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The paper's ratios recomputed, its object statistics, and gravity's share on the simulated motions."""
+    """The paper's ratios recomputed, its object statistics, and gravity's share on the
+    simulated motions."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     shares = {  # (objects,) by quantity and speed
-        part: {s: np.array([_share(r[part]) for job, r in results if job["speed"] == s]) for s in speeds}
+        part: {
+            s: np.array([_share(r[part]) for job, r in results if job["speed"] == s])
+            for s in speeds
+        }
         for part in ("force", "torque")
     }
     recomputed = [
-        (name, statistic, others / (1.0 + others), (1.0 + others) / others, 1.0 / others, 100.0 / (1.0 + others))
+        (
+            name,
+            statistic,
+            others / (1.0 + others),
+            (1.0 + others) / others,
+            1.0 / others,
+            100.0 / (1.0 + others),
+        )
         for k, statistic in enumerate(("mean", "median"))
         for name, others in human(k).items()
     ]
@@ -99,17 +120,47 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
     own = [thing(name).held.parameters.mass for name in OBJECTS]
     objects = [
-        (f"YCB, {YCB_OBJECTS} objects, published", mass, radius, mass * G, mass * G * radius),
-        ("modular object, eight configurations", float(np.mean(own)), None, float(np.mean(own)) * G, None),
+        (
+            f"YCB, {YCB_OBJECTS} objects, published",
+            mass,
+            radius,
+            mass * G,
+            mass * G * radius,
+        ),
+        (
+            "modular object, eight configurations",
+            float(np.mean(own)),
+            None,
+            float(np.mean(own)) * G,
+            None,
+        ),
     ]
     published = ("published, over other forces", "about", None, DOMINANCE, None, None)
-    columns = ("quantity", "statistic", "other / total", "total / other", "gravity / other", "gravity's share %")
+    columns = (
+        "quantity",
+        "statistic",
+        "other / total",
+        "total / other",
+        "gravity / other",
+        "gravity's share %",
+    )
     tables = (
-        Table("human", "Human manipulation, from the published statistics", columns, (*recomputed, published)),
+        Table(
+            "human",
+            "Human manipulation, from the published statistics",
+            columns,
+            (*recomputed, published),
+        ),
         Table(
             "objects",
             "Object statistics",
-            ("objects", "mean mass kg", "mean radius m", "weight N", "its torque at the radius N m"),
+            (
+                "objects",
+                "mean mass kg",
+                "mean radius m",
+                "weight N",
+                "its torque at the radius N m",
+            ),
             tuple(objects),
         ),
         Table(
@@ -130,13 +181,20 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             tuple(simulated),
         ),
     )
-    return Report(tables, {"share": _figure(speeds, shares)}, _notes(recomputed, results, speeds))
+    return Report(
+        tables, {"share": _figure(speeds, shares)}, _notes(recomputed, results, speeds)
+    )
 
 
-def _notes(recomputed: list[tuple], results: list[tuple[Job, Result]], speeds: list[float]) -> tuple[str, ...]:
+def _notes(
+    recomputed: list[tuple], results: list[tuple[Job, Result]], speeds: list[float]
+) -> tuple[str, ...]:
     factors = [row[3] for row in recomputed if row[1] == "mean"]
     slow = speeds[0]
-    sensor, com, alpha = (_mean(results, slow, name) for name in ("sensor_speed", "com_speed", "angular_acceleration"))
+    sensor, com, alpha = (
+        _mean(results, slow, name)
+        for name in ("sensor_speed", "com_speed", "angular_acceleration")
+    )
     return (
         'Published: gravity dominates "by a factor of about five" in daily living. From the means of the paper\'s '
         f"table I the total is {min(factors):.1f} to {max(factors):.1f} times the non-gravitational part, "
@@ -159,23 +217,54 @@ def _share(parts: list[float]) -> float:
 
 
 def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
-    return float(np.mean([result[name] for job, result in results if job["speed"] == speed]))
+    return float(
+        np.mean([result[name] for job, result in results if job["speed"] == speed])
+    )
 
 
-def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]) -> "Figure":
+def _figure(
+    speeds: list[float], shares: dict[str, dict[float, np.ndarray]]
+) -> "Figure":
     with style():
         figure = figure_of(2.5)
         axes = figure.subplots()
-        for (part, found), colour, marker in zip(shares.items(), (BLUE, VERMILION), "os", strict=True):
+        for (part, found), colour, marker in zip(
+            shares.items(), (BLUE, VERMILION), "os", strict=True
+        ):
             values = 100.0 * np.array([found[s] for s in speeds])
-            line = {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
-            axes.plot(speeds, values.mean(axis=1), label=f"{part}: mean and range", **line)
-            axes.fill_between(speeds, values.min(axis=1), values.max(axis=1), color=colour, alpha=0.2, linewidth=0.0)
+            line = {
+                "color": colour,
+                "marker": marker,
+                "markersize": 3.0,
+                "linewidth": 1.0,
+            }
+            axes.plot(
+                speeds, values.mean(axis=1), label=f"{part}: mean and range", **line
+            )
+            axes.fill_between(
+                speeds,
+                values.min(axis=1),
+                values.max(axis=1),
+                color=colour,
+                alpha=0.2,
+                linewidth=0.0,
+            )
         ratio = human(0)["force, with the rotation"]
         place = HUMAN["angular velocity rad/s"][0]
-        axes.plot(place, 100.0 / (1.0 + ratio), "*", color=INK, markersize=7.0, label="human (published means)")
+        axes.plot(
+            place,
+            100.0 / (1.0 + ratio),
+            "*",
+            color=INK,
+            markersize=7.0,
+            label="human (published means)",
+        )
         mark_limit(axes)
-        axes.set(xlabel="average angular speed [rad/s]", ylabel="gravity's share [%]", ylim=(0.0, 102.0))
+        axes.set(
+            xlabel="average angular speed [rad/s]",
+            ylabel="gravity's share [%]",
+            ylim=(0.0, 102.0),
+        )
         legend_above(figure, axes, 2)
         return settled(figure)
 

@@ -1,4 +1,5 @@
-"""Noise by speed: 8 objects x 5 speeds x 4 noise levels x 4 methods, error after 10 s and over time."""
+"""Noise by speed: 8 objects x 5 speeds x 4 noise levels x 4 methods, error after 10 s
+and over time."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -38,17 +39,28 @@ def jobs(quick: bool) -> list[Job]:
     """One for each object and speed."""
     objects = ("hammer", "half-n-half") if quick else OBJECTS
     speeds = (1.0, 2.0) if quick else SPEEDS
-    return [{"object": name, "speed": speed, "seed": 1} for name in objects for speed in speeds]
+    return [
+        {"object": name, "speed": speed, "seed": 1}
+        for name in objects
+        for speed in speeds
+    ]
 
 
 def run(job: Job) -> Result:
-    """Errors of every method at every noise level and time; the methods see the same noise."""
-    subject, exact = thing(job["object"]), wielded(job["object"], job["speed"]).measurements
+    """Errors of every method at every noise level and time; the methods see the same
+    noise."""
+    subject, exact = (
+        thing(job["object"]),
+        wielded(job["object"], job["speed"]).measurements,
+    )
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
     levels = {}
     for level, noise in NOISE_LEVELS.items():
         z = exact.with_noise(noise, seed) if level != "none" else exact
-        found = {name: _over_time(method(subject, z), z, subject) for name, method in METHODS.items()}
+        found = {
+            name: _over_time(method(subject, z), z, subject)
+            for name, method in METHODS.items()
+        }
         levels[level] = {"methods": found}
         if level != "none":
             levels[level]["snr"] = signal_to_noise(exact, noise)
@@ -57,7 +69,12 @@ def run(job: Job) -> Result:
 
 def _over_time(estimator, z, subject) -> dict[str, list]:
     state, begin = estimator.start(), 0
-    out: dict[str, list] = {"mass": [], "center_of_mass": [], "inertia": [], "consistent": []}
+    out: dict[str, list] = {
+        "mass": [],
+        "center_of_mass": [],
+        "inertia": [],
+        "consistent": [],
+    }
     for end in np.searchsorted(z.time - z.time[0], TIMES):
         state = estimator.update(state, z[begin:end])
         begin = end
@@ -79,27 +96,55 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     by_speed = grouped(results, "speed")
     at = TIMES.index(SHOWN)
 
-    def average(speed: float, level: str, method: str, what: str, k: int) -> float | None:
-        return mean(float(r["levels"][level]["methods"][method][what][k]) for r in by_speed[(speed,)])
+    def average(
+        speed: float, level: str, method: str, what: str, k: int
+    ) -> float | None:
+        return mean(
+            float(r["levels"][level]["methods"][method][what][k])
+            for r in by_speed[(speed,)]
+        )
 
-    columns = [f"{method}: {what} %" for method in METHODS for what in ("mass", "COM", "inertia", "possible")]
+    columns = [
+        f"{method}: {what} %"
+        for method in METHODS
+        for what in ("mass", "COM", "inertia", "possible")
+    ]
     rows, over_time = [], []
     for level in NOISE_LEVELS:
         for speed in speeds:
-            snr = None if level == "none" else mean(r["levels"][level]["snr"] for r in by_speed[(speed,)])
+            snr = (
+                None
+                if level == "none"
+                else mean(r["levels"][level]["snr"] for r in by_speed[(speed,)])
+            )
             cells = []
             for method in METHODS:
-                cells += [average(speed, level, method, w, at) for w in ("mass", "center_of_mass", "inertia")]
-                cells.append(100.0 * (average(speed, level, method, "consistent", at) or 0.0))
+                cells += [
+                    average(speed, level, method, w, at)
+                    for w in ("mass", "center_of_mass", "inertia")
+                ]
+                cells.append(
+                    100.0 * (average(speed, level, method, "consistent", at) or 0.0)
+                )
             rows.append((level, speed, snr, *cells))
             over_time += [
-                (level, speed, t, *(average(speed, level, m, "inertia", k) for m in METHODS))
+                (
+                    level,
+                    speed,
+                    t,
+                    *(average(speed, level, m, "inertia", k) for m in METHODS),
+                )
                 for k, t in enumerate(TIMES)
             ]
     title = "Mean errors over the objects after 10 s, and the share of bodies that can exist"
     tables = (
         Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), tuple(rows)),
-        Table("over-time", "Mean inertia error [%] over time", ("noise", "rad/s", "s", *METHODS), tuple(over_time)),
+        Table(
+            "over-time",
+            "Mean inertia error [%] over time",
+            ("noise", "rad/s", "s", *METHODS),
+            tuple(over_time),
+        ),
     )
     experiments = len(results) * len(NOISE_LEVELS) * len(METHODS)
     notes = (
@@ -124,13 +169,29 @@ def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
         axes = figure.subplots(1, len(levels), sharey=True)
         for ax, level in zip(axes, levels, strict=True):
             for method in METHODS:
-                values = np.clip([average(s, level, method, "inertia", at) for s in speeds], *RANGE)
+                values = np.clip(
+                    [average(s, level, method, "inertia", at) for s in speeds], *RANGE
+                )
                 ax.plot(speeds, values, color=COLOURS[method], **_line(method))
-            ax.set(title=f"{level} noise", xlabel="average angular speed [rad/s]", yscale="log", ylim=RANGE)
-            ax.plot([], [], color=INK, linestyle="--", linewidth=1.6, label="SNR (scale on the right)")
+            ax.set(
+                title=f"{level} noise",
+                xlabel="average angular speed [rad/s]",
+                yscale="log",
+                ylim=RANGE,
+            )
+            ax.plot(
+                [],
+                [],
+                color=INK,
+                linestyle="--",
+                linewidth=1.6,
+                label="SNR (scale on the right)",
+            )
             mark_limit(ax)
             ratios = ax.twinx()
-            snr = [mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds]
+            snr = [
+                mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds
+            ]
             ratios.plot(speeds, snr, color=INK, linestyle="--", linewidth=1.6)
             ratios.set(yscale="log", ylim=SNR_RANGE)
             if ax is axes[-1]:
@@ -149,8 +210,20 @@ def _over_time_figure(speeds, average) -> "Figure":
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))
         for ax, speed in zip(axes, speeds, strict=True):
             for method in METHODS:
-                values = np.clip([average(speed, "moderate", method, "inertia", k) for k in range(len(TIMES))], *RANGE)
-                ax.plot(TIMES, values, color=COLOURS[method], linestyle=LINES[method], label=method)
+                values = np.clip(
+                    [
+                        average(speed, "moderate", method, "inertia", k)
+                        for k in range(len(TIMES))
+                    ],
+                    *RANGE,
+                )
+                ax.plot(
+                    TIMES,
+                    values,
+                    color=COLOURS[method],
+                    linestyle=LINES[method],
+                    label=method,
+                )
             ax.set(
                 title=f"{speed:g} rad/s, {SPEEDS[speed]:g} m/s",
                 xlabel="time [s]",
@@ -160,14 +233,27 @@ def _over_time_figure(speeds, average) -> "Figure":
             )
             ax.set_xticks([1, 10], ["1", "10"])
             if over_limit(speed):
-                ax.text(0.97, 0.97, "above ISO 10218-1", transform=ax.transAxes, ha="right", va="top", size=6.5)
+                ax.text(
+                    0.97,
+                    0.97,
+                    "above ISO 10218-1",
+                    transform=ax.transAxes,
+                    ha="right",
+                    va="top",
+                    size=6.5,
+                )
         axes[0].set_ylabel("inertia error [%]")
         legend_above(figure, axes[0], len(METHODS))
         return settled(figure)
 
 
 def _line(method: str) -> dict[str, Any]:
-    return {"marker": MARKERS[method], "markersize": 3, "linestyle": LINES[method], "label": method}
+    return {
+        "marker": MARKERS[method],
+        "markersize": 3,
+        "linestyle": LINES[method],
+        "label": method,
+    }
 
 
 EXPERIMENT = Experiment(

@@ -1,4 +1,5 @@
-"""The eight configurations of the modular object: where the weights are, and the true parameters."""
+"""The eight configurations of the modular object: where the weights are, and the true
+parameters."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,16 @@ from hefting.plots.style import BLUE, INK, SKY, VERMILION, figure_of, settled, s
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import OBJECTS
 from hefting.simulation import MODULAR, Part
-from hefting.simulation.modular import ABS_WEIGHT, GRASPED, PLA, SLOTS, STEEL_WEIGHT, THICKNESS, WEIGHT, modular
+from hefting.simulation.modular import (
+    ABS_WEIGHT,
+    GRASPED,
+    PLA,
+    SLOTS,
+    STEEL_WEIGHT,
+    THICKNESS,
+    WEIGHT,
+    modular,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,10 +37,15 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """True mass [kg], COM [m] and inertia about it [kg m²] (xx, xy, xz, yy, yz, zz), in the object's frame."""
+    """True mass [kg], COM [m] and inertia about it [kg m²] (xx, xy, xz, yy, yz, zz), in
+    the object's frame."""
     body: InertialParameters = modular(job["object"]).parameters
     inertia = tensor_to_vector(body.inertia_at_com)
-    return {"mass": body.mass, "center_of_mass": body.center_of_mass.tolist(), "inertia": inertia.tolist()}
+    return {
+        "mass": body.mass,
+        "center_of_mass": body.center_of_mass.tolist(),
+        "inertia": inertia.tolist(),
+    }
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
@@ -38,13 +53,22 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     rows = []
     for job, result in results:
         filling = MODULAR[job["object"]]
-        com, inertia = 1e3 * np.array(result["center_of_mass"]), 1e4 * np.array(result["inertia"])
-        numbers = np.round((result["mass"], *com, *inertia), 9) + 0.0  # rounding errors are no asymmetry
-        rows.append((job["object"], len(filling.steel), len(filling.abs), *map(float, numbers)))
+        com, inertia = (
+            1e3 * np.array(result["center_of_mass"]),
+            1e4 * np.array(result["inertia"]),
+        )
+        # rounding errors are no asymmetry
+        numbers = np.round((result["mass"], *com, *inertia), 9) + 0.0
+        rows.append(
+            (job["object"], len(filling.steel), len(filling.abs), *map(float, numbers))
+        )
     entries = tuple(f"J{ij} kg cm²" for ij in ("xx", "xy", "xz", "yy", "yz", "zz"))
     columns = ("object", "steel", "ABS", "mass kg", "x mm", "y mm", "z mm", *entries)
     title = "True mass, COM and inertia about it, in the object's frame: origin in the middle of the face held"
-    steel, plastic = (1e3 * density * np.pi * WEIGHT[0] ** 2 * WEIGHT[1] for density in (STEEL_WEIGHT, ABS_WEIGHT))
+    steel, plastic = (
+        1e3 * density * np.pi * WEIGHT[0] ** 2 * WEIGHT[1]
+        for density in (STEEL_WEIGHT, ABS_WEIGHT)
+    )
     notes = (
         f"Steel and ABS weights have {steel:.1f} and {plastic:.1f} g (published: 101 and 17 g). Outline, pockets, "
         "holes and densities are those of the authors' own generator; bolts are left out.",
@@ -52,7 +76,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         "all objects alike; inertia errors are about it unless said otherwise.",
     )
     table = Table("objects", title, columns, tuple(rows))
-    return Report((table,), {"objects": _figure([(job["object"], result) for job, result in results])}, notes)
+    return Report(
+        (table,),
+        {"objects": _figure([(job["object"], result) for job, result in results])},
+        notes,
+    )
 
 
 def _figure(objects: list[tuple[str, Result]]) -> "Figure":
@@ -62,26 +90,65 @@ def _figure(objects: list[tuple[str, Result]]) -> "Figure":
     with style():
         figure = figure_of(5.3, 7.2)
         panels = figure.subplots(2, 4, sharex=True, sharey=True).ravel()
-        dot = {"markersize": 5.0, "markeredgecolor": "white", "markeredgewidth": 0.7, "linestyle": "none"}
+        dot = {
+            "markersize": 5.0,
+            "markeredgecolor": "white",
+            "markeredgewidth": 0.7,
+            "linestyle": "none",
+        }
         tcp = SLOTS[GRASPED]
-        for number, (axes, (name, result)) in enumerate(zip(panels, objects, strict=True)):
+        for number, (axes, (name, result)) in enumerate(
+            zip(panels, objects, strict=True)
+        ):
             for part in sorted(modular(name).parts, key=_depth):
                 _draw(axes, part)
             axes.plot(*tcp, "o", color=BLUE, zorder=4, **dot)
-            axes.plot(*(1e3 * np.array(result["center_of_mass"][:2])), "o", color=VERMILION, zorder=5, **dot)
+            axes.plot(
+                *(1e3 * np.array(result["center_of_mass"][:2])),
+                "o",
+                color=VERMILION,
+                zorder=5,
+                **dot,
+            )
             letter = "abcdefgh"[number]
-            axes.set(title=f"({letter}) {TITLES.get(name, name.capitalize())}, {1e3 * result['mass']:.0f} g")
-            axes.set(aspect="equal", xlim=(-112, 112), ylim=(-172, 172), xticks=(-100, 0, 100))
+            axes.set(
+                title=f"({letter}) {TITLES.get(name, name.capitalize())}, {1e3 * result['mass']:.0f} g"
+            )
+            axes.set(
+                aspect="equal",
+                xlim=(-112, 112),
+                ylim=(-172, 172),
+                xticks=(-100, 0, 100),
+            )
         for axes in panels[4:]:
             axes.set_xlabel("x [mm]")
         for axes in panels[::4]:
             axes.set_ylabel("y [mm]")
-        weights = {"steel weight": STEEL, "ABS weight": SKY, "no weight (air)": AIR, "print (PLA)": PRINT}
-        round_ = {"marker": "o", "markersize": 6.0, "markeredgecolor": INK, "markeredgewidth": 0.5, "linestyle": "none"}
-        handles = [Line2D([], [], color=colour, label=label, **round_) for label, colour in weights.items()]
+        weights = {
+            "steel weight": STEEL,
+            "ABS weight": SKY,
+            "no weight (air)": AIR,
+            "print (PLA)": PRINT,
+        }
+        round_ = {
+            "marker": "o",
+            "markersize": 6.0,
+            "markeredgecolor": INK,
+            "markeredgewidth": 0.5,
+            "linestyle": "none",
+        }
+        handles = [
+            Line2D([], [], color=colour, label=label, **round_)
+            for label, colour in weights.items()
+        ]
         handles += [Line2D([], [], marker="o", color=VERMILION, label="COM", **dot)]
         handles += [Line2D([], [], marker="o", color=BLUE, label="TCP", **dot)]
-        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), handletextpad=0.2)
+        figure.legend(
+            handles=handles,
+            loc="outside upper center",
+            ncols=len(handles),
+            handletextpad=0.2,
+        )
         return settled(figure)
 
 
@@ -98,7 +165,15 @@ def _draw(axes: "Axes", part: Part) -> None:
     colour = {PLA: PRINT, STEEL_WEIGHT: STEEL, ABS_WEIGHT: SKY}.get(part.density, AIR)
     if part.solid == "box":
         width, height = 1e3 * part.size[0], 1e3 * part.size[1]
-        axes.add_patch(Rectangle((x - width / 2, y - height / 2), width, height, facecolor=colour, linewidth=0.0))
+        axes.add_patch(
+            Rectangle(
+                (x - width / 2, y - height / 2),
+                width,
+                height,
+                facecolor=colour,
+                linewidth=0.0,
+            )
+        )
         return
     pocket = part.density < 0.0 and part.size[1] < THICKNESS
     edge = {"edgecolor": INK, "linewidth": 0.5} if pocket else {"linewidth": 0.0}

@@ -1,4 +1,5 @@
-"""150 observations: four methods after 1.5 s at three speeds, their motion by a Kalman filter, warm and cold."""
+"""150 observations: four methods after 1.5 s at three speeds, their motion by a Kalman
+filter, warm and cold."""
 
 from collections.abc import Callable, Iterator
 
@@ -41,14 +42,18 @@ Method = Callable[[Thing, Measurements], Estimator]
 
 
 def found(subject: Thing, z: Measurements) -> Estimator:
-    """GEO with the noise that least squares leaves, in which errors that last count once."""
+    """GEO with the noise that least squares leaves, in which errors that last count
+    once."""
     fit = fit_freely(z, False)
     longer = float(np.sqrt(fit.autocorrelation))
-    return GEO(subject.shape, noise=Noise(longer * fit.noise.force, longer * fit.noise.torque))
+    return GEO(
+        subject.shape, noise=Noise(longer * fit.noise.force, longer * fit.noise.torque)
+    )
 
 
 def doubled(subject: Thing, z: Measurements) -> Estimator:
-    """GEO whose prior was moved from the COM to the sensor twice, as in public code of the paper's authors."""
+    """GEO whose prior was moved from the COM to the sensor twice, as in public code of
+    the paper's authors."""
     body = subject.shape.homogeneous
     inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
     unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
@@ -65,7 +70,9 @@ METHODS: dict[str, Method] = {
     "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0),
     "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0),
     "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3),
-    "GEO, wrench noise known": lambda thing, z: GEO(thing.shape, noise=NOISE_LEVELS["moderate"]),
+    "GEO, wrench noise known": lambda thing, z: GEO(
+        thing.shape, noise=NOISE_LEVELS["moderate"]
+    ),
     "GEO, prior moved twice": doubled,
 }
 """Those of the main table first; the literature's weight of GEO is 1e-5 tr(A'A)."""
@@ -73,16 +80,25 @@ METHODS: dict[str, Method] = {
 
 def jobs(quick: bool) -> list[Job]:
     """One for each object and speed, with all windows, motions and methods."""
-    objects, duration, starts = (QUICK, 6.0, 2) if quick else (OBJECTS, DURATION, STARTS)
+    objects, duration, starts = (
+        (QUICK, 6.0, 2) if quick else (OBJECTS, DURATION, STARTS)
+    )
     return [
-        {"object": name, "speed": speed, "duration": duration, "starts": starts, "seed": 1}
+        {
+            "object": name,
+            "speed": speed,
+            "duration": duration,
+            "starts": starts,
+            "seed": 1,
+        }
         for speed in ANGULAR
         for name in objects
     ]
 
 
 def run(job: Job) -> Result:
-    """By kind of motion: each method's scores (windows, 5); rms accelerations and, of these, errors."""
+    """By kind of motion: each method's scores (windows, 5); rms accelerations and, of
+    these, errors."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"], duration=job["duration"])
     kinds = {}
@@ -93,27 +109,51 @@ def run(job: Job) -> Result:
             for name, method in METHODS.items():
                 scores[name].append(score(subject, method(subject, z), z))
             true = exact.measurements[window]
-            wrong = z.linear_acceleration - true.linear_acceleration, z.angular_acceleration - true.angular_acceleration
-            motions.append((true.linear_acceleration, true.angular_acceleration, *wrong))
-        rms = [float(np.sqrt(np.mean(np.square(part)))) for part in zip(*motions, strict=True)]
+            wrong = (
+                z.linear_acceleration - true.linear_acceleration,
+                z.angular_acceleration - true.angular_acceleration,
+            )
+            motions.append(
+                (true.linear_acceleration, true.angular_acceleration, *wrong)
+            )
+        rms = [
+            float(np.sqrt(np.mean(np.square(part))))
+            for part in zip(*motions, strict=True)
+        ]
         kinds[kind] = {"scores": scores, "accelerations": rms}
-    even = InertialParameters(subject.held.parameters.mass * subject.shape.homogeneous.vector)
-    return {"kinds": kinds, "homogeneous": subject.errors(Estimate("homogeneous", even, 0)).inertia_at_origin}
+    even = InertialParameters(
+        subject.held.parameters.mass * subject.shape.homogeneous.vector
+    )
+    return {
+        "kinds": kinds,
+        "homogeneous": subject.errors(
+            Estimate("homogeneous", even, 0)
+        ).inertia_at_origin,
+    }
 
 
-def _motions(job: Job, exact: Wielding) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
+def _motions(
+    job: Job, exact: Wielding
+) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
     """Each kind of motion: windows and their measurements."""
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
     live, places = causal_filter(observed), windows(job["duration"])
-    for kind, each in zip(KINDS, (warm(observed, live), cold(observed, live), smoothed(observed)), strict=False):
+    for kind, each in zip(
+        KINDS,
+        (warm(observed, live), cold(observed, live), smoothed(observed)),
+        strict=False,
+    ):
         yield kind, zip(places, each, strict=True)
     for kind, share in zip(KINDS[3:], (1.0, SHARPER), strict=True):
         yield kind, _first(exact, seed, job["starts"], share)
 
 
-def _first(exact: Wielding, seed: tuple[int, ...], count: int, share: float) -> Iterator[tuple[slice, Measurements]]:
-    """The motion's first observations, with a filter that begins with them, `count` times with other noise."""
+def _first(
+    exact: Wielding, seed: tuple[int, ...], count: int, share: float
+) -> Iterator[tuple[slice, Measurements]]:
+    """The motion's first observations, with a filter that begins with them, `count`
+    times with other noise."""
     window, live = slice(0, OBSERVATIONS), None
     for k in range(count):
         noise = share * POSE_NOISE[0], share * POSE_NOISE[1]
@@ -127,7 +167,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     scores = pooled(results)
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     figures = {"observations": figure(scores, speeds)}
-    return Report(tables(results, scores, speeds), figures, notes(results, scores, speeds))
+    return Report(
+        tables(results, scores, speeds), figures, notes(results, scores, speeds)
+    )
 
 
 EXPERIMENT = Experiment(

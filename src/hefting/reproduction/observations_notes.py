@@ -1,4 +1,5 @@
-"""What the experiment on 150 observations concludes: sentences worked out from its scores, whatever they are."""
+"""What the experiment on 150 observations concludes: sentences worked out from its
+scores, whatever they are."""
 
 import numpy as np
 
@@ -20,8 +21,11 @@ from hefting.reproduction.setting import SPEEDS
 from hefting.simulation.wield import POSE_NOISE
 
 
-def notes(results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]) -> tuple[str, ...]:
-    """What the tables say, worked out from them; what it may mean is in ``docs/reproduction.md``."""
+def notes(
+    results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
+) -> tuple[str, ...]:
+    """What the tables say, worked out from them; what it may mean is in
+    ``docs/reproduction.md``."""
     return (
         _against_the_published(scores, speeds),
         _consistency(scores, speeds),
@@ -40,13 +44,26 @@ def notes(results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
 
 def _means(scores: Scores, kind: str, method: str, speeds: list[float]) -> Array:
     """Mean errors [%] over windows and speeds, by quantity (3,)."""
-    return np.mean([[error(scores, kind, method, s, q) for q in range(len(LABELS))] for s in speeds], axis=0)
+    return np.mean(
+        [
+            [error(scores, kind, method, s, q) for q in range(len(LABELS))]
+            for s in speeds
+        ],
+        axis=0,
+    )
 
 
 def _against_the_published(scores: Scores, speeds: list[float]) -> str:
     """In how many cells PMD is worse than the published row, by kind of motion."""
-    cells = [(q, s, PUBLISHED["PMD"][q][list(SPEEDS).index(s)]) for q in range(len(LABELS)) for s in speeds]
-    worse = {k: sum(error(scores, k, "PMD", s, q) > theirs for q, s, theirs in cells) for k in KINDS}
+    cells = [
+        (q, s, PUBLISHED["PMD"][q][list(SPEEDS).index(s)])
+        for q in range(len(LABELS))
+        for s in speeds
+    ]
+    worse = {
+        k: sum(error(scores, k, "PMD", s, q) > theirs for q, s, theirs in cells)
+        for k in KINDS
+    }
     listed = "; ".join(f"{kind}: {count or 'none'}" for kind, count in worse.items())
     return f"Cells of {len(cells)} in which PMD at the paper's hyperparameters is worse than the published: {listed}."
 
@@ -54,7 +71,9 @@ def _against_the_published(scores: Scores, speeds: list[float]) -> str:
 def _consistency(scores: Scores, speeds: list[float]) -> str:
     """Whose answers are always bodies, and how many of the others' are not [%]."""
     methods = list(dict.fromkeys(method for _, method, _ in scores))
-    share = {m: [consistent(scores, kind, m, speeds) for kind in KINDS] for m in methods}
+    share = {
+        m: [consistent(scores, kind, m, speeds) for kind in KINDS] for m in methods
+    }
     always = [m for m in methods if min(share[m]) == 1.0]
     others = "; ".join(
         f"{m}: {', '.join(f'{100.0 - 100.0 * v:.0f} {k}' for k, v in zip(KINDS[:3], share[m], strict=False))}"
@@ -69,17 +88,31 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
 
 def _motion_errors(results: list[tuple[Job, Result]]) -> str:
     """How much larger errors of the accelerations are than with the warm filter."""
-    rms = {kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[2:] for kind in KINDS}
+    rms = {
+        kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[
+            2:
+        ]
+        for kind in KINDS
+    }
     times = {kind: rms[kind] / rms["warm"] for kind in KINDS if kind != "warm"}
-    listed = "; ".join(f"{kind}: {linear:.2g} and {angular:.2g}" for kind, (linear, angular) in times.items())
+    listed = "; ".join(
+        f"{kind}: {linear:.2g} and {angular:.2g}"
+        for kind, (linear, angular) in times.items()
+    )
     return f"Errors of the linear and angular accelerations over those of the warm filter: {listed}."
 
 
 def _alike(scores: Scores, speeds: list[float]) -> str:
-    """How many published figures each kind of motion comes near, and which error none of them does."""
+    """How many published figures each kind of motion comes near, and which error none
+    of them does."""
     rows = differences(scores, speeds).rows
-    near = {kind: sum(kind in str(row[-1]).split("; ") for row in rows) for kind in COMPARED}
-    missed = {label: sum(row[1] == label and row[-1] == "none" for row in rows) for label in LABELS}
+    near = {
+        kind: sum(kind in str(row[-1]).split("; ") for row in rows) for kind in COMPARED
+    }
+    missed = {
+        label: sum(row[1] == label and row[-1] == "none" for row in rows)
+        for label in LABELS
+    }
     return (
         f"Within a factor of {ALIKE:g} of the published are, of {len(rows)} figures (GEO's against two settings): "
         f"{'; '.join(f'{kind}: {count}' for kind, count in near.items())}. Most are with the motion "
@@ -89,8 +122,11 @@ def _alike(scores: Scores, speeds: list[float]) -> str:
 
 
 def _single_windows(scores: Scores, speeds: list[float]) -> str:
-    """Of which method single windows rule the mean of the inertia's error most, at the lowest speed."""
-    errors = {key: values[:, 2] for key, values in scores.items() if key[2] == speeds[0]}
+    """Of which method single windows rule the mean of the inertia's error most, at the
+    lowest speed."""
+    errors = {
+        key: values[:, 2] for key, values in scores.items() if key[2] == speeds[0]
+    }
     ratios = {key: float(v.mean() / np.median(v)) for key, v in errors.items()}
     kind, method, speed = worst = max(ratios, key=lambda key: ratios[key])
     return (
@@ -103,11 +139,17 @@ def _ordering(scores: Scores, speeds: list[float]) -> str:
     """Where PMD < GEO < OLS, RTLS holds for the inertia."""
 
     def holds(kind: str, geo: str, speed: float) -> bool:
-        pmd, prior, *free = (error(scores, kind, method, speed, 2) for method in ("PMD", geo, "OLS", "RTLS"))
+        pmd, prior, *free = (
+            error(scores, kind, method, speed, 2)
+            for method in ("PMD", geo, "OLS", "RTLS")
+        )
         return pmd < prior < min(free)
 
     counts = "; ".join(
-        f"{kind}: " + ", ".join(f"{geo[5:]} {sum(holds(kind, geo, s) for s in speeds)}" for geo in GEOS)
+        f"{kind}: "
+        + ", ".join(
+            f"{geo[5:]} {sum(holds(kind, geo, s) for s in speeds)}" for geo in GEOS
+        )
         for kind in COMPARED
     )
     return (
@@ -127,9 +169,12 @@ def _evenness(results: list[tuple[Job, Result]]) -> str:
 
 
 def _least(scores: Scores, speeds: list[float]) -> str:
-    """The method of least inertia error, in the mean over the speeds, by kind of motion."""
+    """The method of least inertia error, in the mean over the speeds, by kind of
+    motion."""
     methods = list(dict.fromkeys(method for _, method, _ in scores))
-    means = {(kind, m): _means(scores, kind, m, speeds) for kind in KINDS for m in methods}
+    means = {
+        (kind, m): _means(scores, kind, m, speeds) for kind in KINDS for m in methods
+    }
     best = [min(methods, key=lambda m, k=kind: means[k, m][2]) for kind in KINDS]
     listed = (
         f"{kind}: {method} ({' / '.join(f'{v:.3g}' for v in means[kind, method])} %)"

@@ -1,4 +1,5 @@
-"""What the experiment on 150 observations shows: our rows beside the published ones, as tables and a figure."""
+"""What the experiment on 150 observations shows: our rows beside the published ones, as
+tables and a figure."""
 
 from collections.abc import Iterable
 from itertools import product
@@ -7,7 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, figure_of, settled, style
+from hefting.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    figure_of,
+    settled,
+    style,
+)
 from hefting.reproduction.drawing import group, legend_above, over_limit
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
@@ -22,11 +33,13 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
-"""Errors [%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper says "> 500"."""
+"""Errors [%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper
+says "> 500"."""
 LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
-"""Of motion: windows anywhere in it by the paper's filter and this project's smoother, and its first 1.5 s."""
+"""Of motion: windows anywhere in it by the paper's filter and this project's smoother,
+and its first 1.5 s."""
 COMPARED = ("warm", "cold", FIRST, SHARP)
 """With the published figures: those by the paper's filter."""
 ALIKE = 2.0
@@ -42,10 +55,22 @@ Scores = dict[tuple[str, str, float], Array]
 """By kind of motion, method and speed: (windows of all objects, `SCORES`)."""
 
 
-def tables(results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
-    """The paper's table with ours, other settings, where both differ, the motion's errors, and everything."""
-    others = [name for name in dict.fromkeys(method for _, method, _ in scores) if name not in MAIN]
-    columns = ("motion", "method", *(f"{q} %, {s:g} rad/s" for q in LABELS for s in speeds), "consistent %")
+def tables(
+    results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
+) -> tuple[Table, ...]:
+    """The paper's table with ours, other settings, where both differ, the motion's
+    errors, and everything."""
+    others = [
+        name
+        for name in dict.fromkeys(method for _, method, _ in scores)
+        if name not in MAIN
+    ]
+    columns = (
+        "motion",
+        "method",
+        *(f"{q} %, {s:g} rad/s" for q in LABELS for s in speeds),
+        "consistent %",
+    )
     windows, starts = (len(scores[kind, "PMD", speeds[0]]) for kind in ("warm", FIRST))
     objects = len({job["object"] for job, _ in results})
     return (
@@ -56,7 +81,12 @@ def tables(results: list[tuple[Job, Result]], scores: Scores, speeds: list[float
             columns,
             (*_published_rows(speeds), *_rows(scores, MAIN, speeds)),
         ),
-        Table("settings", "The same with other hyperparameters", columns, _rows(scores, ("PMD", *others), speeds)),
+        Table(
+            "settings",
+            "The same with other hyperparameters",
+            columns,
+            _rows(scores, ("PMD", *others), speeds),
+        ),
         differences(scores, speeds),
         _motion(results, speeds),
         _everything(scores),
@@ -77,16 +107,29 @@ def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
     places = [list(SPEEDS).index(s) for s in speeds]
     share = {"OLS": "few", "RTLS": "few", "GEO": 100.0, "PMD": 100.0}
     return [
-        ("published", name, *(printed(values[i]) for values in errors for i in places), share[name])
+        (
+            "published",
+            name,
+            *(printed(values[i]) for values in errors for i in places),
+            share[name],
+        )
         for name, errors in PUBLISHED.items()
     ]
 
 
-def _rows(scores: Scores, methods: Iterable[str], speeds: list[float]) -> tuple[tuple[Cell, ...], ...]:
+def _rows(
+    scores: Scores, methods: Iterable[str], speeds: list[float]
+) -> tuple[tuple[Cell, ...], ...]:
     rows = []
     for kind, method in product(KINDS, methods):
-        means = [printed(error(scores, kind, method, s, i)) for i in range(len(LABELS)) for s in speeds]
-        rows.append((kind, method, *means, 100.0 * consistent(scores, kind, method, speeds)))
+        means = [
+            printed(error(scores, kind, method, s, i))
+            for i in range(len(LABELS))
+            for s in speeds
+        ]
+        rows.append(
+            (kind, method, *means, 100.0 * consistent(scores, kind, method, speeds))
+        )
     return tuple(rows)
 
 
@@ -108,9 +151,25 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
             for quantity, label in enumerate(LABELS):
                 for s in speeds:
                     theirs = errors[quantity][list(SPEEDS).index(s)]
-                    ratios = [error(scores, kind, method, s, quantity) / theirs for kind in COMPARED]
-                    alike = [k for k, r in zip(COMPARED, ratios, strict=True) if _is_alike(r, theirs)]
-                    rows.append((method, label, s, printed(theirs), *ratios, "; ".join(alike) or "none"))
+                    ratios = [
+                        error(scores, kind, method, s, quantity) / theirs
+                        for kind in COMPARED
+                    ]
+                    alike = [
+                        k
+                        for k, r in zip(COMPARED, ratios, strict=True)
+                        if _is_alike(r, theirs)
+                    ]
+                    rows.append(
+                        (
+                            method,
+                            label,
+                            s,
+                            printed(theirs),
+                            *ratios,
+                            "; ".join(alike) or "none",
+                        )
+                    )
     columns = (
         "method",
         "error",
@@ -119,7 +178,12 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
         *(f"{kind} / published" for kind in COMPARED),
         "within a factor of 2",
     )
-    return Table("differences", "Published figures, and how far ours are from them", columns, tuple(rows))
+    return Table(
+        "differences",
+        "Published figures, and how far ours are from them",
+        columns,
+        tuple(rows),
+    )
 
 
 def _is_alike(ratio: float, theirs: float) -> bool:
@@ -131,17 +195,40 @@ def _motion(results: list[tuple[Job, Result]], speeds: list[float]) -> Table:
     rows = []
     for kind, s in product(KINDS, speeds):
         parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]
-        a, alpha, a_error, alpha_error = np.mean([part["accelerations"] for part in parts], axis=0)
+        a, alpha, a_error, alpha_error = np.mean(
+            [part["accelerations"] for part in parts], axis=0
+        )
         rows.append((kind, s, *map(float, (a, a_error, alpha, alpha_error))))
-    columns = ("motion", "rad/s", "a m/s²", "its error m/s²", "alpha rad/s²", "its error rad/s²")
-    return Table("motion", "Accelerations and their errors: root mean square, per axis", columns, tuple(rows))
+    columns = (
+        "motion",
+        "rad/s",
+        "a m/s²",
+        "its error m/s²",
+        "alpha rad/s²",
+        "its error rad/s²",
+    )
+    return Table(
+        "motion",
+        "Accelerations and their errors: root mean square, per axis",
+        columns,
+        tuple(rows),
+    )
 
 
 def _everything(scores: Scores) -> Table:
     rows = []
     for (kind, method, speed), values in scores.items():
         middle = np.median(values[:, :4], axis=0)
-        rows.append((kind, method, speed, len(values), *map(float, values[:, :4].mean(axis=0)), *map(float, middle)))
+        rows.append(
+            (
+                kind,
+                method,
+                speed,
+                len(values),
+                *map(float, values[:, :4].mean(axis=0)),
+                *map(float, middle),
+            )
+        )
         rows[-1] += (100.0 * float(values[:, -1].mean()),)
     names = [name.replace("_", " ") for name in SCORES[:4]]
     columns = (
@@ -152,26 +239,44 @@ def _everything(scores: Scores) -> Table:
         *(f"mean {n} %" for n in names),
         *(f"median {n} %" for n in names),
     )
-    return Table("all", "All methods: means and medians", (*columns, "consistent %"), tuple(rows))
+    return Table(
+        "all", "All methods: means and medians", (*columns, "consistent %"), tuple(rows)
+    )
 
 
 def figure(scores: Scores, speeds: list[float]) -> "Figure":
-    """A panel an error, a group a method, in it a line a kind of motion over the speeds."""
+    """A panel an error, a group a method, in it a line a kind of motion over the
+    speeds."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
     with style():
         figure = figure_of(2.9, 7.2)
         panels = figure.subplots(1, 3)
         for quantity, axes in enumerate(panels):
-            for (i, method), (j, (kind, (colour, marker))) in product(enumerate(methods), enumerate(DRAWN.items())):
+            for (i, method), (j, (kind, (colour, marker))) in product(
+                enumerate(methods), enumerate(DRAWN.items())
+            ):
                 row = PUBLISHED[method.split(",")[0]][quantity]
                 values = [
-                    row[place] if kind == "published" else error(scores, kind, method, s, quantity)
+                    row[place]
+                    if kind == "published"
+                    else error(scores, kind, method, s, quantity)
                     for place, s in zip(places, speeds, strict=True)
                 ]
                 at = i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1)
-                look = {"linewidth": 0.7, "markersize": 2.8, "label": kind if i == 0 else None, "clip_on": False}
-                axes.plot(at, np.minimum(values, TOPS[quantity]), marker=marker, color=colour, **look)
+                look = {
+                    "linewidth": 0.7,
+                    "markersize": 2.8,
+                    "label": kind if i == 0 else None,
+                    "clip_on": False,
+                }
+                axes.plot(
+                    at,
+                    np.minimum(values, TOPS[quantity]),
+                    marker=marker,
+                    color=colour,
+                    **look,
+                )
             group(axes, methods, TOPS[quantity])
             axes.set_ylabel(f"{LABELS[quantity]} error [%]")
         listed = ", ".join(f"{s:g}" + " (> ISO)" * over_limit(s) for s in speeds)

@@ -1,4 +1,5 @@
-"""The page of a reproduction: each experiment's tables and figures beside the published ones, in files and as HTML."""
+"""The page of a reproduction: each experiment's tables and figures beside the published
+ones, in files and as HTML."""
 
 import html
 import platform
@@ -14,7 +15,8 @@ from hefting.reproduction.runner import make_folder, source_version
 PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
 PIXELS_AN_INCH = 130
 LONG = 16
-"""Rows of a table above which the page folds it away, unless it is an experiment's first."""
+"""Rows of a table above which the page folds it away, unless it is an experiment's
+first."""
 
 STYLE = """
 body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
@@ -32,13 +34,20 @@ nav li { margin: 0.1rem 0; }
 """
 
 
-def write_page(reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool) -> Path:
-    """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and the page; returns its path."""
+def write_page(
+    reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool
+) -> Path:
+    """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and
+    the page; returns its path."""
     for experiment, report in reports:
         place = folder / experiment.name
         make_folder(place)
         for table in report.tables:
-            for suffix, text in ((".csv", table.csv()), (".json", table.json()), (".md", table.markdown())):
+            for suffix, text in (
+                (".csv", table.csv()),
+                (".json", table.json()),
+                (".md", table.markdown()),
+            ):
                 write_atomically(place / f"{table.name}{suffix}", text)
         for name, figure in report.figures.items():
             save_figure(figure, place / name)
@@ -61,13 +70,17 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
         f'<p class="made">{kind}{seconds:.0f} s, without what an earlier run had done; {html.escape(made)}; Python '
         f"{platform.python_version()}; source {source_version()[:12]}. Jobs, seeds and results: folder results.</p>",
         "<nav><ul>",
-        *(f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>' for e, _ in reports),
+        *(
+            f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>'
+            for e, _ in reports
+        ),
         "</ul></nav>",
     ]
     for experiment, report in reports:
         parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
         parts += [
-            f'<p class="source">{html.escape(line)}</p>' for line in (experiment.source, _jobs(experiment, quick))
+            f'<p class="source">{html.escape(line)}</p>'
+            for line in (experiment.source, _jobs(experiment, quick))
         ]
         parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
         parts += [
@@ -76,7 +89,10 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
             f'alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
             for name, figure in report.figures.items()
         ]
-        parts += [_html_table(experiment, table, table is report.tables[0]) for table in report.tables]
+        parts += [
+            _html_table(experiment, table, table is report.tables[0])
+            for table in report.tables
+        ]
     return "\n".join([*parts, "</body></html>\n"])
 
 
@@ -98,22 +114,32 @@ def _jobs(experiment: Experiment, quick: bool) -> str:
     for job in jobs:
         for name, value in job.items():
             listed = value if isinstance(value, list) else [value]
-            found.setdefault(name, []).extend(f"{v:g}" if isinstance(v, float) else str(v) for v in listed)
-    parameters = "; ".join(f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items())
+            found.setdefault(name, []).extend(
+                f"{v:g}" if isinstance(v, float) else str(v) for v in listed
+            )
+    parameters = "; ".join(
+        f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items()
+    )
     return f"{len(jobs)} jobs: {parameters.replace('_', ' ')}"
 
 
 def _html_table(experiment: Experiment, table: Table, first: bool) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
-    body = "".join(f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>" for row in table.rows)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>"
+        for row in table.rows
+    )
     files = ", ".join(
-        f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>' for suffix in ("csv", "json", "md")
+        f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>'
+        for suffix in ("csv", "json", "md")
     )
     shown_table = (
         f'<div class="wide"><table><caption>{html.escape(table.title)}</caption><thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
     if len(table.rows) > LONG:
-        summary = f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
+        summary = (
+            f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
+        )
         shown_table = f"<details{' open' * first}>{summary}{shown_table}</details>"
     return f'{shown_table}<p class="source">{files}</p>'

@@ -1,4 +1,5 @@
-"""Torques along another motion, predicted from what PMD-5K found in 1.5 s, beside those of the true object."""
+"""Torques along another motion, predicted from what PMD-5K found in 1.5 s, beside those
+of the true object."""
 
 from typing import TYPE_CHECKING
 
@@ -34,10 +35,13 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Torques, true and predicted, along the other motion; root mean squares of wrench and differences [N], [N m]."""
+    """Torques, true and predicted, along the other motion; root mean squares of wrench
+    and differences [N], [N m]."""
     subject = thing(job["object"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
-    observed = Observed.of(wielded(job["object"], SPEED, "xarm7", ENOUGH), WRENCH_NOISE["ft300"], seed)
+    observed = Observed.of(
+        wielded(job["object"], SPEED, "xarm7", ENOUGH), WRENCH_NOISE["ft300"], seed
+    )
     live = causal_filter(observed)
     joints = random_smooth(DURATION, RATE, SPEED, job["seed"], XARM7)
     other = wield_in_mujoco(XARM7, joints, subject.held.parameters).measurements
@@ -46,21 +50,39 @@ def run(job: Job) -> Result:
         "inertial": _rms(other.torque - falling),
         "time": other.time[::DRAWN].tolist(),
         "true": other.torque[::DRAWN].tolist(),
-        "size": [_rms(other.force), _rms(other.torque), *(_rms(column) for column in other.torque.T)],
+        "size": [
+            _rms(other.force),
+            _rms(other.torque),
+            *(_rms(column) for column in other.torque.T),
+        ],
     }
     for kind, each in (("warm", warm(observed, live)), ("cold", cold(observed, live))):
         z = next(each)
-        predicted = predict_wrench(other, PMD(subject.shape, c1=C1).fit(z).parameters.vector)
+        predicted = predict_wrench(
+            other, PMD(subject.shape, c1=C1).fit(z).parameters.vector
+        )
         wrong = predicted - other.wrench
         result[kind] = {
             "torque": predicted[::DRAWN, 3:].tolist(),
-            "error": [_rms(wrong[:, :3]), _rms(wrong[:, 3:]), *(_rms(column) for column in wrong[:, 3:].T)],
+            "error": [
+                _rms(wrong[:, :3]),
+                _rms(wrong[:, 3:]),
+                *(_rms(column) for column in wrong[:, 3:].T),
+            ],
         }
     return result
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.sum(np.square(values), axis=-1) if values.ndim == 2 else np.square(values))))
+    return float(
+        np.sqrt(
+            np.mean(
+                np.sum(np.square(values), axis=-1)
+                if values.ndim == 2
+                else np.square(values)
+            )
+        )
+    )
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
@@ -69,16 +91,33 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     for kind in KINDS:
         for job, result in results:
             error, size = np.array(result[kind]["error"]), np.array(result["size"])
-            rows.append((kind, job["object"], *map(float, (*error, *(100.0 * error[:2] / size[:2])))))
+            rows.append(
+                (
+                    kind,
+                    job["object"],
+                    *map(float, (*error, *(100.0 * error[:2] / size[:2]))),
+                )
+            )
         means = np.mean([row[2:] for row in rows if row[0] == kind], axis=0)
         rows.append((kind, "mean", *map(float, means)))
-    columns = ("motion filter", "object", "force N", "torque N m", "x N m", "y N m", "z N m", "force %", "torque %")
-    title = (
-        f"Predicted minus true wrench over {DURATION:g} s: root mean square, of the vectors and of the torque's axes"
+    columns = (
+        "motion filter",
+        "object",
+        "force N",
+        "torque N m",
+        "x N m",
+        "y N m",
+        "z N m",
+        "force %",
+        "torque %",
     )
+    title = f"Predicted minus true wrench over {DURATION:g} s: root mean square, of the vectors and of the torque's axes"
     tables = (Table("prediction", title, columns, tuple(rows)),)
     shown = next(result for job, result in results if job["object"] == SHOWN)
-    share = {kind: next(row[-1] for row in rows if row[:2] == (kind, SHOWN)) for kind in KINDS}
+    share = {
+        kind: next(row[-1] for row in rows if row[:2] == (kind, SHOWN))
+        for kind in KINDS
+    }
     notes = (
         f"PMD with c1 = {C1:g} (PMD-5K) identified each object from 1.5 s at {SPEED} rad/s on the xArm 7, with the "
         f"FT-300's noise; the motion predicted is another, of all joints ({SPEED} rad/s too), its true torques "
@@ -94,17 +133,32 @@ def _figure(result: Result) -> "Figure":
     """True (solid) and predicted (dashed) torques, and predicted minus true."""
     from matplotlib.lines import Line2D
 
-    time, true, found = np.array(result["time"]), np.array(result["true"]), np.array(result["warm"]["torque"])
+    time, true, found = (
+        np.array(result["time"]),
+        np.array(result["true"]),
+        np.array(result["warm"]["torque"]),
+    )
     with style():
         figure = figure_of(3.0)
-        torques, rest = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.6, 1.0)})
+        torques, rest = figure.subplots(
+            2, 1, sharex=True, gridspec_kw={"height_ratios": (2.6, 1.0)}
+        )
         for i, colour in enumerate(COMPONENTS.values()):
             torques.plot(time, true[:, i], color=colour, linewidth=0.9)
-            torques.plot(time, found[:, i], color=INK, linewidth=0.9, linestyle=(0, (2, 2)))
+            torques.plot(
+                time, found[:, i], color=INK, linewidth=0.9, linestyle=(0, (2, 2))
+            )
             rest.plot(time, 1e3 * (found - true)[:, i], color=colour, linewidth=0.8)
-        handles = [Line2D([], [], color=colour, label=f"{name}, true") for name, colour in COMPONENTS.items()]
-        handles.append(Line2D([], [], color=INK, linestyle=(0, (2, 2)), label="predicted"))
-        figure.legend(handles=handles, loc="outside upper center", ncols=4, handlelength=1.8)
+        handles = [
+            Line2D([], [], color=colour, label=f"{name}, true")
+            for name, colour in COMPONENTS.items()
+        ]
+        handles.append(
+            Line2D([], [], color=INK, linestyle=(0, (2, 2)), label="predicted")
+        )
+        figure.legend(
+            handles=handles, loc="outside upper center", ncols=4, handlelength=1.8
+        )
         rest.axhline(0.0, color=INK, linewidth=0.4)
         torques.set(ylabel="torque [N m]")
         rest.set(xlabel="time [s]", ylabel="difference\n[mN m]", xlim=(0.0, DURATION))

@@ -5,15 +5,27 @@ from typing import Self
 
 
 class Bars:
-    """Bars by name, updated by calling; nothing unless `shown` and standard error is a terminal."""
+    """Bars by name, updated by calling; nothing unless `shown` and standard error is a
+    terminal."""
 
     def __init__(self, shown: bool):
         self.bars = None
         if shown and sys.stderr.isatty():
             from rich.console import Console
-            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+            from rich.progress import (
+                BarColumn,
+                MofNCompleteColumn,
+                Progress,
+                TextColumn,
+                TimeRemainingColumn,
+            )
 
-            columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TimeRemainingColumn(),
+            )
             self.bars = Progress(*columns, console=Console(stderr=True))
         self.tasks: dict[str, int] = {}
 

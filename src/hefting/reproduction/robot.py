@@ -1,4 +1,5 @@
-"""The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; and what a real arm adds."""
+"""The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; and
+what a real arm adds."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,11 +11,36 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, figure_of, settled, style
+from hefting.plots.style import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    figure_of,
+    settled,
+    style,
+)
 from hefting.reproduction.drawing import group, legend_above
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
-from hefting.reproduction.filtered import Observed, causal_filter, cold, score, smoothed, warm, weak_geo
-from hefting.reproduction.setting import MOSTLY_WRONG, OBJECTS, QUANTITIES, Thing, printed, thing, wielded
+from hefting.reproduction.filtered import (
+    Observed,
+    causal_filter,
+    cold,
+    score,
+    smoothed,
+    warm,
+    weak_geo,
+)
+from hefting.reproduction.setting import (
+    MOSTLY_WRONG,
+    OBJECTS,
+    QUANTITIES,
+    Thing,
+    printed,
+    thing,
+    wielded,
+)
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
 
@@ -41,11 +67,13 @@ METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
     "PMD-5K": lambda shape, z: PMD(shape, c1=5e3),
     "PMD-25K": lambda shape, z: PMD(shape, c1=25e3),
 }
-"""GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of it."""
+"""GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
+it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
 """How far the shape is assumed to be from where it is [rad], [m]."""
 BIAS = (0.3, 0.015)
-"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's noise."""
+"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's
+noise."""
 LATE = 2
 """Samples the wrench comes later than the poses: 20 ms."""
 GAIN = 1.04
@@ -78,18 +106,26 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Scores (windows, 5) by kind of motion, cause and method; the smoother without causes."""
+    """Scores (windows, 5) by kind of motion, cause and method; the smoother without
+    causes."""
     subject = thing(job["object"])
     exact = wielded(job["object"], SPEED, "xarm7", job["duration"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
     observed = Observed.of(exact, WRENCH_NOISE["ft300"], seed)
     live = causal_filter(observed)
-    motions = {"warm": warm(observed, live), "cold": cold(observed, live), "smoother": smoothed(observed)}
+    motions = {
+        "warm": warm(observed, live),
+        "cold": cold(observed, live),
+        "smoother": smoothed(observed),
+    }
     scores: dict[str, dict[str, dict[str, list]]] = {}
     for kind, each in motions.items():
         causes = tuple(CAUSES) if kind != "smoother" else ("none",)
-        found = scores[kind] = {cause: {name: [] for name in METHODS} for cause in causes}
-        rng = np.random.default_rng((*seed, 1))  # the same faults for all kinds of motion
+        found = scores[kind] = {
+            cause: {name: [] for name in METHODS} for cause in causes
+        }
+        # the same faults for all kinds of motion
+        rng = np.random.default_rng((*seed, 1))
         for z in each:
             troubled = _troubled(subject, z, rng)
             for cause, (name, method) in product(causes, METHODS.items()):
@@ -98,7 +134,9 @@ def run(job: Job) -> Result:
     return {"scores": scores}
 
 
-def _troubled(subject: Thing, z: Measurements, rng: np.random.Generator) -> dict[str, tuple[Shape, Measurements]]:
+def _troubled(
+    subject: Thing, z: Measurements, rng: np.random.Generator
+) -> dict[str, tuple[Shape, Measurements]]:
     """The shape and the measurements that each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
@@ -145,7 +183,13 @@ def _moved(shape: Shape, pose: Array) -> Shape:
 def report(results: list[tuple[Job, Result]]) -> Report:
     """The paper's table beside ours, and what each cause does."""
     found = {
-        (kind, cause, method): np.array([row for _, result in results for row in result["scores"][kind][cause][method]])
+        (kind, cause, method): np.array(
+            [
+                row
+                for _, result in results
+                for row in result["scores"][kind][cause][method]
+            ]
+        )
         for kind, causes in results[0][1]["scores"].items()
         for cause, methods in causes.items()
         for method in methods
@@ -159,12 +203,26 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         return 100.0 * float(found[kind, cause, method][:, -1].mean())
 
     theirs = {name: [printed(v) for v in errors] for name, errors in PUBLISHED.items()}
-    rows: list[tuple[Cell, ...]] = [("published, real arm", name, *errors, None) for name, errors in theirs.items()]
-    for kind, cause in (("warm", "none"), ("cold", "none"), ("smoother", "none"), ("warm", "all"), ("cold", "all")):
+    rows: list[tuple[Cell, ...]] = [
+        ("published, real arm", name, *errors, None) for name, errors in theirs.items()
+    ]
+    for kind, cause in (
+        ("warm", "none"),
+        ("cold", "none"),
+        ("smoother", "none"),
+        ("warm", "all"),
+        ("cold", "all"),
+    ):
         label = kind if cause == "none" else f"{kind}, {CAUSES['all']} faults"
-        rows += [(label, m, *means(kind, cause, m), share(kind, cause, m)) for m in METHODS]
+        rows += [
+            (label, m, *means(kind, cause, m), share(kind, cause, m)) for m in METHODS
+        ]
     columns = ("mass %", "COM %", "inertia %", "consistent %")
-    causes = [(k, CAUSES[c], m, *means(k, c, m), share(k, c, m)) for k, c, m in found if k != "smoother"]
+    causes = [
+        (k, CAUSES[c], m, *means(k, c, m), share(k, c, m))
+        for k, c, m in found
+        if k != "smoother"
+    ]
     count = len(found["warm", "none", "OLS"])
     tables = (
         Table(
@@ -173,7 +231,12 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             ("motion", "method", *columns),
             tuple(rows),
         ),
-        Table("causes", "What a real arm may add", ("motion", "cause", "method", *columns), tuple(causes)),
+        Table(
+            "causes",
+            "What a real arm may add",
+            ("motion", "cause", "method", *columns),
+            tuple(causes),
+        ),
     )
     mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
     return Report(tables, {"robot": _figure(mean)}, _notes(mean))
@@ -215,14 +278,23 @@ def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
     with style():
         figure = figure_of(2.5, 7.2)
         panels = figure.subplots(1, 3)
-        for quantity, (axes, name) in enumerate(zip(panels, QUANTITIES.values(), strict=True)):
+        for quantity, (axes, name) in enumerate(
+            zip(panels, QUANTITIES.values(), strict=True)
+        ):
             for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
                 values = [
-                    PUBLISHED[method.split(",")[0]][quantity] if key is None else mean[(*key, method)][quantity]
+                    PUBLISHED[method.split(",")[0]][quantity]
+                    if key is None
+                    else mean[(*key, method)][quantity]
                     for method in METHODS
                 ]
                 at = np.arange(len(METHODS)) + 0.15 * (j - 2)
-                look = {"color": colour, "markersize": 3.5, "clip_on": False, "label": label}
+                look = {
+                    "color": colour,
+                    "markersize": 3.5,
+                    "clip_on": False,
+                    "label": label,
+                }
                 axes.plot(at, np.minimum(values, TOPS[quantity]), marker, **look)
             group(axes, tuple(METHODS), TOPS[quantity])
             axes.set_ylabel(f"{name} error [%]")

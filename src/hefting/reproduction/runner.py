@@ -1,7 +1,9 @@
-"""Running experiments: jobs on local processes or a Dask cluster, each result kept, so that a stopped run goes on.
+"""Running experiments: jobs on local processes or a Dask cluster, each result kept, so
+that a stopped run goes on.
 
-A result is a file of its own, named after its job and the version of this library's source: a job is done again when
-the source has changed, and never otherwise. Results do not depend on who does the job, or in which order.
+A result is a file of its own, named after its job and the version of this library's
+source: a job is done again when the source has changed, and never otherwise. Results do
+not depend on who does the job, or in which order.
 """
 
 import hashlib
@@ -25,7 +27,8 @@ ATTEMPTS = 5
 """How often a job is begun whose worker dies."""
 
 Progress = Callable[[str, int, int], None]
-"""Called with an experiment's name, how many of its jobs are done, and how many there are."""
+"""Called with an experiment's name, how many of its jobs are done, and how many there
+are."""
 
 
 def run_experiments(
@@ -36,7 +39,8 @@ def run_experiments(
     scheduler: str | None = None,
     progress: Progress = lambda name, done, total: None,
 ) -> dict[str, list[tuple[Job, Result]]]:
-    """All results by experiment, each with its job, in the order of the experiment's `jobs`.
+    """All results by experiment, each with its job, in the order of the experiment's
+    `jobs`.
 
     Parameters
     ----------
@@ -44,17 +48,30 @@ def run_experiments(
     workers : local processes, by default one a core.
     scheduler : address of a Dask scheduler to use instead (extra ``batch``).
 
-    Raises `InputError` when `folder` cannot be written or the scheduler cannot be reached, `HeftingError` when it is
-    lost or its workers have another source, and whatever a job raises.
+    Raises `InputError` when `folder` cannot be written or the scheduler cannot be
+    reached, `HeftingError` when it is lost or its workers have another source, and
+    whatever a job raises.
     """
     make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
-    found = {name: [_kept(folder, name, job) for job in jobs] for name, jobs in wanted.items()}
-    missing = [(name, i) for name, results in found.items() for i, result in enumerate(results) if result is None]
+    found = {
+        name: [_kept(folder, name, job) for job in jobs]
+        for name, jobs in wanted.items()
+    }
+    missing = [
+        (name, i)
+        for name, results in found.items()
+        for i, result in enumerate(results)
+        if result is None
+    ]
     for name, results in found.items():
         progress(name, sum(r is not None for r in results), len(results))
     tasks = [(name, wanted[name][i]) for name, i in missing]
-    done = _on_cluster(tasks, scheduler) if scheduler else _on_processes(tasks, workers or os.cpu_count() or 1)
+    done = (
+        _on_cluster(tasks, scheduler)
+        if scheduler
+        else _on_processes(tasks, workers or os.cpu_count() or 1)
+    )
     for k, result in done:
         name, i = missing[k]
         found[name][i] = result
@@ -76,21 +93,30 @@ def make_folder(path: Path) -> None:
 def do(name: str, job: Job, source: str | None = None) -> Result:
     """Do one job of the experiment called `name`, in whichever process.
 
-    `HeftingError` when a `source` is given that is not this process's: its result would pass for one of that source.
+    `HeftingError` when a `source` is given that is not this process's: its result would
+    pass for one of that source.
     """
     from hefting.reproduction import EXPERIMENTS
 
     if source not in (None, source_version()):
-        raise HeftingError("a worker of the cluster has another version of hefting; install the same on all")
-    return json.loads(json.dumps(EXPERIMENTS[name].run(job)))  # the same as when read back from a file
+        raise HeftingError(
+            "a worker of the cluster has another version of hefting; install the same on all"
+        )
+    # the same as when read back from a file
+    return json.loads(json.dumps(EXPERIMENTS[name].run(job)))
 
 
-def _on_processes(tasks: list[tuple[str, Job]], workers: int) -> Iterator[tuple[int, Result]]:
-    """Each task's number and result, as they come. A worker that is killed costs its jobs' time and nothing else."""
+def _on_processes(
+    tasks: list[tuple[str, Job]], workers: int
+) -> Iterator[tuple[int, Result]]:
+    """Each task's number and result, as they come. A worker that is killed costs its
+    jobs' time and nothing else."""
     left, attempt = dict(enumerate(tasks)), 0
     while left:
         with _OneThreadEach():
-            pool = ProcessPoolExecutor(min(workers, len(left)), mp_context=get_context("spawn"))
+            pool = ProcessPoolExecutor(
+                min(workers, len(left)), mp_context=get_context("spawn")
+            )
             futures = {pool.submit(do, *task): k for k, task in left.items()}
         try:
             for future in as_completed(futures):
@@ -100,12 +126,16 @@ def _on_processes(tasks: list[tuple[str, Job]], workers: int) -> Iterator[tuple[
         except BrokenProcessPool:
             attempt += 1
             if attempt == ATTEMPTS:
-                raise HeftingError(f"workers died {ATTEMPTS} times; is there memory enough? try --jobs 1") from None
+                raise HeftingError(
+                    f"workers died {ATTEMPTS} times; is there memory enough? try --jobs 1"
+                ) from None
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _on_cluster(tasks: list[tuple[str, Job]], address: str) -> Iterator[tuple[int, Result]]:
+def _on_cluster(
+    tasks: list[tuple[str, Job]], address: str
+) -> Iterator[tuple[int, Result]]:
     """The same on a Dask cluster."""
     try:
         from distributed import Client, KilledWorker
@@ -115,26 +145,36 @@ def _on_cluster(tasks: list[tuple[str, Job]], address: str) -> Iterator[tuple[in
     try:
         client = Client(address, timeout="10s")
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"no Dask scheduler answers ({error})", address, "start one: dask scheduler") from error
+        raise InputError(
+            f"no Dask scheduler answers ({error})", address, "start one: dask scheduler"
+        ) from error
     log = logging.getLogger("distributed.client")
     level = log.level
     log.setLevel(logging.CRITICAL)  # what is wrong is said once, below
     try:
         with client:
-            futures = [client.submit(do, *task, source_version(), pure=False, retries=ATTEMPTS) for task in tasks]
+            futures = [
+                client.submit(do, *task, source_version(), pure=False, retries=ATTEMPTS)
+                for task in tasks
+            ]
             numbers = {future.key: k for k, future in enumerate(futures)}
             for future in dask_completed(futures):
                 yield numbers[future.key], future.result()
     except (CancelledError, OSError) as error:
-        raise HeftingError(f"{address}: the Dask scheduler was lost; the same command goes on") from error
+        raise HeftingError(
+            f"{address}: the Dask scheduler was lost; the same command goes on"
+        ) from error
     except KilledWorker as error:
-        raise HeftingError(f"{address}: workers died at one job again and again; have they memory enough?") from error
+        raise HeftingError(
+            f"{address}: workers died at one job again and again; have they memory enough?"
+        ) from error
     finally:
         log.setLevel(level)
 
 
 class _OneThreadEach:
-    """Workers begun inside compute on one thread each: no faster with more, and the same to the last bit."""
+    """Workers begun inside compute on one thread each: no faster with more, and the
+    same to the last bit."""
 
     def __enter__(self) -> None:
         self.before = {name: os.environ.get(name) for name in THREADS}
@@ -149,7 +189,9 @@ class _OneThreadEach:
 
 
 def _path(folder: Path, name: str, job: Job) -> Path:
-    key = hashlib.sha256(json.dumps([source_version(), job], sort_keys=True).encode()).hexdigest()[:24]
+    key = hashlib.sha256(
+        json.dumps([source_version(), job], sort_keys=True).encode()
+    ).hexdigest()[:24]
     return folder / "results" / name / f"{key}.json"
 
 

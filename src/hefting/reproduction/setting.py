@@ -1,4 +1,5 @@
-"""The paper's setting: objects, speeds, noise levels, methods at its hyperparameters, and how errors are summed up."""
+"""The paper's setting: objects, speeds, noise levels, methods at its hyperparameters,
+and how errors are summed up."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -27,7 +28,8 @@ from hefting.simulation import (
 OBJECTS = tuple(MODULAR)
 """The eight configurations of the modular object."""
 SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
-"""Average angular speeds [rad/s] and the linear ones [m/s] the paper gives with them."""
+"""Average angular speeds [rad/s] and the linear ones [m/s] the paper gives with
+them."""
 RATE = 100.0
 """Samples a second."""
 DURATION = 35.0
@@ -54,7 +56,9 @@ class Thing:
     def errors(self, estimate: Estimate) -> Errors:
         """Of an estimate in the sensor frame."""
         axes = self.held.pose[:3, :3]
-        return errors_between(estimate.parameters, self.held.parameters, self.held.extents, axes)
+        return errors_between(
+            estimate.parameters, self.held.parameters, self.held.extents, axes
+        )
 
 
 @cache
@@ -64,10 +68,19 @@ def thing(name: str) -> Thing:
 
 
 @cache
-def wielded(name: str, speed: float, arm: str = "ur5", duration: float = DURATION, rate: float = RATE) -> Wielding:
-    """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s], exact, from MuJoCo."""
+def wielded(
+    name: str,
+    speed: float,
+    arm: str = "ur5",
+    duration: float = DURATION,
+    rate: float = RATE,
+) -> Wielding:
+    """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
+    exact, from MuJoCo."""
     robot = {"ur5": UR5, "xarm7": XARM7}[arm]
-    return wield_in_mujoco(robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters)
+    return wield_in_mujoco(
+        robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters
+    )
 
 
 METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
@@ -76,7 +89,8 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
     "GEO": lambda thing, z: GEO(thing.shape),
     "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
 }
-"""The paper's four, at its hyperparameters; GEO with its authors' weight and the homogeneous body."""
+"""The paper's four, at its hyperparameters; GEO with its authors' weight and the
+homogeneous body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
 """Of the methods in all figures."""
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
@@ -94,15 +108,30 @@ def printed(value: float) -> str | float:
 
 
 def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
-    """Mean-squared signal over noise variance: geometric mean over the 12 channels of accelerations and wrench."""
-    signals = (measurements.linear_acceleration, measurements.angular_acceleration, measurements.wrench)
-    levels = (noise.linear_acceleration, noise.angular_acceleration, noise.force, noise.torque)
-    ratios = np.mean(np.square(np.hstack(signals)), axis=0) / np.square(np.repeat(levels, 3))
+    """Mean-squared signal over noise variance: geometric mean over the 12 channels of
+    accelerations and wrench."""
+    signals = (
+        measurements.linear_acceleration,
+        measurements.angular_acceleration,
+        measurements.wrench,
+    )
+    levels = (
+        noise.linear_acceleration,
+        noise.angular_acceleration,
+        noise.force,
+        noise.torque,
+    )
+    ratios = np.mean(np.square(np.hstack(signals)), axis=0) / np.square(
+        np.repeat(levels, 3)
+    )
     return float(np.exp(np.mean(np.log(ratios))))
 
 
-def grouped(results: Iterable[tuple[Mapping, Mapping]], *keys: str) -> dict[tuple, list[Mapping]]:
-    """Results by the values of some of their jobs' parameters, in the order in which those first come."""
+def grouped(
+    results: Iterable[tuple[Mapping, Mapping]], *keys: str
+) -> dict[tuple, list[Mapping]]:
+    """Results by the values of some of their jobs' parameters, in the order in which
+    those first come."""
     groups: dict[tuple, list[Mapping]] = {}
     for job, result in results:
         groups.setdefault(tuple(job[key] for key in keys), []).append(result)

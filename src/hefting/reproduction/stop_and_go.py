@@ -1,4 +1,5 @@
-"""Stop-and-go: PMD's mass and COM from samples at rest in many poses, without noise and with it."""
+"""Stop-and-go: PMD's mass and COM from samples at rest in many poses, without noise and
+with it."""
 
 from functools import cache
 from typing import TYPE_CHECKING
@@ -28,7 +29,8 @@ SETTINGS = {
     "moderate": Noise(MODERATE.force, MODERATE.torque),
     "moderate, motion too": MODERATE,
 }
-"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations as well."""
+"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations
+as well."""
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -45,17 +47,28 @@ def run(job: Job) -> Result:
     for setting, noise in SETTINGS.items():
         seeds = job["seeds"] if setting != "noise-free" else 1
         keys = [(seed, OBJECTS.index(job["object"])) for seed in range(seeds)]
-        errors[setting] = [_errors(subject, exact.with_noise(noise, key)) for key in keys]
+        errors[setting] = [
+            _errors(subject, exact.with_noise(noise, key)) for key in keys
+        ]
     return {"observations": len(exact), "poses": _poses(exact), "errors": errors}
 
 
 @cache
 def rests(name: str, seed: int) -> Measurements:
-    """All samples of a stop-and-go motion in which the arm stands still, from MuJoCo."""
+    """All samples of a stop-and-go motion in which the arm stands still, from
+    MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
     joints = JointMotion(
-        *(values[still] for values in (joints.time, joints.position, joints.velocity, joints.acceleration))
+        *(
+            values[still]
+            for values in (
+                joints.time,
+                joints.position,
+                joints.velocity,
+                joints.acceleration,
+            )
+        )
     )
     return wield_in_mujoco(UR5, joints, thing(name).held.parameters).measurements
 
@@ -72,7 +85,10 @@ def _poses(z: Measurements) -> int:
 def report(results: list[tuple[Job, Result]]) -> Report:
     """Errors of each object in each setting, beside the published bound."""
     found = {
-        setting: np.array([np.mean(result["errors"][setting], axis=0) for _, result in results]) for setting in SETTINGS
+        setting: np.array(
+            [np.mean(result["errors"][setting], axis=0) for _, result in results]
+        )
+        for setting in SETTINGS
     }
     names = [job["object"] for job, _ in results]
     columns = ["object"]
@@ -97,7 +113,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         "Nothing accelerates, so no sample shows the inertia: what PMD gives is the spread of masses its regularization"
         f" prefers ({exact[:, 2].mean():.0f} % mean error about the sensor's origin, noise-free).",
     )
-    table = Table("errors", "Errors of PMD from stop-and-go motion", tuple(columns), tuple(rows))
+    table = Table(
+        "errors", "Errors of PMD from stop-and-go motion", tuple(columns), tuple(rows)
+    )
     return Report((table,), {"errors": _figure(names, exact, noisy)}, notes)
 
 
@@ -106,12 +124,33 @@ def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray) -> "Figure":
         figure = figure_of(2.3)
         axes = figure.subplots()
         place = np.arange(len(names))
-        for i, (label, colour, marker) in enumerate((("mass", BLUE, "o"), ("COM", VERMILION, "s"))):
+        for i, (label, colour, marker) in enumerate(
+            (("mass", BLUE, "o"), ("COM", VERMILION, "s"))
+        ):
             at = place + 0.2 * (i - 0.5)
-            axes.plot(at, noisy[:, i], marker, color=colour, markersize=4.0, label=f"{label}, moderate noise")
+            axes.plot(
+                at,
+                noisy[:, i],
+                marker,
+                color=colour,
+                markersize=4.0,
+                label=f"{label}, moderate noise",
+            )
             hollow = {"markerfacecolor": "white", "markersize": 4.0, "color": colour}
-            axes.plot(at, np.maximum(exact[:, i], 1e-14), marker, label=f"{label}, noise-free", **hollow)
-        axes.axhline(BOUND, color=INK, linewidth=0.8, linestyle="--", label=f"published: below {BOUND} %")
+            axes.plot(
+                at,
+                np.maximum(exact[:, i], 1e-14),
+                marker,
+                label=f"{label}, noise-free",
+                **hollow,
+            )
+        axes.axhline(
+            BOUND,
+            color=INK,
+            linewidth=0.8,
+            linestyle="--",
+            label=f"published: below {BOUND} %",
+        )
         axes.set(yscale="log", ylabel="error [%]")
         axes.set_xticks(place, names, rotation=30, ha="right")
         legend_above(figure, axes, 2)

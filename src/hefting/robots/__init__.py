@@ -1,4 +1,5 @@
-"""Robots: a robot's URDF turns recorded joint positions into poses of the sensor frame."""
+"""Robots: a robot's URDF turns recorded joint positions into poses of the sensor
+frame."""
 
 from hefting.robots.joint_log import with_poses
 from hefting.robots.robot import Robot

@@ -26,29 +26,42 @@ TURNS = 4 * 2 * np.pi
 """A joint without limits seldom turns as far [rad]."""
 
 
-def with_poses(recording: Recording, robot: Robot, joint_names: Sequence[str] = ()) -> Recording:
-    """The recording with position and orientation of the sensor computed from its joint positions.
+def with_poses(
+    recording: Recording, robot: Robot, joint_names: Sequence[str] = ()
+) -> Recording:
+    """The recording with position and orientation of the sensor computed from its joint
+    positions.
 
-    The poses have the times and rows of the joint positions; their world is the robot's root frame. Motion the
-    recording has in its own world axes (poses, velocities, accelerations) is dropped, as it may be of another frame
-    in another world; all else is kept. What was done is added to the notes, what is doubtful to the warnings.
+    The poses have the times and rows of the joint positions; their world is the robot's
+    root frame. Motion the recording has in its own world axes (poses, velocities,
+    accelerations) is dropped, as it may be of another frame in another world; all else
+    is kept. What was done is added to the notes, what is doubtful to the warnings.
 
     Parameters
     ----------
     joint_names : names of the columns q1..qn, by default those of the recording. With names, joints that the robot does
         not need are ignored. Without, q1..qn are the robot's `joints` if that is their number, else its `all_joints`.
 
-    Raises `InputError` when the recording has no joint positions, when names and columns differ in number, a name is
-    repeated, a joint is missing, the number of unnamed columns fits neither, or no joint moves the sensor frame.
+    Raises `InputError` when the recording has no joint positions, when names and
+    columns differ in number, a name is repeated, a joint is missing, the number of
+    unnamed columns fits neither, or no joint moves the sensor frame.
     """
     if not recording.has("joint_positions"):
-        raise InputError("has no joint positions (columns q1..qn)", recording.source, "poses from a URDF need them")
+        raise InputError(
+            "has no joint positions (columns q1..qn)",
+            recording.source,
+            "poses from a URDF need them",
+        )
     if not robot.screws:
         what = f"no joint moves the frame '{robot.sensor_frame}': it is fixed to the root '{robot.root}'"
-        raise InputError(what, where=robot.source, fix="choose the frame of the force-torque sensor")
+        raise InputError(
+            what, where=robot.source, fix="choose the frame of the force-torque sensor"
+        )
     stream = recording["joint_positions"]
     names = tuple(joint_names) or recording.joint_names
-    q = stream.values[:, _columns(names, stream.values.shape[1], robot, recording.source)]
+    q = stream.values[
+        :, _columns(names, stream.values.shape[1], robot, recording.source)
+    ]
     position, orientation = robot.poses(q)
     poses = {
         "position": Stream(stream.time, position, stream.rows),
@@ -58,30 +71,46 @@ def with_poses(recording: Recording, robot: Robot, joint_names: Sequence[str] = 
     done = f"poses of '{robot.sensor_frame}' in '{robot.root}' from {listed(robot.joints)} by {robot.source}"
     if dropped:
         done += f", in place of the recorded {', '.join(dropped)}"
-    kept = {name: stream for name, stream in recording.streams.items() if name not in REPLACED}
-    warnings, notes = (*recording.warnings, *_doubts(q, robot)), (*recording.notes, note("poses-from-joints", done))
+    kept = {
+        name: stream
+        for name, stream in recording.streams.items()
+        if name not in REPLACED
+    }
+    warnings, notes = (
+        (*recording.warnings, *_doubts(q, robot)),
+        (*recording.notes, note("poses-from-joints", done)),
+    )
     return replace(recording, streams=kept | poses, warnings=warnings, notes=notes)
 
 
-def _columns(names: tuple[str, ...], count: int, robot: Robot, source: str) -> list[int]:
+def _columns(
+    names: tuple[str, ...], count: int, robot: Robot, source: str
+) -> list[int]:
     """Column of the joint positions for each of the robot's joints."""
     if not names:
         for expected in (robot.joints, robot.all_joints):
             if len(expected) == count:
                 return [expected.index(name) for name in robot.joints]
         needed = f"'{robot.sensor_frame}' is moved by {len(robot.joints)} ({listed(robot.joints)})"
-        every = f", the whole robot by {len(robot.all_joints)} ({listed(robot.all_joints)})"
+        every = (
+            f", the whole robot by {len(robot.all_joints)} ({listed(robot.all_joints)})"
+        )
         what = f"has {count} unnamed joints, but in {robot.source} {needed}{every}"
         raise InputError(what, where=source, fix="name the joints, or record those")
     if len(names) != count:
-        raise InputError(f"{len(names)} joint names for {count} columns of joint positions", where=source)
+        raise InputError(
+            f"{len(names)} joint names for {count} columns of joint positions",
+            where=source,
+        )
     missing = [name for name in robot.joints if name not in names]
     if missing:
         what = f"lacks joint {listed(missing, 10)} of {robot.source}{nearest(missing[0], names)}"
         raise InputError(what, where=source, fix=f"it has {listed(names)}")
     repeated = [name for name in robot.joints if names.count(name) > 1]
     if repeated:
-        raise InputError(f"two columns of joint positions are named '{repeated[0]}'", where=source)
+        raise InputError(
+            f"two columns of joint positions are named '{repeated[0]}'", where=source
+        )
     return [names.index(name) for name in robot.joints]
 
 
@@ -90,7 +119,10 @@ def _doubts(q: Array, robot: Robot) -> tuple[Message, ...]:
     for angles, limits, name in zip(q.T, robot.limits, robot.joints, strict=True):
         if limits is None:
             continue
-        low, high = (limit if np.isfinite(limit) else sign * TURNS for limit, sign in zip(limits, (-1, 1), strict=True))
+        low, high = (
+            limit if np.isfinite(limit) else sign * TURNS
+            for limit, sign in zip(limits, (-1, 1), strict=True)
+        )
         peak = angles[np.argmax(np.abs(angles))]
         if peak < low - 2 * np.pi or peak > high + 2 * np.pi:
             what = f"joint {name} reaches {peak:.4g} rad, far beyond its limits: are the joint angles in degrees?"

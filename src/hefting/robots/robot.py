@@ -1,4 +1,5 @@
-"""A robot as seen by its sensor: joint positions to poses of the sensor frame, for all samples at once."""
+"""A robot as seen by its sensor: joint positions to poses of the sensor frame, for all
+samples at once."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,8 @@ CHUNK = 8_192
 
 @dataclass(frozen=True, eq=False)
 class Screw:
-    """A movable joint between root and sensor frame, at rest: all its coordinates are in the root frame."""
+    """A movable joint between root and sensor frame, at rest: all its coordinates are
+    in the root frame."""
 
     slides: bool
     """Prismatic; else it turns."""
@@ -36,9 +38,11 @@ class Screw:
 class Robot:
     """The joints that move one frame of a robot, and how.
 
-    The pose of the sensor frame in the root frame is a product of exponentials (Lynch and Park, *Modern Robotics*,
-    sec. 4.1.2), exp([S_1] q_1) ... exp([S_n] q_n) M; fixed joints are in the screws S_i and in M. The root frame is
-    that of the URDF's root link: it is the world frame of what is made of these poses, so gravity is given in it.
+    The pose of the sensor frame in the root frame is a product of exponentials (Lynch
+    and Park, *Modern Robotics*, sec. 4.1.2), exp([S_1] q_1) ... exp([S_n] q_n) M; fixed
+    joints are in the screws S_i and in M. The root frame is that of the URDF's root
+    link: it is the world frame of what is made of these poses, so gravity is given in
+    it.
     """
 
     source: str
@@ -48,11 +52,13 @@ class Robot:
     sensor_frame: str
     """Link whose frame is the sensor's."""
     joints: tuple[str, ...]
-    """n joints whose positions are needed, from root to sensor frame; a mimic joint stands as the one it mimics."""
+    """n joints whose positions are needed, from root to sensor frame; a mimic joint
+    stands as the one it mimics."""
     all_joints: tuple[str, ...]
     """All movable joints of the robot that mimic no other, in the file's order."""
     limits: tuple[tuple[float, float] | None, ...]
-    """Of each of `joints`: lowest and highest angle [rad], infinite where the URDF has none; None when prismatic."""
+    """Of each of `joints`: lowest and highest angle [rad], infinite where the URDF has
+    none; None when prismatic."""
     screws: tuple[Screw, ...]
     """From root to sensor frame."""
     home_position: Array
@@ -64,16 +70,23 @@ class Robot:
     def from_urdf(cls, path: str | Path, sensor_frame: str) -> Self:
         """The robot of a URDF file; `sensor_frame` is the name of one of its links.
 
-        Raises `InputError` when the file is not a sound URDF (see `hefting.robots.urdf.read_urdf`), has no such
-        link, or when a joint on the way to it is floating or planar, or mimics one that is not there, that has no
-        single position, or that mimics it in turn.
+        Raises `InputError` when the file is not a sound URDF (see
+        `hefting.robots.urdf.read_urdf`), has no such link, or when a joint on the way
+        to it is floating or planar, or mimics one that is not there, that has no single
+        position, or that mimics it in turn.
         """
         tree = read_urdf(path)
         if sensor_frame not in tree.links:
             joint = tree.joints.get(sensor_frame)
-            hint = f" (a joint is; its link is '{joint.child}')" if joint else nearest(sensor_frame, tree.links)
+            hint = (
+                f" (a joint is; its link is '{joint.child}')"
+                if joint
+                else nearest(sensor_frame, tree.links)
+            )
             what = f"no frame is named '{sensor_frame}'{hint}"
-            raise InputError(what, where=path, fix=f"choose one of: {listed(tree.links)}")
+            raise InputError(
+                what, where=path, fix=f"choose one of: {listed(tree.links)}"
+            )
         columns: dict[str, int] = {}
         screws: list[Screw] = []
         position, orientation = np.zeros(3), np.array((0.0, 0.0, 0.0, 1.0))
@@ -92,10 +105,27 @@ class Robot:
             moving, multiplier, offset = _resolved(joint, tree)
             axis = frozen(rotation_matrices(orientation) @ joint.axis)
             column = columns.setdefault(moving, len(columns))
-            screws.append(Screw(joint.kind == "prismatic", axis, frozen(position), column, multiplier, offset))
+            screws.append(
+                Screw(
+                    joint.kind == "prismatic",
+                    axis,
+                    frozen(position),
+                    column,
+                    multiplier,
+                    offset,
+                )
+            )
         if not np.isfinite(position).all():
-            raise InputError(f"'{sensor_frame}' is infinitely far away", where=path, fix="give lengths in metres")
-        every = (joint for joint in tree.joints.values() if joint.kind in SCALAR and joint.mimic is None)
+            raise InputError(
+                f"'{sensor_frame}' is infinitely far away",
+                where=path,
+                fix="give lengths in metres",
+            )
+        every = (
+            joint
+            for joint in tree.joints.values()
+            if joint.kind in SCALAR and joint.mimic is None
+        )
         return cls(
             source=str(path),
             root=tree.root,
@@ -109,29 +139,39 @@ class Robot:
         )
 
     def poses(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Position (K, 3) [m] and orientation (K, 4) of the sensor frame in the root frame.
+        """Position (K, 3) [m] and orientation (K, 4) of the sensor frame in the root
+        frame.
 
-        `q` (K, n) holds the positions of `joints` in that order, [rad] or [m]. Orientations are unit quaternions
-        x, y, z, w, continuous in q: they do not jump to their opposites. Raises `InputError` for another shape, and
-        when a pose is not finite.
+        `q` (K, n) holds the positions of `joints` in that order, [rad] or [m].
+        Orientations are unit quaternions
+        x, y, z, w, continuous in q: they do not jump to their opposites. Raises
+            `InputError` for another shape, and when a pose is not finite.
         """
         values = np.asarray(q, dtype=float)
         if values.ndim != 2 or values.shape[1] != len(self.joints):
             what = f"joint positions have shape {values.shape}, not (K, {len(self.joints)})"
-            raise InputError(what, where=self.source, fix=f"give the joints {listed(self.joints)}")
+            raise InputError(
+                what, where=self.source, fix=f"give the joints {listed(self.joints)}"
+            )
         position, orientation = np.empty((len(values), 3)), np.empty((len(values), 4))
         for first in range(0, len(values), CHUNK):
             chunk = slice(first, first + CHUNK)
             self._move(values[chunk].T, position[chunk].T, orientation[chunk].T)
-        bad = ~(np.isfinite(position).all(axis=1) & np.isfinite(orientation).all(axis=1))
+        bad = ~(
+            np.isfinite(position).all(axis=1) & np.isfinite(orientation).all(axis=1)
+        )
         if bad.any():
             k = int(np.argmax(bad))
-            raise InputError(f"joint positions of sample {k + 1} give no finite pose", where=self.source)
+            raise InputError(
+                f"joint positions of sample {k + 1} give no finite pose",
+                where=self.source,
+            )
         return position, orientation
 
     @np.errstate(over="ignore", invalid="ignore")
     def _move(self, q: Array, position: Array, orientation: Array) -> None:
-        """Fill `position` (3, K) and `orientation` (4, K) from `q` (n, K), joint by joint from the sensor inwards."""
+        """Fill `position` (3, K) and `orientation` (4, K) from `q` (n, K), joint by
+        joint from the sensor inwards."""
         p = np.repeat(self.home_position[:, None], q.shape[1], axis=1)
         quaternion = np.repeat(self.home_orientation[:, None], q.shape[1], axis=1)
         for screw in reversed(self.screws):
@@ -142,38 +182,56 @@ class Robot:
                 continue
             sin, cos = np.sin(0.5 * amount), np.cos(0.5 * amount)
             p -= point
-            twist = _cross(axis, p) * (2.0 * sin)  # p + cos twist + sin axis x twist: Rodrigues, by half angles
+            # p + cos twist + sin axis x twist: Rodrigues, by half angles
+            twist = _cross(axis, p) * (2.0 * sin)
             p += point
             p += cos * twist
             twist *= sin
             p += _cross(axis, twist)
             quaternion = _product(np.vstack((axis * sin, cos)), quaternion)
         position[:] = p
-        orientation[:] = quaternion / np.sqrt(np.einsum("ik,ik->k", quaternion, quaternion))
+        orientation[:] = quaternion / np.sqrt(
+            np.einsum("ik,ik->k", quaternion, quaternion)
+        )
 
 
 def _product(first: Array, second: Array) -> Array:
-    """Product (4, ...) of quaternions (4, ...) x, y, z, w: the rotation `second`, then `first`, in fixed axes."""
+    """Product (4, ...) of quaternions (4, ...) x, y, z, w: the rotation `second`, then
+    `first`, in fixed axes."""
     u, v, a, b = first[:3], second[:3], first[3], second[3]
-    return np.concatenate((a * v + b * u + _cross(u, v), (a * b - (u * v).sum(axis=0))[None]))
+    return np.concatenate(
+        (a * v + b * u + _cross(u, v), (a * b - (u * v).sum(axis=0))[None])
+    )
 
 
 def _cross(u: Array, v: Array) -> Array:
     """Cross products (3, ...) of vectors (3, ...)."""
-    return np.stack((u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]))
+    return np.stack(
+        (
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        )
+    )
 
 
 def _resolved(joint: Joint, tree: Tree) -> tuple[str, float, float]:
-    """The joint that moves `joint` in the end, and the multiplier and offset of its position."""
+    """The joint that moves `joint` in the end, and the multiplier and offset of its
+    position."""
     multiplier, offset, passed = 1.0, 0.0, {joint.name}
     where = f"{tree.source}, joint '{joint.name}'"
     while joint.mimic is not None:
         name, factor, shift = joint.mimic
         multiplier, offset = multiplier * factor, multiplier * shift + offset
         if name not in tree.joints:
-            raise InputError(f"it mimics '{name}', which is not there{nearest(name, tree.joints)}", where=where)
+            raise InputError(
+                f"it mimics '{name}', which is not there{nearest(name, tree.joints)}",
+                where=where,
+            )
         if name in passed:
-            raise InputError(f"it mimics itself (by way of {listed(sorted(passed), 5)})", where=where)
+            raise InputError(
+                f"it mimics itself (by way of {listed(sorted(passed), 5)})", where=where
+            )
         passed.add(name)
         joint = tree.joints[name]
         if joint.kind not in SCALAR:

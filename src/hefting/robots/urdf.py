@@ -1,8 +1,10 @@
 """Reading the kinematic tree of a URDF: its links, its joints, and nothing else.
 
-Source: the URDF XML specification (https://wiki.ros.org/urdf/XML). Meshes, inertias and extensions are skipped.
-The file is hostile until shown otherwise: it is read by `hefting.core.files.parse_xml`, its numbers must be finite,
-its links must form one tree, and whatever is wrong is one line.
+Source: the URDF XML specification (https://wiki.ros.org/urdf/XML). Meshes, inertias and
+    extensions are skipped.
+The file is hostile until shown otherwise: it is read by `hefting.core.files.parse_xml`,
+    its numbers must be finite, its links must form one tree, and whatever is wrong is
+    one line.
 """
 
 from collections.abc import Iterable
@@ -28,12 +30,14 @@ LONGEST_NAME = 200
 """More characters are no name."""
 
 MOST = 2_000
-"""Most links, and most joints, of one robot; humanoids with hands have about a hundred."""
+"""Most links, and most joints, of one robot; humanoids with hands have about a
+hundred."""
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint: its child link's frame is the parent link's moved by `position`, `orientation`, then the motion."""
+    """A joint: its child link's frame is the parent link's moved by `position`,
+    `orientation`, then the motion."""
 
     name: str
     kind: str
@@ -77,9 +81,10 @@ class Tree:
 def read_urdf(path: str | Path) -> Tree:
     """The kinematic tree of a URDF.
 
-    Raises `InputError`, naming file and joint, when the file cannot be read, is not well-formed XML, is not URDF or
-    still holds xacro, has a document type or more than `MOST` links, or when a name is missing or repeated, a kind of
-    joint unknown, a number not finite, an axis zero, a link unknown, or the links are not one tree.
+    Raises `InputError`, naming file and joint, when the file cannot be read, is not
+    well-formed XML, is not URDF or still holds xacro, has a document type or more than
+    `MOST` links, or when a name is missing or repeated, a kind of joint unknown, a
+    number not finite, an axis zero, a link unknown, or the links are not one tree.
     """
     links: list[str] = []
     raw: list[tuple[dict[str, str], dict[str, dict[str, str]]]] = []
@@ -89,7 +94,9 @@ def read_urdf(path: str | Path) -> Tree:
         if tag.startswith("xacro:"):
             raise _is_xacro(path)
         if not inside and tag != "robot":
-            raise InputError(f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=path)
+            raise InputError(
+                f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=path
+            )
         if len(inside) == 1 and tag == "link":
             links.append(_name(attributes, "name", "a <link>", path))
         elif len(inside) == 1 and tag == "joint":
@@ -107,17 +114,28 @@ def read_urdf(path: str | Path) -> Tree:
     joints = [_joint(attributes, parts, path) for attributes, parts in raw]
     _check_repeated(links, "links", path)
     _check_repeated([joint.name for joint in joints], "joints", path)
-    return Tree(str(path), _root(links, joints, path), tuple(links), {joint.name: joint for joint in joints})
+    return Tree(
+        str(path),
+        _root(links, joints, path),
+        tuple(links),
+        {joint.name: joint for joint in joints},
+    )
 
 
 def listed(names: Iterable[str], most: int = 40) -> str:
     """Names separated by commas, the first `most` of them."""
     names = list(names)
-    return ", ".join(names[:most]) + (f", ... ({len(names)} in all)" if len(names) > most else "")
+    return ", ".join(names[:most]) + (
+        f", ... ({len(names)} in all)" if len(names) > most else ""
+    )
 
 
 def _is_xacro(path: str | Path) -> InputError:
-    return InputError("is xacro, not URDF", where=path, fix="expand it first: xacro robot.xacro > robot.urdf")
+    return InputError(
+        "is xacro, not URDF",
+        where=path,
+        fix="expand it first: xacro robot.xacro > robot.urdf",
+    )
 
 
 def _name(attributes: dict[str, str], key: str, what: str, where: object) -> str:
@@ -125,7 +143,9 @@ def _name(attributes: dict[str, str], key: str, what: str, where: object) -> str
     if "${" in name or "$(" in name:
         raise _is_xacro(str(where))
     if not name.strip() or len(name) > LONGEST_NAME:
-        raise InputError(f"{what} has {'too long a' if name.strip() else 'no'} {key}", where=where)
+        raise InputError(
+            f"{what} has {'too long a' if name.strip() else 'no'} {key}", where=where
+        )
     return name
 
 
@@ -143,16 +163,24 @@ def _numbers(text: str, count: int, what: str, where: str) -> list[float]:
     return numbers
 
 
-def _joint(attributes: dict[str, str], parts: dict[str, dict[str, str]], path: str | Path) -> Joint:
+def _joint(
+    attributes: dict[str, str], parts: dict[str, dict[str, str]], path: str | Path
+) -> Joint:
     name = _name(attributes, "name", "a <joint>", path)
     where = f"{path}, joint '{name}'"
     kind = attributes.get("type", "")
     if kind not in KINDS:
-        raise InputError(f"its type is '{kind[:40]}'{nearest(kind[:40], KINDS)}", where, f"use {', '.join(KINDS)}")
+        raise InputError(
+            f"its type is '{kind[:40]}'{nearest(kind[:40], KINDS)}",
+            where,
+            f"use {', '.join(KINDS)}",
+        )
     position, orientation = _origin(parts.get("origin", {}), where)
     axis = np.array((1.0, 0.0, 0.0))
     if "axis" in parts and kind not in ("fixed", "floating"):
-        axis = np.array(_numbers(parts["axis"].get("xyz", "1 0 0"), 3, "the axis", where))
+        axis = np.array(
+            _numbers(parts["axis"].get("xyz", "1 0 0"), 3, "the axis", where)
+        )
         largest = np.abs(axis).max()
         if largest == 0.0:
             raise InputError("the axis is zero", where=where)
@@ -160,11 +188,18 @@ def _joint(attributes: dict[str, str], parts: dict[str, dict[str, str]], path: s
     mimic, limits = None, None
     if "mimic" in parts and kind in SCALAR:
         other = _name(parts["mimic"], "joint", "the mimic", where)
-        (multiplier,) = _numbers(parts["mimic"].get("multiplier", "1"), 1, "the mimic's multiplier", where)
-        (offset,) = _numbers(parts["mimic"].get("offset", "0"), 1, "the mimic's offset", where)
+        (multiplier,) = _numbers(
+            parts["mimic"].get("multiplier", "1"), 1, "the mimic's multiplier", where
+        )
+        (offset,) = _numbers(
+            parts["mimic"].get("offset", "0"), 1, "the mimic's offset", where
+        )
         mimic = (other, multiplier, offset)
     if "limit" in parts and kind == "revolute":
-        low, high = (_numbers(parts["limit"].get(key, "0"), 1, key, where)[0] for key in ("lower", "upper"))
+        low, high = (
+            _numbers(parts["limit"].get(key, "0"), 1, key, where)[0]
+            for key in ("lower", "upper")
+        )
         limits = (low, high) if low < high else None
     return Joint(
         name,
@@ -180,15 +215,22 @@ def _joint(attributes: dict[str, str], parts: dict[str, dict[str, str]], path: s
 
 
 def _origin(attributes: dict[str, str], where: str) -> tuple[Array, Array]:
-    """Position (3,) and unit quaternion (4,); roll, pitch, yaw turn about the fixed axes x, y, z in that order."""
-    position = np.array(_numbers(attributes.get("xyz", "0 0 0"), 3, "the origin's xyz", where))
+    """Position (3,) and unit quaternion (4,); roll, pitch, yaw turn about the fixed
+    axes x, y, z in that order."""
+    position = np.array(
+        _numbers(attributes.get("xyz", "0 0 0"), 3, "the origin's xyz", where)
+    )
     if "quat_xyzw" in attributes:  # URDF 1.2
-        quaternion = np.array(_numbers(attributes["quat_xyzw"], 4, "the origin's quat_xyzw", where))
+        quaternion = np.array(
+            _numbers(attributes["quat_xyzw"], 4, "the origin's quat_xyzw", where)
+        )
         norm = np.linalg.norm(np.clip(quaternion, -2.0, 2.0))
         if abs(norm - 1.0) > 1e-3:
             raise InputError("the origin's quat_xyzw is not of unit norm", where=where)
         return position, quaternion / norm
-    half = 0.5 * np.array(_numbers(attributes.get("rpy", "0 0 0"), 3, "the origin's rpy", where))
+    half = 0.5 * np.array(
+        _numbers(attributes.get("rpy", "0 0 0"), 3, "the origin's rpy", where)
+    )
     (cr, cp, cy), (sr, sp, sy) = np.cos(half), np.sin(half)
     quaternion = (
         sr * cp * cy - cr * sp * sy,
@@ -208,7 +250,8 @@ def _check_repeated(names: list[str], what: str, path: str | Path) -> None:
 
 
 def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
-    """The root of the tree that the joints make of the links; `InputError` when they do not."""
+    """The root of the tree that the joints make of the links; `InputError` when they do
+    not."""
     if not links:
         raise InputError("has no links", where=path)
     known = set(links)
@@ -227,7 +270,11 @@ def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         fix = "connect them by joints (type fixed, if need be)"
-        raise InputError(f"the links are not one tree; roots are {listed(roots, 10)}", where=path, fix=fix)
+        raise InputError(
+            f"the links are not one tree; roots are {listed(roots, 10)}",
+            where=path,
+            fix=fix,
+        )
     reached, queue = set(roots), roots[:]
     while queue:
         below = children[queue.pop()]
@@ -235,5 +282,9 @@ def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
         queue += below
     if len(reached) < len(links):
         lost = [link for link in links if link not in reached]
-        raise InputError(f"joints form a loop through {listed(lost, 10)}", path, "a URDF is a tree: cut the loop")
+        raise InputError(
+            f"joints form a loop through {listed(lost, 10)}",
+            path,
+            "a URDF is a tree: cut the loop",
+        )
     return roots[0]

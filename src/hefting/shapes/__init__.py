@@ -1,4 +1,5 @@
-"""Shapes: mesh, convex hull, point cloud, labelled parts or box -> `Shape` in the sensor frame."""
+"""Shapes: mesh, convex hull, point cloud, labelled parts or box -> `Shape` in the
+sensor frame."""
 
 from hefting.shapes.loading import load_shape, parse_pose
 from hefting.shapes.shape import Shape

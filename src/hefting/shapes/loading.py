@@ -19,11 +19,13 @@ def load_shape(
     points: int | None = None,
     points_per_cm3: float | None = None,
 ) -> Shape:
-    """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file, told apart by its suffix.
+    """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file,
+    told apart by its suffix.
 
-    .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and .ply without faces are
-    filled point clouds; .ply without faces but with labels are labelled parts, of which all points are kept.
-    Parameters and errors as for `Shape.from_mesh`.
+    .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and
+    .ply without faces are filled point clouds; .ply without faces but with labels are
+    labelled parts, of which all points are kept. Parameters and errors as for
+    `Shape.from_mesh`.
     """
     text = str(spec)
     if text.lower().startswith("box:"):
@@ -35,7 +37,9 @@ def load_shape(
         except ValueError:
             sides = []
         if len(sides) != 6:
-            raise InputError("a box is six numbers", text, "give box:X0,X1,Y0,Y1,Z0,Z1 in metres")
+            raise InputError(
+                "a box is six numbers", text, "give box:X0,X1,Y0,Y1,Z0,Z1 in metres"
+            )
         return Shape.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
     suffix = Path(text).suffix.lower()
     cloud = suffix in CLOUD_SUFFIXES
@@ -48,15 +52,20 @@ def load_shape(
         return Shape.from_cloud(text, unit, pose, points, points_per_cm3)
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
-        raise InputError("not a shape", text, f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}")
+        raise InputError(
+            "not a shape",
+            text,
+            f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}",
+        )
     return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 
 def parse_pose(source: str | Path) -> Array:
-    """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw`` or a JSON file.
+    """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw`` or a JSON
+    file.
 
-    The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the quaternion has unit norm
-    within 1e-3 or the matrix is a proper rigid motion.
+    The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the
+    quaternion has unit norm within 1e-3 or the matrix is a proper rigid motion.
     """
     text = str(source)
     try:
@@ -74,15 +83,27 @@ def parse_pose(source: str | Path) -> Array:
             return check_pose(array)
     except InputError as error:
         raise InputError(error.what, text, error.fix) from None
-    raise InputError("not a pose", text, "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix")
+    raise InputError(
+        "not a pose",
+        text,
+        "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix",
+    )
 
 
 def _json_numbers(path: Path):
     try:
         if not path.is_file():
-            raise InputError("neither seven numbers nor a file", path, "give x,y,z,qx,qy,qz,qw or a JSON file")
+            raise InputError(
+                "neither seven numbers nor a file",
+                path,
+                "give x,y,z,qx,qy,qz,qw or a JSON file",
+            )
         if path.stat().st_size > 100_000:
-            raise InputError("too large for a pose", path, "give a JSON file with a 4 x 4 matrix")
+            raise InputError(
+                "too large for a pose", path, "give a JSON file with a 4 x 4 matrix"
+            )
     except OSError as error:
-        raise InputError("not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers") from error
+        raise InputError(
+            "not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers"
+        ) from error
     return read_json(path)

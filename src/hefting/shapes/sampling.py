@@ -1,4 +1,5 @@
-"""Points inside a solid: the regular grid that matches its moments best, or seeded random points.
+"""Points inside a solid: the regular grid that matches its moments best, or seeded
+random points.
 
 Which points are inside is told by winding numbers counted along rays, all rays at once.
 """
@@ -18,13 +19,15 @@ MAX_POINTS = 1_000_000
 MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Grid cells tested in search of the best grid; more points leave fewer grids to choose from."""
+"""Grid cells tested in search of the best grid; more points leave fewer grids to choose
+from."""
 GOOD = 0.01
 """Mismatch (see `_score`) below which no better grid is looked for."""
 FEWEST, MOST = 0.9, 1.3
 """Points a grid may have, relative to the wanted number, where there is such a grid."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
-"""Where the first grid point lies in the first cell; 0.5 centres the grid in the bounding box."""
+"""Where the first grid point lies in the first cell; 0.5 centres the grid in the
+bounding box."""
 PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
 
@@ -38,12 +41,14 @@ class Samples:
     volumes: Array
     """(n,) share of the solid's volume that each point stands for, summing to one."""
     cell_second_moment: Array
-    """(3, 3) [m²] second moment per unit mass of the cell of one point about it, same axes."""
+    """(3, 3) [m²] second moment per unit mass of the cell of one point about it, same
+    axes."""
 
 
 @dataclass(frozen=True)
 class _Box:
-    """The solid in its working frame: tight box, turned so that rays along z meet few triangles."""
+    """The solid in its working frame: tight box, turned so that rays along z meet few
+    triangles."""
 
     axes: Array  # (3, 3), columns are the working axes in the axes of the file
     low: Array
@@ -56,43 +61,74 @@ class _Box:
 def grid_points(solid: Solid, target: int) -> Samples:
     """Regular grid of cell centres inside a solid, about `target` of them.
 
-    The grid lies along the axes of the file, or along the principal axes where these have a clearly smaller
-    bounding box. Cells are nearly cubic, with at least one layer through each thin direction. Among the
-    grids of different pitch and phase the one is taken that has nearly the wanted count and, as equal
-    point masses, the centroid and second moment nearest to those of the solid. Deterministic.
+    The grid lies along the axes of the file, or along the principal axes where these
+    have a clearly smaller bounding box. Cells are nearly cubic, with at least one layer
+    through each thin direction. Among the grids of different pitch and phase the one is
+    taken that has nearly the wanted count and, as equal point masses, the centroid and
+    second moment nearest to those of the solid. Deterministic.
     """
     box = _working_box(solid)
-    budget = int(np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 320))
+    budget = int(
+        np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 320)
+    )
     cell = solid.volume / target
-    for _ in range(2):  # the count goes with 1 / cell, but not exactly: the grid may miss or favour the shape
+    # the count goes with 1 / cell, but not exactly: the grid may miss or favour the
+    # shape
+    for _ in range(2):
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
         counts = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
-        cell = float(np.clip(median(np.array(counts)), 0.1 * solid.volume, 3 * solid.volume)) / target
+        cell = (
+            float(
+                np.clip(median(np.array(counts)), 0.1 * solid.volume, 3 * solid.volume)
+            )
+            / target
+        )
     ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
     ranked.sort(key=lambda found: found[1])
     best = budget // len(PHASES) ** 3 if ranked[0][1] > GOOD else 0
-    grids = [(cells, phase) for _, _, (cells, _) in ranked[:best] for phase in product(PHASES, repeat=3)]
-    ranked = sorted([ranked[0], *_evaluate(box, grids, target)], key=lambda found: found[1])
+    grids = [
+        (cells, phase)
+        for _, _, (cells, _) in ranked[:best]
+        for phase in product(PHASES, repeat=3)
+    ]
+    ranked = sorted(
+        [ranked[0], *_evaluate(box, grids, target)], key=lambda found: found[1]
+    )
     count, _, grid = ranked[0]
     if count == 0:
-        raise InputError("no grid point falls inside the shape", fix="ask for more points")
+        raise InputError(
+            "no grid point falls inside the shape", fix="ask for more points"
+        )
     cells, positions = grid[0], _points(box, grid)
     cell = (box.axes * ((box.sides / cells) ** 2 / 12)) @ box.axes.T
-    return Samples(positions @ box.axes.T, _volumes(box, positions, box.axes.T @ cell @ box.axes), cell)
+    return Samples(
+        positions @ box.axes.T,
+        _volumes(box, positions, box.axes.T @ cell @ box.axes),
+        cell,
+    )
 
 
 def random_points(solid: Solid, count: int, seed: int) -> Samples:
-    """`count` independent, uniformly distributed points inside a solid; the same for the same `seed`."""
+    """`count` independent, uniformly distributed points inside a solid; the same for
+    the same `seed`."""
     box, rng = _working_box(solid), np.random.default_rng(seed)
     share = min(1.0, solid.volume / float(np.prod(box.sides)))
     batch = int(np.clip(1.2 * count / share + 16, 64, 1_000_000))
     found, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
-            raise InputError("the shape fills too little of its bounding box for random points", fix="use a grid")
+            raise InputError(
+                "the shape fills too little of its bounding box for random points",
+                fix="use a grid",
+            )
         points = box.low + box.sides * rng.random((batch, 3))
         one = np.ones(batch, dtype=np.int64)
-        inside = winding_numbers(box.triangles, points[:, :2], points[:, 2], np.ones(batch), one) != 0
+        inside = (
+            winding_numbers(
+                box.triangles, points[:, :2], points[:, 2], np.ones(batch), one
+            )
+            != 0
+        )
         found.append(points[inside])
         total, drawn = total + int(inside.sum()), drawn + batch
     positions = np.concatenate(found)[:count]
@@ -101,54 +137,77 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
 
 
 def _volumes(box: _Box, points: Array, cell: Array) -> Array:
-    """Shares of volume near to equal ones that give the points the solid's centroid and second moment.
+    """Shares of volume near to equal ones that give the points the solid's centroid and
+    second moment.
 
-    Least squares in the nine moments, damped where the points cannot reach them (a single layer, say) and
-    shortened so that no share falls below a quarter of its equal part.
+    Least squares in the nine moments, damped where the points cannot reach them (a
+    single layer, say) and shortened so that no share falls below a quarter of its equal
+    part.
     """
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
-    moments = np.column_stack((w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j]))
+    moments = np.column_stack(
+        (w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j])
+    )
     mean = moments.mean(axis=0)
     moments -= mean  # so that whatever the shares, their sum stays one
     gram = moments.T @ moments / len(w)
-    change = moments @ np.linalg.solve(gram + 1e-3 * np.eye(9), np.append(np.zeros(3), np.eye(3)[i, j]) - mean)
+    change = moments @ np.linalg.solve(
+        gram + 1e-3 * np.eye(9), np.append(np.zeros(3), np.eye(3)[i, j]) - mean
+    )
     length = min(1.0, 0.75 / max(-float(change.min()), 1e-12))
     shares = 1 + length * change
     return shares / shares.sum()
 
 
 def _working_box(solid: Solid) -> _Box:
-    """The axes of the file, or the principal axes if their box is smaller by a tenth; rays along the last."""
+    """The axes of the file, or the principal axes if their box is smaller by a tenth;
+    rays along the last."""
     _, principal = np.linalg.eigh(solid.second_moment)
-    principal = principal * np.sign(principal[np.abs(principal).argmax(axis=0), np.arange(3)])
+    principal = principal * np.sign(
+        principal[np.abs(principal).argmax(axis=0), np.arange(3)]
+    )
     turned = np.ptp(solid.vertices @ principal, axis=0)
     axes = principal if np.prod(turned) < 0.9 * np.prod(solid.extents) else np.eye(3)
     triangles = (solid.vertices @ axes)[solid.faces]
-    spans = np.ptp(triangles, axis=1)  # the best rays meet the fewest triangles: smallest sum of projected boxes
+    # the best rays meet the fewest triangles: smallest sum of projected boxes
+    spans = np.ptp(triangles, axis=1)
     last = int(np.argmin([(spans[:, i - 2] * spans[:, i - 1]).sum() for i in range(3)]))
     axes = np.roll(axes, 2 - last, axis=1)
     vertices = solid.vertices @ axes
     low, sides = vertices.min(axis=0), np.ptp(vertices, axis=0)
-    whitening = np.asarray(np.linalg.inv(np.linalg.cholesky(axes.T @ solid.second_moment @ axes)), float)
-    return _Box(axes, low, sides, vertices[solid.faces], solid.centroid @ axes, whitening)
+    whitening = np.asarray(
+        np.linalg.inv(np.linalg.cholesky(axes.T @ solid.second_moment @ axes)), float
+    )
+    return _Box(
+        axes, low, sides, vertices[solid.faces], solid.centroid @ axes, whitening
+    )
 
 
 def _centred(box: _Box, cell: float, number: int) -> list[tuple]:
-    """Up to `number` grids (cells along each side, phase) of nearly cubic cells of about volume `cell`."""
+    """Up to `number` grids (cells along each side, phase) of nearly cubic cells of
+    about volume `cell`."""
     low, high = 0.0, float(box.sides.max())
     sides = box.sides.tolist()
-    for _ in range(60):  # the pitch h at which min(h, side) multiply to the wanted volume
+    # the pitch h at which min(h, side) multiply to the wanted volume
+    for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if math.prod(min(middle, side) for side in sides) < cell else (low, middle)
+        low, high = (
+            (middle, high)
+            if math.prod(min(middle, side) for side in sides) < cell
+            else (low, middle)
+        )
     pitch = high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3)[:, None, None]
     cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
     cells = np.maximum(cells, 1).reshape(-1, 3)
     cells = cells[np.lexsort(cells.T[::-1])]
     cells = cells[np.r_[True, (cells[1:] != cells[:-1]).any(axis=1)]]
     size = box.sides / cells
-    uneven = np.where(cells > 1, size, 0).max(axis=1) / np.where(cells > 1, size, np.inf).min(axis=1)
-    thin = (size * (cells == 1) <= 1.6 * high).all(axis=1)  # a side of one cell may be short, but not long
+    uneven = np.where(cells > 1, size, 0).max(axis=1) / np.where(
+        cells > 1, size, np.inf
+    ).min(axis=1)
+    # a side of one cell may be short, but not long
+    thin = (size * (cells == 1) <= 1.6 * high).all(axis=1)
     cells = cells[(uneven < 1.7) & thin] if ((uneven < 1.7) & thin).any() else cells
     off = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
     chosen = cells[np.argsort(off, kind="stable")[:number]].astype(int)
@@ -163,11 +222,16 @@ def _evaluate(box: _Box, grids: list, target: int) -> list[tuple]:
         lines = []
         for axis, line in enumerate(zip(*grid, strict=True)):
             if (axis, line) not in known:
-                known[axis, line] = _centres(line[0], line[1], box.low[axis], box.sides[axis])
+                known[axis, line] = _centres(
+                    line[0], line[1], box.low[axis], box.sides[axis]
+                )
             lines.append(known[axis, line])
         cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
-            raise InputError("the shape is too thin and wide for so many grid points", fix="ask for fewer points")
+            raise InputError(
+                "the shape is too thin and wide for so many grid points",
+                fix="ask for fewer points",
+            )
         if size and size + cells > 2_000_000:
             results += _evaluate_batch(box, batch, target)
             batch, size = [], 0
@@ -184,31 +248,53 @@ def _evaluate_batch(box: _Box, batch: list, target: int) -> list[tuple]:
     end = np.cumsum(count)
     ray = np.searchsorted(end, found, "right")
     height = start[ray] + step[ray] * (found - end[ray] + count[ray])
-    number = np.diff(np.searchsorted(found, np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])))
+    number = np.diff(
+        np.searchsorted(
+            found, np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])
+        )
+    )
     w = (np.column_stack((rays[ray], height)) - box.centroid) @ box.whitening.T
     scores = _scores(w, number, target)
-    return [(n, score, grid) for n, score, (grid, _) in zip(number.tolist(), scores, batch, strict=True)]
+    return [
+        (n, score, grid)
+        for n, score, (grid, _) in zip(number.tolist(), scores, batch, strict=True)
+    ]
 
 
-def _inside(box: _Box, batch: list) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
-    """Rays (R, 2) of all grids with their lines, start, step and number of their cells; which cells are inside."""
+def _inside(
+    box: _Box, batch: list
+) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
+    """Rays (R, 2) of all grids with their lines, start, step and number of their cells;
+    which cells are inside."""
     rays = np.empty((sum(len(x) * len(y) for _, (x, y, _) in batch), 2))
     position = 0
     for _, (x, y, _) in batch:
         part = rays[position : position + len(x) * len(y)].reshape(len(x), len(y), 2)
         part[..., 0], part[..., 1] = x[:, None], y
         position += len(x) * len(y)
-    lines = np.array([(z[0], box.sides[2] / cells[2], len(z)) for (cells, _), (_, _, z) in batch])
-    start, step, count = np.repeat(lines, [len(x) * len(y) for _, (x, y, _) in batch], axis=0).T
+    lines = np.array(
+        [(z[0], box.sides[2] / cells[2], len(z)) for (cells, _), (_, _, z) in batch]
+    )
+    start, step, count = np.repeat(
+        lines, [len(x) * len(y) for _, (x, y, _) in batch], axis=0
+    ).T
     count = count.astype(np.int64)
-    return rays, start, step, count, winding_numbers(box.triangles, rays, start, step, count) != 0
+    return (
+        rays,
+        start,
+        step,
+        count,
+        winding_numbers(box.triangles, rays, start, step, count) != 0,
+    )
 
 
 def _points(box: _Box, grid: tuple) -> Array:
     """The points of a grid inside the solid, in the working frame."""
     lines = [_centres(*line) for line in zip(*grid, box.low, box.sides, strict=True)]
     inside = _inside(box, [(grid, lines)])[-1].reshape([len(line) for line in lines])
-    return np.column_stack([line[i] for line, i in zip(lines, np.nonzero(inside), strict=True)])
+    return np.column_stack(
+        [line[i] for line, i in zip(lines, np.nonzero(inside), strict=True)]
+    )
 
 
 def _centres(cells: int, phase: float, low: float, side: float) -> Array:
@@ -218,15 +304,19 @@ def _centres(cells: int, phase: float, low: float, side: float) -> Array:
 
 
 def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
-    """Mismatch of grids: of centroid and second moment of equal point masses against the solid's own (whitened: 0.1
-    is a tenth of the solid's standard deviation or variance along some axis), plus the relative error in count.
+    """Mismatch of grids: of centroid and second moment of equal point masses against
+    the solid's own (whitened: 0.1 is a tenth of the solid's standard deviation or
+    variance along some axis), plus the relative error in count.
 
-    `w` are the whitened points of one grid after the other, `number` of them each. Mere points, as PMD uses them: with
-    the cells' own inertia counted, its median COM error on twelve tools was 0.99 % in place of 0.77 %.
+    `w` are the whitened points of one grid after the other, `number` of them each. Mere
+    points, as PMD uses them: with the cells' own inertia counted, its median COM error
+    on twelve tools was 0.99 % in place of 0.77 %.
     """
     grid = np.repeat(np.arange(len(number)), number)
     i, j = np.triu_indices(3)
-    sums = [np.bincount(grid, column, len(number)) for column in (*w.T, *(w.T[i] * w.T[j]))]
+    sums = [
+        np.bincount(grid, column, len(number)) for column in (*w.T, *(w.T[i] * w.T[j]))
+    ]
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.array(sums) / number
         share = number / target
@@ -242,7 +332,9 @@ def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
     ]
 
 
-def winding_numbers(triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray) -> np.ndarray:
+def winding_numbers(
+    triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
+) -> np.ndarray:
     """Winding numbers of equally spaced points on rays along z.
 
     Parameters
@@ -251,10 +343,11 @@ def winding_numbers(triangles: Array, rays: Array, start: Array, step: Array, co
     rays : (R, 2) x and y of every ray.
     start, step, count : (R,) ray r carries the points z = start + step * (0 .. count - 1), step > 0.
 
-    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface oriented outward, 0
-    outside. Each is the signed number of triangles above the point. Edges follow a half-open rule evaluated
-    from the same two numbers for both triangles that share them, so a ray through an edge or a corner is
-    counted exactly once and no tolerance is needed.
+    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
+    oriented outward, 0 outside. Each is the signed number of triangles above the point.
+    Edges follow a half-open rule evaluated from the same two numbers for both triangles
+    that share them, so a ray through an edge or a corner is counted exactly once and no
+    tolerance is needed.
     """
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)
@@ -262,46 +355,67 @@ def winding_numbers(triangles: Array, rays: Array, start: Array, step: Array, co
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     order, first, last, rows = _candidates(low, high, rays)
     pairs = np.concatenate(([0], np.cumsum(last - first)))
-    (x_low, y_low), (x_high, y_high), (x, y) = low.T.copy(), high.T.copy(), rays.T.copy()
+    (x_low, y_low), (x_high, y_high), (x, y) = (
+        low.T.copy(),
+        high.T.copy(),
+        rays.T.copy(),
+    )
     position = 0
     while position < len(rows):
-        stop = max(int(np.searchsorted(pairs, pairs[position] + PAIRS_AT_ONCE, "right")) - 1, position + 1)
+        stop = max(
+            int(np.searchsorted(pairs, pairs[position] + PAIRS_AT_ONCE, "right")) - 1,
+            position + 1,
+        )
         length = last[position:stop] - first[position:stop]
         ray = order[_ranges(first[position:stop], length)]
         triangle = np.repeat(rows[position:stop], length)
         near = (x_low[triangle] <= x[ray]) & (x[ray] <= x_high[triangle])
         near &= (y_low[triangle] <= y[ray]) & (y[ray] <= y_high[triangle])
         ray, height, sign = _crossings(triangles, rays, ray[near], triangle[near])
-        below = np.clip(np.ceil((height - start[ray]) / step[ray]), 0, count[ray]).astype(np.int64)
+        below = np.clip(
+            np.ceil((height - start[ray]) / step[ray]), 0, count[ray]
+        ).astype(np.int64)
         np.add.at(tally, slot[ray] + below, sign)
         position = stop
-    above = np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally  # sums to zero over each ray, so rays do not mix
+    # sums to zero over each ray, so rays do not mix
+    above = np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally
     keep = np.ones(len(tally), dtype=bool)
     keep[slot[1:] - 1] = False
     return above[keep]
 
 
 def points_inside(triangles: Array, points: Array) -> np.ndarray:
-    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of triangles (F, 3, 3)."""
+    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of
+    triangles (F, 3, 3)."""
     one = np.ones(len(points))
-    return winding_numbers(triangles, points[:, :2], points[:, 2], one, one.astype(np.int64)) != 0
+    return (
+        winding_numbers(
+            triangles, points[:, :2], points[:, 2], one, one.astype(np.int64)
+        )
+        != 0
+    )
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one array."""
+    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one
+    array."""
     before = np.concatenate(([0], np.cumsum(length)[:-1]))
     return np.arange(length.sum()) + np.repeat(first - before, length)
 
 
 def _candidates(box_low: Array, box_high: Array, rays: Array):
-    """Rays that can meet a triangle, given the triangles' bounding boxes, through bins over the rays.
+    """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
+    over the rays.
 
-    Returns the rays in order of their bins, and for every (triangle, row of bins) the range of that order
-    which the triangle's bounding box covers, with the triangle's index.
+    Returns the rays in order of their bins, and for every (triangle, row of bins) the
+    range of that order which the triangle's bounding box covers, with the triangle's
+    index.
     """
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
-    nx, ny = np.ceil(np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))).astype(np.int64)
+    nx, ny = np.ceil(
+        np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))
+    ).astype(np.int64)
 
     def column(x):
         return np.clip((x - low[0]) * (nx / size[0]), 0, nx - 1).astype(np.int64)
@@ -310,10 +424,14 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
         return np.clip((y - low[1]) * (ny / size[1]), 0, ny - 1).astype(np.int64)
 
     flat = row(rays[:, 1]) * nx + column(rays[:, 0])
-    order = np.argsort(flat.astype(np.uint16) if nx * ny <= 2**16 else flat, kind="stable")
+    order = np.argsort(
+        flat.astype(np.uint16) if nx * ny <= 2**16 else flat, kind="stable"
+    )
     begin = np.concatenate(([0], np.cumsum(np.bincount(flat, minlength=nx * ny))))
     over = (box_low[:, 0] <= high[0]) & (box_high[:, 0] >= low[0])
-    index = np.flatnonzero(over & (box_low[:, 1] <= high[1]) & (box_high[:, 1] >= low[1]))
+    index = np.flatnonzero(
+        over & (box_low[:, 1] <= high[1]) & (box_high[:, 1] >= low[1])
+    )
     (x_low, y_low), (x_high, y_high) = box_low[index].T, box_high[index].T
     bottom = row(y_low)
     tall = row(y_high) - bottom + 1
@@ -327,10 +445,11 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of the given pairs: rays that do cross their triangle, the height z there, the sign (+1 upward).
+    """Of the given pairs: rays that do cross their triangle, the height z there, the
+    sign (+1 upward).
 
-    The line y = const of a ray meets the triangle where one corner is on the other side of it than the two others:
-    at the two edges of that corner.
+    The line y = const of a ray meets the triangle where one corner is on the other side
+    of it than the two others: at the two edges of that corner.
     """
     y = rays[ray, 1]
     x_of, y_of, z_of = triangles.reshape(-1, 3).T.copy()
@@ -341,7 +460,9 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
     alone = np.where(v == w, 0, np.where(u == w, 1, 2))
     is_low = np.where(alone == 0, u, np.where(alone == 1, v, w))
     x = rays[ray, 0]
-    edges = []  # to the next corner and to the last: its lower and its higher end, and how far up the line meets it
+    # to the next corner and to the last: its lower and its higher end, and how far up
+    # the line meets it
+    edges = []
     for step in (1, 2):
         one, other = first + alone, first + (alone + step) % 3
         low, high = np.where(is_low, one, other), np.where(is_low, other, one)

@@ -43,32 +43,40 @@ LABELS = ("segmentation", "label", "labels")
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Points at which a rigid object may have mass; n of them, each with an unknown mass m_i >= 0.
+    """Points at which a rigid object may have mass; n of them, each with an unknown
+    mass m_i >= 0.
 
-    ``Shape(positions)`` takes (n, 3) in the sensor frame [m]; the factories read shapes. The inertial
-    parameters about the sensor origin are linear in the masses: phi = ``matrix`` @ m (Nadeau et al. 2022).
-    Raises `InputError` for arrays of the wrong shape or values that are not finite.
+    ``Shape(positions)`` takes (n, 3) in the sensor frame [m]; the factories read
+    shapes. The inertial
+    parameters about the sensor origin are linear in the masses: phi = ``matrix`` @ m
+        (Nadeau et al. 2022). Raises `InputError` for arrays of the wrong shape or
+        values that are not finite.
     """
 
     positions: Array
     """Points (n, 3) [m] in the sensor frame."""
     volumes: Array | None = None
-    """Share of the object's volume each point stands for (n,), summing to one; None: equal shares."""
+    """Share of the object's volume each point stands for (n,), summing to one; None:
+    equal shares."""
     labels: np.ndarray | None = None
     """Part each point belongs to (n,) integers; None: not known."""
     cell_inertia: Array | None = None
-    """Inertia of each point's own cell about the point per unit mass (n, 6) [m²]: xx, xy, xz, yy, yz, zz in
-    sensor axes; None: mere points."""
+    """Inertia of each point's own cell about the point per unit mass (n, 6) [m²]: xx,
+    xy, xz, yy, yz, zz in sensor axes; None: mere points."""
     extents: Array = None  # type: ignore[assignment]
-    """Sides (3,) [m] of the object's bounding box along the axes of `pose`; by default that of the points."""
+    """Sides (3,) [m] of the object's bounding box along the axes of `pose`; by default
+    that of the points."""
     pose: Array = None  # type: ignore[assignment]
     """Pose of the object in the sensor frame (4, 4); by default the identity."""
     homogeneous: InertialParameters = None  # type: ignore[assignment]
-    """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else made of the points."""
+    """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else
+    made of the points."""
     hull: Array = None  # type: ignore[assignment]
-    """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by default `positions`."""
+    """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by
+    default `positions`."""
     shape_std: float = 0.0
-    """Share of its size by which the object may differ from the shape, as a standard deviation: see `ROUGH`."""
+    """Share of its size by which the object may differ from the shape, as a standard
+    deviation: see `ROUGH`."""
     warnings: tuple[str, ...] = ()
     """What looks wrong with the shape, one line each."""
 
@@ -77,9 +85,19 @@ class Shape:
             object.__setattr__(self, name, value)
 
         keep("positions", frozen(self.positions))
-        if self.positions.ndim != 2 or self.positions.shape[1] != 3 or len(self.positions) == 0:
-            raise InputError(f"point masses are an array (n, 3), not {self.positions.shape}")
-        for name, shape in (("volumes", (self.n,)), ("cell_inertia", (self.n, 6)), ("extents", (3,))):
+        if (
+            self.positions.ndim != 2
+            or self.positions.shape[1] != 3
+            or len(self.positions) == 0
+        ):
+            raise InputError(
+                f"point masses are an array (n, 3), not {self.positions.shape}"
+            )
+        for name, shape in (
+            ("volumes", (self.n,)),
+            ("cell_inertia", (self.n, 6)),
+            ("extents", (3,)),
+        ):
             if getattr(self, name) is not None:
                 keep(name, frozen(getattr(self, name)))
                 if getattr(self, name).shape != shape:
@@ -98,20 +116,32 @@ class Shape:
             labels = np.array(self.labels, dtype=np.int64)
             labels.setflags(write=False)
             if labels.shape != (self.n,):
-                raise InputError(f"labels of {self.n} point masses have shape {labels.shape}")
+                raise InputError(
+                    f"labels of {self.n} point masses have shape {labels.shape}"
+                )
             keep("labels", labels)
         keep("pose", frozen(np.eye(4) if self.pose is None else check_pose(self.pose)))
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
         if self.homogeneous is None:
-            shares = np.full(self.n, 1 / self.n) if self.volumes is None else self.volumes
+            shares = (
+                np.full(self.n, 1 / self.n) if self.volumes is None else self.volumes
+            )
             keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
-        if self.hull.ndim != 2 or self.hull.shape[1:] != (3,) or not np.isfinite(self.hull).all():
-            raise InputError(f"the hull of point masses is a finite array (V, 3), not {self.hull.shape}")
+        if (
+            self.hull.ndim != 2
+            or self.hull.shape[1:] != (3,)
+            or not np.isfinite(self.hull).all()
+        ):
+            raise InputError(
+                f"the hull of point masses is a finite array (V, 3), not {self.hull.shape}"
+            )
         keep("warnings", tuple(self.warnings))
         if not 0.0 <= self.shape_std <= 1.0:
-            raise InputError(f"a shape's deviation is a share from 0 to 1, not {self.shape_std}")
+            raise InputError(
+                f"a shape's deviation is a share from 0 to 1, not {self.shape_std}"
+            )
 
     # accessors
 
@@ -122,14 +152,27 @@ class Shape:
 
     @cached_property
     def matrix(self) -> Array:
-        """M (10, n) with phi = M m; column i is [1, p, y²+z², -xy, -xz, x²+z², -yz, x²+y²] at p_i."""
+        """M (10, n) with phi = M m; column i is [1, p, y²+z², -xy, -xz, x²+z², -yz,
+        x²+y²] at p_i."""
         x, y, z = self.positions.T
-        rows = (np.ones(self.n), x, y, z, y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y)
+        rows = (
+            np.ones(self.n),
+            x,
+            y,
+            z,
+            y * y + z * z,
+            -x * y,
+            -x * z,
+            x * x + z * z,
+            -y * z,
+            x * x + y * y,
+        )
         return frozen(rows)
 
     @cached_property
     def cell_matrix(self) -> Array:
-        """`matrix` with the inertia of every point's own cell added: never singular for want of thickness."""
+        """`matrix` with the inertia of every point's own cell added: never singular for
+        want of thickness."""
         if self.cell_inertia is None:
             return self.matrix
         matrix = self.matrix.copy()
@@ -137,8 +180,11 @@ class Shape:
         return frozen(matrix)
 
     def margin(self, center_of_mass: ArrayLike) -> float:
-        """Depth of a point (3,) [m] in the object's convex hull over its largest side; negative outside."""
-        return self._solid_hull.depth(center_of_mass) / (float(self.extents.max()) or 1.0)
+        """Depth of a point (3,) [m] in the object's convex hull over its largest side;
+        negative outside."""
+        return self._solid_hull.depth(center_of_mass) / (
+            float(self.extents.max()) or 1.0
+        )
 
     @cached_property
     def _solid_hull(self) -> Hull:
@@ -169,14 +215,17 @@ class Shape:
         sampling : ``grid``, see `sampling.grid_points`, or ``random``: uniform, exactly `points` of them.
         seed : of the random points.
 
-        Meshes with holes are closed first (`solid.solid_from_mesh`). Raises `InputError` for a mesh that
-        cannot be read or encloses no volume; `warnings` tells of suspicious sizes, positions and holes.
+        Meshes with holes are closed first (`solid.solid_from_mesh`). Raises
+        `InputError` for a mesh that cannot be read or encloses no volume; `warnings`
+        tells of suspicious sizes, positions and holes.
         """
         where, arrays = None, arrays_of(mesh)
         if arrays is None:
             where, arrays = mesh, read_mesh(mesh)
         solid = solid_from_mesh(arrays[0] * unit_scale(unit), arrays[1], where)
-        return cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+        return cls._from_solid(
+            solid, unit, pose, points, points_per_cm3, sampling, seed, where
+        )
 
     @classmethod
     def from_hull(
@@ -189,11 +238,16 @@ class Shape:
         sampling: str = "grid",
         seed: int = 0,
     ) -> Self:
-        """Points inside the convex hull of a mesh or a point cloud (a path, a mesh object, or (n, 3)): a `ROUGH` shape.
+        """Points inside the convex hull of a mesh or a point cloud (a path, a mesh
+        object, or (n, 3)): a `ROUGH` shape.
 
         For clouds of the surface alone. Other parameters and errors as for `from_mesh`.
         """
-        where, arrays = (source, None) if isinstance(source, str | Path) else (None, arrays_of(source))
+        where, arrays = (
+            (source, None)
+            if isinstance(source, str | Path)
+            else (None, arrays_of(source))
+        )
         if arrays is not None:
             cloud = arrays[0]
         elif where is None:
@@ -203,7 +257,9 @@ class Shape:
         else:
             cloud = read_mesh(where)[0]
         solid = solid_from_mesh(*convex_hull(cloud * unit_scale(unit), where), where)
-        shape = cls._from_solid(solid, unit, pose, points, points_per_cm3, sampling, seed, where)
+        shape = cls._from_solid(
+            solid, unit, pose, points, points_per_cm3, sampling, seed, where
+        )
         return replace(shape, shape_std=ROUGH)
 
     @classmethod
@@ -215,27 +271,50 @@ class Shape:
         points: int | None = None,
         points_per_cm3: float | None = None,
     ) -> Self:
-        """Points of a *filled* cloud: one of its own points from each occupied voxel, about `points` in all.
+        """Points of a *filled* cloud: one of its own points from each occupied voxel,
+        about `points` in all.
 
-        `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the surface alone puts all
-        mass on the surface: use `from_hull` for it. Other parameters and errors as for `from_mesh`.
+        `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the
+        surface alone puts all
+        mass on the surface: use `from_hull` for it. Other parameters and errors as for
+            `from_mesh`.
         """
         where = cloud if isinstance(cloud, str | Path) else None
-        p = point_array(cloud if where is None else read_cloud(where), where) * unit_scale(unit)
+        p = point_array(
+            cloud if where is None else read_cloud(where), where
+        ) * unit_scale(unit)
         pose = np.eye(4) if pose is None else check_pose(pose)
         if points is not None and points_per_cm3 is not None:
-            raise InputError("points and points_per_cm3 are both given", fix="give one of them")
-        pitch = None if points_per_cm3 is None else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
-        chosen, pitch = voxel_representatives(p, point_count(DEFAULT_POINTS if points is None else points), pitch)
+            raise InputError(
+                "points and points_per_cm3 are both given", fix="give one of them"
+            )
+        pitch = (
+            None
+            if points_per_cm3 is None
+            else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
+        )
+        chosen, pitch = voxel_representatives(
+            p, point_count(DEFAULT_POINTS if points is None else points), pitch
+        )
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
         positions = p[chosen] @ pose[:3, :3].T + pose[:3, 3]
         hull = p @ pose[:3, :3].T + pose[:3, 3]
-        return cls(positions, cell_inertia=cell, extents=np.ptp(p, axis=0), pose=pose, hull=hull, warnings=warnings)
+        return cls(
+            positions,
+            cell_inertia=cell,
+            extents=np.ptp(p, axis=0),
+            pose=pose,
+            hull=hull,
+            warnings=warnings,
+        )
 
     @classmethod
-    def from_parts(cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None) -> Self:
-        """Labelled points: a PLY file whose vertices have ``segmentation`` (or ``label``), maybe ``volume``.
+    def from_parts(
+        cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None
+    ) -> Self:
+        """Labelled points: a PLY file whose vertices have ``segmentation`` (or
+        ``label``), maybe ``volume``.
 
         All points are kept. Other parameters and errors as for `from_mesh`.
         """
@@ -243,18 +322,29 @@ class Shape:
         label = next((name for name in LABELS if name in vertices.columns), None)
         if label is None:
             raise InputError(
-                "no labels in the PLY file", path, f"name a vertex property {LABELS[0]}, or use from_cloud"
+                "no labels in the PLY file",
+                path,
+                f"name a vertex property {LABELS[0]}, or use from_cloud",
             )
         p = point_array(vertices.positions, path) * unit_scale(unit)
         pose = np.eye(4) if pose is None else check_pose(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")
         if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
             raise InputError("labels of parts are whole numbers", path)
-        if volumes is not None and (not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0):
+        if volumes is not None and (
+            not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
+        ):
             raise InputError("volumes of parts must be positive numbers", path)
         warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
         positions = p @ pose[:3, :3].T + pose[:3, 3]
-        return cls(positions, volumes, labels, extents=np.ptp(p, axis=0), pose=pose, warnings=warnings)
+        return cls(
+            positions,
+            volumes,
+            labels,
+            extents=np.ptp(p, axis=0),
+            pose=pose,
+            warnings=warnings,
+        )
 
     @classmethod
     def from_box(
@@ -270,15 +360,31 @@ class Shape:
         sampling: str = "grid",
         seed: int = 0,
     ) -> Self:
-        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1) [m]: a `ROUGH` shape."""
-        low, high = np.array([x0, y0, z0], dtype=float), np.array([x1, y1, z1], dtype=float)
-        if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
-            raise InputError("a box needs x0 < x1, y0 < y1, z0 < z1", "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
+        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1)
+        [m]: a `ROUGH` shape."""
+        low, high = (
+            np.array([x0, y0, z0], dtype=float),
+            np.array([x1, y1, z1], dtype=float),
+        )
+        if not (
+            np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()
+        ):
+            raise InputError(
+                "a box needs x0 < x1, y0 < y1, z0 < z1",
+                "box",
+                "give X0,X1,Y0,Y1,Z0,Z1 in metres",
+            )
         if max(-low.min(), high.max()) > 1e3:
-            raise InputError("a box is at most a kilometre from the sensor", "box", "give its sides in metres")
+            raise InputError(
+                "a box is at most a kilometre from the sensor",
+                "box",
+                "give its sides in metres",
+            )
         corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
         solid = solid_from_mesh(corners, BOX_FACES, "box")
-        shape = cls._from_solid(solid, "m", None, points, points_per_cm3, sampling, seed, "box")
+        shape = cls._from_solid(
+            solid, "m", None, points, points_per_cm3, sampling, seed, "box"
+        )
         return replace(shape, shape_std=ROUGH)
 
     @classmethod
@@ -295,7 +401,9 @@ class Shape:
     ) -> Self:
         matrix = np.eye(4) if pose is None else check_pose(pose)
         if points is not None and points_per_cm3 is not None:
-            raise InputError("points and points_per_cm3 are both given", fix="give one of them")
+            raise InputError(
+                "points and points_per_cm3 are both given", fix="give one of them"
+            )
         if points_per_cm3 is not None:
             exact = positive(points_per_cm3, "points_per_cm3") * solid.volume * 1e6
             if exact > MAX_POINTS:
@@ -305,8 +413,14 @@ class Shape:
             points = max(1, round(exact))
         count = point_count(DEFAULT_POINTS if points is None else points)
         if sampling not in ("grid", "random"):
-            raise InputError(f"unknown sampling '{sampling}'", fix="use 'grid' or 'random'")
-        samples = grid_points(solid, count) if sampling == "grid" else random_points(solid, count, seed)
+            raise InputError(
+                f"unknown sampling '{sampling}'", fix="use 'grid' or 'random'"
+            )
+        samples = (
+            grid_points(solid, count)
+            if sampling == "grid"
+            else random_points(solid, count, seed)
+        )
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
         if solid.cap_fraction > 0.02:
             what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
@@ -320,7 +434,9 @@ class Shape:
             cell_inertia=np.tile(tensor_to_vector(cell), (len(samples.positions), 1)),
             extents=solid.extents,
             pose=matrix,
-            homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(matrix),
+            homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(
+                matrix
+            ),
             hull=solid.vertices @ rotation.T + matrix[:3, 3],
             warnings=tuple(warnings),
         )

@@ -1,4 +1,5 @@
-"""Solids: a surface mesh closed, with volume and moments exact; and how deep a point lies in a convex hull."""
+"""Solids: a surface mesh closed, with volume and moments exact; and how deep a point
+lies in a convex hull."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -14,25 +15,29 @@ MERGE_TOLERANCE = 1e-6
 MAX_BOUNDARY = 500_000
 """Most boundary edges that are closed by caps."""
 SMALL_HULL, LARGEST_HULL = 3000, 400
-"""Points up to which a hull is found here, if it has no more than so many corners: that takes less time than importing
-`scipy.spatial`, which is a quarter of a second."""
+"""Points up to which a hull is found here, if it has no more than so many corners: that
+takes less time than importing `scipy.spatial`, which is a quarter of a second."""
 ROUNDING = 1e-13
 """Distance from a plane, in a box of unit sides, that counts as none."""
 FLAT = 1e-9
-"""Thickness of a hull, relative to its length, up to which it counts as flat (collinear, a single point)."""
+"""Thickness of a hull, relative to its length, up to which it counts as flat
+(collinear, a single point)."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """Closed, oriented surface: every edge is used as often in one direction as in the other.
+    """Closed, oriented surface: every edge is used as often in one direction as in the
+    other.
 
-    That makes the winding number of a point an integer, whichever direction it is counted in.
+    That makes the winding number of a point an integer, whichever direction it is
+    counted in.
     """
 
     vertices: Array
     """Vertices (V, 3) [m] in the axes of the shape's file."""
     faces: np.ndarray
-    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the caps."""
+    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
+    caps."""
     volume: float
     """Volume [m³], by the divergence theorem."""
     centroid: Array
@@ -40,7 +45,8 @@ class Solid:
     second_moment: Array
     """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes; 0 for a watertight mesh."""
+    """Share of the surface's area that was added to close holes; 0 for a watertight
+    mesh."""
 
     @property
     def lower(self) -> Array:
@@ -53,7 +59,9 @@ class Solid:
         return np.ptp(self.vertices, axis=0)
 
 
-def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None) -> Solid:
+def solid_from_mesh(
+    vertices: ArrayLike, faces: ArrayLike, where: object = None
+) -> Solid:
     """Solid bounded by a triangle mesh, closed where it has holes.
 
     Parameters
@@ -62,19 +70,29 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
     faces : (F, 3) vertex indices, in either orientation.
     where : name of the shape for error messages.
 
-    Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its shape; faces of mixed
-    orientation are turned alike first. Raises `InputError` for an empty mesh, coordinates that are not
-    finite, and a surface that encloses no volume.
+    Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
+    shape; faces of mixed orientation are turned alike first. Raises `InputError` for an
+    empty mesh, coordinates that are not finite, and a surface that encloses no volume.
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
-        raise InputError("the mesh has no triangles", where, "give a mesh with faces, or a point cloud as .xyz")
+        raise InputError(
+            "the mesh has no triangles",
+            where,
+            "give a mesh with faces, or a point cloud as .xyz",
+        )
     f = f.astype(np.int64)
     if f.min() < 0 or f.max() >= len(v):
-        raise InputError("a face of the mesh names a vertex that is not there", where, "export the mesh again")
+        raise InputError(
+            "a face of the mesh names a vertex that is not there",
+            where,
+            "export the mesh again",
+        )
     v, f = _merge(v, f, where)
     if len(f) == 0:
-        raise InputError("every triangle of the mesh is degenerate", where, "export the mesh again")
+        raise InputError(
+            "every triangle of the mesh is degenerate", where, "export the mesh again"
+        )
     f = _orient(_without_copies(f), v)
     closed_v, caps = _caps(v, f, where)
     f_all = np.vstack((f, caps))
@@ -83,23 +101,46 @@ def solid_from_mesh(vertices: ArrayLike, faces: ArrayLike, where: object = None)
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
         fix = "give a closed mesh, or its convex hull (Shape.from_hull)"
-        raise InputError("the mesh encloses no volume (it is flat, or a surface without thickness)", where, fix)
+        raise InputError(
+            "the mesh encloses no volume (it is flat, or a surface without thickness)",
+            where,
+            fix,
+        )
     if not np.linalg.eigvalsh(second)[0] > 0:
-        raise InputError("the mesh's surface is too tangled to tell inside from outside", where, "repair the mesh")
+        raise InputError(
+            "the mesh's surface is too tangled to tell inside from outside",
+            where,
+            "repair the mesh",
+        )
     area, cap_area = _area(closed_v[f]), _area(closed_v[caps])
-    return Solid(frozen(closed_v), f_all, volume, frozen(centroid), frozen(second), cap_area / (area + cap_area))
+    return Solid(
+        frozen(closed_v),
+        f_all,
+        volume,
+        frozen(centroid),
+        frozen(second),
+        cap_area / (area + cap_area),
+    )
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """The used vertices with near-duplicates merged, and the faces that keep three distinct corners."""
+    """The used vertices with near-duplicates merged, and the faces that keep three
+    distinct corners."""
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
-        raise InputError("the mesh has coordinates that are not finite", where, "export the mesh again")
+        raise InputError(
+            "the mesh has coordinates that are not finite",
+            where,
+            "export the mesh again",
+        )
     origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
     if diagonal == 0:
-        raise InputError("all vertices of the mesh coincide", where, "export the mesh again")
-    cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)  # below 2**20 each
+        raise InputError(
+            "all vertices of the mesh coincide", where, "export the mesh again"
+        )
+    # below 2**20 each
+    cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)
     keys = (cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]
     _, first, index = _unique(keys)
     v, f = v[first], index[f]
@@ -108,9 +149,11 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different keys (N,) in order, where each is first, and which of them each key is.
+    """The different keys (N,) in order, where each is first, and which of them each key
+    is.
 
-    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a small mesh.
+    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a
+    small mesh.
     """
     order = np.argsort(keys, kind="stable")
     new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
@@ -121,7 +164,8 @@ def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _without_copies(f: np.ndarray) -> np.ndarray:
-    """Each face once. Of a surface whose faces all come in both orientations, one orientation."""
+    """Each face once. Of a surface whose faces all come in both orientations, one
+    orientation."""
     lowest = np.argmin(f, axis=1)[:, None]
     f = f[_groups(np.take_along_axis(f, (lowest + np.arange(3)) % 3, axis=1))[0]]
     first, number = _groups(np.sort(f, axis=1))
@@ -131,21 +175,27 @@ def _without_copies(f: np.ndarray) -> np.ndarray:
 def _groups(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Index of one of each group of equal rows, and the sizes of the groups."""
     order = np.lexsort(rows.T)
-    start = np.flatnonzero(np.r_[True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
+    start = np.flatnonzero(
+        np.r_[True, (rows[order[1:]] != rows[order[:-1]]).any(axis=1)]
+    )
     return order[start], np.diff(np.r_[start, len(rows)])
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the higher vertex)."""
+    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the
+    higher vertex)."""
     start, end = f.ravel(), np.roll(f, -1, axis=1).ravel()
-    return np.minimum(start, end) * count + np.maximum(start, end), np.where(start < end, 1, -1)
+    return np.minimum(start, end) * count + np.maximum(start, end), np.where(
+        start < end, 1, -1
+    )
 
 
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     """Faces turned so that neighbours agree; most of the area keeps its orientation.
 
-    Two copies of every face, one in each orientation, fall into two separate components wherever the surface
-    is orientable; each component of the surface takes the copy nearer to the mesh as it came.
+    Two copies of every face, one in each orientation, fall into two separate components
+    wherever the surface is orientable; each component of the surface takes the copy
+    nearer to the mesh as it came.
     """
     keys, direction = _edges(f, len(v))
     order = np.argsort(keys, kind="stable")
@@ -160,9 +210,13 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
     n, a, b = len(f), face[pair], face[pair + 1]
     rows, columns = np.r_[a, a + n], np.r_[b + n * flip, b + n * ~flip]
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * n, 2 * n))
+    graph = coo_array(
+        (np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * n, 2 * n)
+    )
     _, label = connected_components(graph, directed=False)
-    area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
+    area = np.linalg.norm(
+        np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1
+    )
     kept = np.bincount(label[:n], weights=area, minlength=label.max() + 1)
     here, there = label[:n], label[n:]
     turn = (kept[here] < kept[there]) | ((kept[here] == kept[there]) & (here > there))
@@ -170,7 +224,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """Vertices and one apex more per hole; triangles that close it, from its edges to the apex."""
+    """Vertices and one apex more per hole; triangles that close it, from its edges to
+    the apex."""
     keys, direction = _edges(f, len(v))
     unique, _, index = _unique(keys)
     net = np.bincount(index, weights=direction).astype(int)
@@ -178,7 +233,9 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     if not count.any():
         return v, np.empty((0, 3), dtype=np.int64)
     if count.sum() > MAX_BOUNDARY:
-        raise InputError("the mesh is mostly holes", where, "use its convex hull (Shape.from_hull)")
+        raise InputError(
+            "the mesh is mostly holes", where, "use its convex hull (Shape.from_hull)"
+        )
     low, high = np.divmod(np.repeat(unique, count), len(v))
     forward = np.repeat(net > 0, count)
     loops = _loops(np.where(forward, high, low), np.where(forward, low, high))
@@ -186,16 +243,21 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     for loop in loops:
         start, end = loop, np.roll(loop, -1)
         length = np.linalg.norm(v[end] - v[start], axis=1)
-        apexes.append((length[:, None] * (v[start] + v[end])).sum(axis=0) / (2 * length.sum()))
-        triangles.append(np.column_stack((start, end, np.full(len(loop), len(v) + len(apexes) - 1))))
+        apexes.append(
+            (length[:, None] * (v[start] + v[end])).sum(axis=0) / (2 * length.sum())
+        )
+        triangles.append(
+            np.column_stack((start, end, np.full(len(loop), len(v) + len(apexes) - 1)))
+        )
     return np.vstack((v, apexes)), np.vstack(triangles)
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Simple closed loops (vertex indices) that use each directed edge once: a walk, cut wherever it meets itself.
+    """Simple closed loops (vertex indices) that use each directed edge once: a walk,
+    cut wherever it meets itself.
 
-    Any way to cut will do: the caps of a loop and of its reverse, along a seam whose sides do not share their
-    vertices, cancel.
+    Any way to cut will do: the caps of a loop and of its reverse, along a seam whose
+    sides do not share their vertices, cancel.
     """
     outgoing: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -218,15 +280,19 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 def _area(triangles: Array) -> float:
     """Total area of triangles (F, 3, 3)."""
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal = np.cross(
+        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    )
     return 0.5 * float(np.linalg.norm(normal, axis=1).sum())
 
 
 def _moments(triangles: Array) -> tuple[float, Array, Array]:
-    """Volume, centroid and second moment per volume about it, of a closed surface: a sum of tetrahedra.
+    """Volume, centroid and second moment per volume about it, of a closed surface: a
+    sum of tetrahedra.
 
-    Each triangle spans a tetrahedron with the mean vertex; the second moment of a tetrahedron with corners
-    p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon 2004).
+    Each triangle spans a tetrahedron with the mean vertex; the second moment of a
+    tetrahedron with corners p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon
+    2004).
     """
     origin = triangles.mean(axis=(0, 1))
     t = triangles - origin
@@ -239,7 +305,11 @@ def _moments(triangles: Array) -> tuple[float, Array, Array]:
     weighted = (share[:, None, None] * t).reshape(-1, 3)
     second = weighted.T @ t.reshape(-1, 3) + (share[:, None] * s).T @ s
     second = 0.5 * (second + second.T)
-    return volume, origin + centroid, second / (20 * volume) - np.outer(centroid, centroid)
+    return (
+        volume,
+        origin + centroid,
+        second / (20 * volume) - np.outer(centroid, centroid),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,10 +327,13 @@ class Hull:
 
     @classmethod
     def of(cls, points: ArrayLike) -> Self:
-        """Of points (V, 3) [m]. Raises `InputError` unless there is one and all are finite."""
+        """Of points (V, 3) [m]. Raises `InputError` unless there is one and all are
+        finite."""
         P = np.asarray(points, dtype=float)
         if P.ndim != 2 or P.shape[1:] != (3,) or not len(P) or not np.isfinite(P).all():
-            raise InputError(f"a hull needs finite points (V, 3), V >= 1, not an array of shape {P.shape}")
+            raise InputError(
+                f"a hull needs finite points (V, 3), V >= 1, not an array of shape {P.shape}"
+            )
         center = P.mean(axis=0)
         axes = np.linalg.svd(P - center, full_matrices=len(P) < 3)[2]
         along = (P - center) @ axes.T
@@ -273,10 +346,12 @@ class Hull:
     def depth(self, x: ArrayLike) -> float:
         """Distance [m] from x (3,) to the nearest face, negative outside.
 
-        Outside it is that of the plane of the face that is violated most, which is the distance to the hull itself
-        only where the nearest point is inside that face, and less beside an edge or a corner. A flat hull has faces on
-        both sides: the depth is 0 on it, and off it minus the larger of the distances from its plane and beyond its
-        outline; likewise for collinear points, and minus the distance for a single point. The frame does not matter.
+        Outside it is that of the plane of the face that is violated most, which is the
+        distance to the hull itself only where the nearest point is inside that face,
+        and less beside an edge or a corner. A flat hull has faces on
+        both sides: the depth is 0 on it, and off it minus the larger of the distances
+            from its plane and beyond its outline; likewise for collinear points, and
+            minus the distance for a single point. The frame does not matter.
 
         Raises `InputError` unless x is finite.
         """
@@ -284,13 +359,15 @@ class Hull:
         if target.shape != (3,) or not np.isfinite(target).all():
             raise InputError("a point to find in a hull is three finite numbers")
         y, d = self.axes @ (target - self.center), self.normals.shape[1]
-        off = float(np.linalg.norm(y[d:]))  # from the plane or line of a flat hull, or from its one point
+        # from the plane or line of a flat hull, or from its one point
+        off = float(np.linalg.norm(y[d:]))
         depth = float(np.min(self.offsets - self.normals @ y[:d])) if d else 0.0
         return depth if d == 3 else min(depth, -off)
 
 
 def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
-    """Normals (faces, d) and offsets (faces,) of the solid hull of points (V, d), found where all `sides` are one."""
+    """Normals (faces, d) and offsets (faces,) of the solid hull of points (V, d), found
+    where all `sides` are one."""
     if len(sides) == 0:
         return np.zeros((0, 0)), np.zeros(0)
     if len(sides) == 1:
@@ -307,33 +384,64 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
 
 
 def _planes(points: Array) -> Array | None:
-    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b <= 0 inside, normals outward.
+    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b
+    <= 0 inside, normals outward.
 
-    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point outside of a plane.
+    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point
+    outside of a plane.
 
-    Point after point, those far out first: the faces that see it give way to a cone from their outline to it.
+    Point after point, those far out first: the faces that see it give way to a cone
+    from their outline to it.
     """
     center = points.mean(axis=0)
     start = _tetrahedron(points)
-    faces = np.array([(start[i], start[j], start[k]) for i, j, k in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))])
-    if np.einsum("i,i", np.cross(*(points[start[1:3]] - points[start[0]])), points[start[3]] - points[start[0]]) > 0.0:
+    faces = np.array(
+        [
+            (start[i], start[j], start[k])
+            for i, j, k in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
+        ]
+    )
+    if (
+        np.einsum(
+            "i,i",
+            np.cross(*(points[start[1:3]] - points[start[0]])),
+            points[start[3]] - points[start[0]],
+        )
+        > 0.0
+    ):
         faces = faces[:, ::-1]
-    planes, corners, count = np.zeros((12 * LARGEST_HULL, 4)), np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64), 4
+    planes, corners, count = (
+        np.zeros((12 * LARGEST_HULL, 4)),
+        np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64),
+        4,
+    )
     planes[:4], corners[:4] = _plane(points, faces), faces
     left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
     while len(left := left[_outside(points[left], planes[:count])]):
         for k in left[:64].tolist():
             x, y, z = points[k].tolist()
             known = planes[:count]
-            sees = np.flatnonzero(known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3] > ROUNDING)
+            sees = np.flatnonzero(
+                known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3]
+                > ROUNDING
+            )
             if not len(sees):
                 continue
-            edges = {edge for a, b, c in corners[sees].tolist() for edge in ((a, b), (b, c), (c, a))}
-            cone = np.array([(a, b, k) for a, b in sorted(edges) if (b, a) not in edges])
+            edges = {
+                edge
+                for a, b, c in corners[sees].tolist()
+                for edge in ((a, b), (b, c), (c, a))
+            }
+            cone = np.array(
+                [(a, b, k) for a, b in sorted(edges) if (b, a) not in edges]
+            )
             if count + len(cone) > len(planes) or not len(cone):
                 return None
             planes[sees] = 0.0, 0.0, 0.0, -1.0  # gone: they see nothing
-            planes[count : count + len(cone)], corners[count : count + len(cone)] = _plane(points, cone), cone
+            planes[count : count + len(cone)], corners[count : count + len(cone)] = (
+                _plane(points, cone),
+                cone,
+            )
             count += len(cone)
         left = left[64:]
     found = planes[:count][planes[:count, :3].any(axis=1)]
@@ -342,8 +450,15 @@ def _planes(points: Array) -> Array | None:
 
 def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
     """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
-    parts = np.array_split(planes[planes[:, :3].any(axis=1)], 1 + len(planes) * len(points) // 1_000_000)
-    return np.logical_or.reduce([(points @ part[:, :3].T + part[:, 3] > tolerance).any(axis=1) for part in parts])
+    parts = np.array_split(
+        planes[planes[:, :3].any(axis=1)], 1 + len(planes) * len(points) // 1_000_000
+    )
+    return np.logical_or.reduce(
+        [
+            (points @ part[:, :3].T + part[:, 3] > tolerance).any(axis=1)
+            for part in parts
+        ]
+    )
 
 
 def _tetrahedron(points: Array) -> np.ndarray:
@@ -361,12 +476,14 @@ _NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 
 
 def _plane(points: Array, faces: np.ndarray) -> Array:
-    """Planes (F, 4) of triangles (F, 3) of points; one without a normal, and all points inside, where it is a line."""
+    """Planes (F, 4) of triangles (F, 3) of points; one without a normal, and all points
+    inside, where it is a line."""
     a = points[faces[:, 0]]
     u, v = points[faces[:, 1]] - a, points[faces[:, 2]] - a
     planes = np.empty((len(faces), 4))
     normal = planes[:, :3]
-    normal[:] = u[:, _NEXT] * v[:, _AFTER] - u[:, _AFTER] * v[:, _NEXT]  # as np.cross, in a fifth of its time
+    # as np.cross, in a fifth of its time
+    normal[:] = u[:, _NEXT] * v[:, _AFTER] - u[:, _AFTER] * v[:, _NEXT]
     length = np.sqrt((normal * normal).sum(axis=1))[:, None]
     normal /= np.where(length > 0.0, length, 1.0)
     planes[:, 3] = -(normal * a).sum(axis=1)

@@ -1,4 +1,5 @@
-"""A serial arm: from the joints' motion to the exact motion of the sensor frame at its end."""
+"""A serial arm: from the joints' motion to the exact motion of the sensor frame at its
+end."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -33,8 +34,15 @@ class JointMotion:
         for field in fields(self):
             object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
         shape = self.position.shape
-        if self.time.shape != shape[:1] or len(shape) != 2 or {self.velocity.shape, self.acceleration.shape} != {shape}:
-            raise InputError("time (K,), position, velocity and acceleration (K, n) do not agree", where="JointMotion")
+        if (
+            self.time.shape != shape[:1]
+            or len(shape) != 2
+            or {self.velocity.shape, self.acceleration.shape} != {shape}
+        ):
+            raise InputError(
+                "time (K,), position, velocity and acceleration (K, n) do not agree",
+                where="JointMotion",
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,21 +77,29 @@ class SensorMotion:
 
     @property
     def mean_speeds(self) -> tuple[float, float]:
-        """Means over the samples of the angular speed [rad/s] and of the sensor origin's speed [m/s]."""
-        angular, linear = (np.linalg.norm(v, axis=1) for v in (self.angular_velocity, self.linear_velocity))
+        """Means over the samples of the angular speed [rad/s] and of the sensor
+        origin's speed [m/s]."""
+        angular, linear = (
+            np.linalg.norm(v, axis=1)
+            for v in (self.angular_velocity, self.linear_velocity)
+        )
         return float(angular.mean()), float(linear.mean())
 
     def linear_speed(self, point: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """(K,) speed [m/s] of a point (3,) [m] fixed in the sensor frame."""
         offset = self.rotation @ np.asarray(point, dtype=float)
-        return np.linalg.norm(self.linear_velocity + _cross(self.angular_velocity, offset), axis=1)
+        return np.linalg.norm(
+            self.linear_velocity + _cross(self.angular_velocity, offset), axis=1
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A robot with a force-torque sensor at its end: any chain of joints that turn or slide.
+    """A robot with a force-torque sensor at its end: any chain of joints that turn or
+    slide.
 
-    The base is the world frame. Joint i turns (or slides) about its screw axis at rest, moved by those before it.
+    The base is the world frame. Joint i turns (or slides) about its screw axis at rest,
+    moved by those before it.
     """
 
     robot: Robot
@@ -98,7 +114,10 @@ class Arm:
         if self.joint_speeds is not None:
             object.__setattr__(self, "joint_speeds", frozen(self.joint_speeds))
         if self.start.shape != (self.n,):
-            raise InputError(f"{len(self.start)} joint positions to start from, but {self.n} joints", self.robot.source)
+            raise InputError(
+                f"{len(self.start)} joint positions to start from, but {self.n} joints",
+                self.robot.source,
+            )
 
     @classmethod
     def from_dh(
@@ -111,34 +130,62 @@ class Arm:
         limits: ArrayLike,
         joint_speeds: ArrayLike | None = None,
     ) -> Self:
-        """Revolute joints in standard Denavit-Hartenberg form: link i is Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i).
+        """Revolute joints in standard Denavit-Hartenberg form: link i is Rz(q_i)
+        Tz(d_i) Tx(a_i) Rx(alpha_i).
 
-        `a`, `d` [m], `alpha` [rad] and `start` [rad] are (n,), `limits` [rad] (n, 2); the sensor frame is the last
-        link's.
+        `a`, `d` [m], `alpha` [rad] and `start` [rad] are (n,), `limits` [rad] (n, 2);
+        the sensor frame is the last link's.
         """
         from scipy.spatial.transform import Rotation
 
         position, rotation, screws = np.zeros(3), np.eye(3), []
-        for i, (length, twist, offset) in enumerate(zip(*map(np.asarray, (a, alpha, d)), strict=True)):
-            screws.append(Screw(False, frozen(rotation[:, 2]), frozen(position), i, 1.0, 0.0))
+        for i, (length, twist, offset) in enumerate(
+            zip(*map(np.asarray, (a, alpha, d)), strict=True)
+        ):
+            screws.append(
+                Screw(False, frozen(rotation[:, 2]), frozen(position), i, 1.0, 0.0)
+            )
             position = position + rotation @ (length, 0.0, offset)
             rotation = rotation @ Rotation.from_rotvec((twist, 0.0, 0.0)).as_matrix()
         joints = tuple(f"joint{i + 1}" for i in range(len(screws)))
         pairs = tuple((float(low), float(high)) for low, high in np.asarray(limits))
         home = frozen(Rotation.from_matrix(rotation).as_quat())
-        robot = Robot(name, "base", "flange", joints, joints, pairs, tuple(screws), frozen(position), home)
-        return cls(robot, frozen(start), None if joint_speeds is None else frozen(joint_speeds))
+        robot = Robot(
+            name,
+            "base",
+            "flange",
+            joints,
+            joints,
+            pairs,
+            tuple(screws),
+            frozen(position),
+            home,
+        )
+        return cls(
+            robot, frozen(start), None if joint_speeds is None else frozen(joint_speeds)
+        )
 
     @classmethod
-    def from_urdf(cls, path: str | Path, sensor_frame: str, start: ArrayLike | None = None) -> Self:
-        """The arm of a URDF whose link `sensor_frame` carries the sensor; see `Robot.from_urdf` for errors.
+    def from_urdf(
+        cls, path: str | Path, sensor_frame: str, start: ArrayLike | None = None
+    ) -> Self:
+        """The arm of a URDF whose link `sensor_frame` carries the sensor; see
+        `Robot.from_urdf` for errors.
 
-        It starts from `start` (n,), by default from the middle of each joint's range, from zero where there is none.
+        It starts from `start` (n,), by default from the middle of each joint's range,
+        from zero where there is none.
         """
         robot = Robot.from_urdf(path, sensor_frame)
         if not robot.joints:
-            raise InputError(f"no joint moves '{sensor_frame}'", path, "choose a link further out")
-        return cls(robot, frozen([_middle(pair) for pair in robot.limits] if start is None else start))
+            raise InputError(
+                f"no joint moves '{sensor_frame}'", path, "choose a link further out"
+            )
+        return cls(
+            robot,
+            frozen(
+                [_middle(pair) for pair in robot.limits] if start is None else start
+            ),
+        )
 
     @property
     def n(self) -> int:
@@ -147,7 +194,8 @@ class Arm:
 
     @property
     def room(self) -> Array:
-        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for joints that slide."""
+        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for
+        joints that slide."""
         return np.array(
             [
                 0.0 if pair is None else max(min(at - pair[0], pair[1] - at), 0.0)
@@ -158,23 +206,30 @@ class Arm:
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
         """What the joints of the real arm could not do, one line each."""
         lines = []
-        for i, (name, pair) in enumerate(zip(self.robot.joints, self.robot.limits, strict=True)):
+        for i, (name, pair) in enumerate(
+            zip(self.robot.joints, self.robot.limits, strict=True)
+        ):
             low, high = joints.position[:, i].min(), joints.position[:, i].max()
             fastest = np.abs(joints.velocity[:, i]).max()
             if pair is not None and (low < pair[0] - SLACK or high > pair[1] + SLACK):
                 reach = f"{low:.2f} to {high:.2f} rad, outside its {pair[0]:.2f} to {pair[1]:.2f} rad"
                 lines.append(f"{name} turns from {reach}")
             if self.joint_speeds is not None and fastest > self.joint_speeds[i] + SLACK:
-                lines.append(f"{name} turns at up to {fastest:.2f} rad/s, above its {self.joint_speeds[i]:.2f} rad/s")
+                lines.append(
+                    f"{name} turns at up to {fastest:.2f} rad/s, above its {self.joint_speeds[i]:.2f} rad/s"
+                )
         return tuple(lines)
 
     def motion(self, joints: JointMotion) -> SensorMotion:
-        """Exact motion of the sensor frame, by forward recursion (Siciliano et al., *Robotics*, sec. 7.5.2).
+        """Exact motion of the sensor frame, by forward recursion (Siciliano et al.,
+        *Robotics*, sec. 7.5.2).
 
         `InputError` when the number of joints differs from the arm's.
         """
         if joints.position.shape[1] != self.n:
-            what = f"there are {joints.position.shape[1]} joints, but the arm has {self.n}"
+            what = (
+                f"there are {joints.position.shape[1]} joints, but the arm has {self.n}"
+            )
             raise InputError(what, where="JointMotion")
         K = len(joints.time)
         rotation = np.broadcast_to(np.eye(3), (K, 3, 3))
@@ -185,7 +240,9 @@ class Arm:
             nonlocal position, velocity, acceleration
             position = position + offset
             velocity = velocity + _cross(w, offset)
-            acceleration = acceleration + _cross(dw, offset) + _cross(w, _cross(w, offset))
+            acceleration = (
+                acceleration + _cross(dw, offset) + _cross(w, _cross(w, offset))
+            )
 
         for screw in self.robot.screws:
             carry(rotation @ (screw.point - at_rest))
@@ -199,14 +256,18 @@ class Arm:
             if screw.slides:
                 carry(axis * amount)
                 velocity = velocity + axis * rate
-                acceleration = acceleration + axis * change + 2.0 * _cross(w, axis * rate)
+                acceleration = (
+                    acceleration + axis * change + 2.0 * _cross(w, axis * rate)
+                )
             else:
                 dw = dw + axis * change + _cross(w, axis * rate)
                 w = w + axis * rate
                 rotation = rotation @ _turned(screw.axis, amount[:, 0])
         carry(rotation @ (self.robot.home_position - at_rest))
         rotation = rotation @ rotation_matrices(self.robot.home_orientation)
-        return SensorMotion(joints.time, position, rotation, velocity, w, acceleration, dw)
+        return SensorMotion(
+            joints.time, position, rotation, velocity, w, acceleration, dw
+        )
 
 
 def _cross(u: Array, v: Array) -> Array:
@@ -221,7 +282,11 @@ def _turned(axis: Array, angle: Array) -> Array:
 
 
 def _middle(pair: tuple[float, float] | None) -> float:
-    return 0.5 * (pair[0] + pair[1]) if pair is not None and np.isfinite(pair).all() else 0.0
+    return (
+        0.5 * (pair[0] + pair[1])
+        if pair is not None and np.isfinite(pair).all()
+        else 0.0
+    )
 
 
 UR5 = Arm.from_dh(
@@ -233,9 +298,9 @@ UR5 = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values ("DH parameters for
-calculations of kinematics and dynamics", Universal Robots support; limits from the user manual). It starts as in the
-paper's simulations."""
+"""Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values
+("DH parameters for calculations of kinematics and dynamics", Universal Robots support;
+limits from the user manual). It starts as in the paper's simulations."""
 
 XARM7 = Arm.from_dh(
     "xArm 7",
@@ -254,5 +319,5 @@ XARM7 = Arm.from_dh(
     ),
     joint_speeds=[np.pi] * 7,
 )
-"""uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in the maker's URDF
-(xArm-Developer/xarm_ros, xarm_description)."""
+"""uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in
+the maker's URDF (xArm-Developer/xarm_ros, xarm_description)."""

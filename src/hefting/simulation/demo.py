@@ -1,4 +1,5 @@
-"""A demonstration from end to end: a simulated arm wields a hammer, which is identified from its log."""
+"""A demonstration from end to end: a simulated arm wields a hammer, which is identified
+from its log."""
 
 import json
 from dataclasses import dataclass
@@ -24,8 +25,16 @@ DURATION, RATE, ANGULAR_SPEED = 10.0, 100.0, 1.0
 """Length [s], samples per second and mean angular speed [rad/s] of the recording."""
 NOISE = "moderate"
 SEED = 2022
-POSE = frozen(((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, -0.08), (0.0, -1.0, 0.0, 0.06), (0.0, 0.0, 0.0, 1.0)))
-"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm off the sensor."""
+POSE = frozen(
+    (
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, -0.08),
+        (0.0, -1.0, 0.0, 0.06),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+)
+"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm
+off the sensor."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +56,8 @@ class Demo:
     truth: InertialParameters
     """True parameters in the sensor frame."""
     homogeneous: InertialParameters
-    """The true mass spread evenly over the shape: what scale and drawing alone would say."""
+    """The true mass spread evenly over the shape: what scale and drawing alone would
+    say."""
     estimate: Estimate
     errors: Errors
     """Of the estimate [%]."""
@@ -61,23 +71,36 @@ class Demo:
 
 
 def run(folder: str | Path, pictures: bool = True) -> Demo:
-    """Simulate, write the log, identify from the files as a user would, and write results to `folder`.
+    """Simulate, write the log, identify from the files as a user would, and write
+    results to `folder`.
 
-    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the paper's moderate noise,
-    the poses 0.1 mm and 0.02°. The same every time. Raises `InputError` when the folder cannot be written
-    and `MissingDependencyError` when pictures are wanted without matplotlib.
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the
+    paper's moderate noise, the poses 0.1 mm and 0.02°. The same every time. Raises
+    `InputError` when the folder cannot be written and `MissingDependencyError` when
+    pictures are wanted without matplotlib.
     """
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot be made a folder ({error.strerror})", where=folder) from error
-    log, mesh_file, truth_file = folder / "log.csv", folder / "hammer.stl", folder / "truth.json"
+        raise InputError(
+            f"cannot be made a folder ({error.strerror})", where=folder
+        ) from error
+    log, mesh_file, truth_file = (
+        folder / "log.csv",
+        folder / "hammer.stl",
+        folder / "truth.json",
+    )
 
     held = hammer()
     body = held.parameters.moved(POSE)
     motion = UR5.motion(sinusoids(DURATION, RATE, ANGULAR_SPEED))
-    write_log(simulate(motion, body, noise=NOISE_LEVELS[NOISE], pose_noise=POSE_NOISE, seed=SEED), log)
+    write_log(
+        simulate(
+            motion, body, noise=NOISE_LEVELS[NOISE], pose_noise=POSE_NOISE, seed=SEED
+        ),
+        log,
+    )
     surface = held.mesh()
     extents = surface.extents
     write_atomically(mesh_file, surface.copy().apply_scale(1e3).export(file_type="stl"))
@@ -95,8 +118,12 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     if pictures:
         from hefting.plots import plot_object, plot_wrench, save_figure
 
-        drawn = save_figure(plot_wrench(found.measurements, estimate), folder / "wrench")
-        picture = plot_object(estimate, shape, surface.copy().apply_transform(POSE), body)
+        drawn = save_figure(
+            plot_wrench(found.measurements, estimate), folder / "wrench"
+        )
+        picture = plot_object(
+            estimate, shape, surface.copy().apply_transform(POSE), body
+        )
         drawn += save_figure(picture, folder / "object")
     even = InertialParameters(body.mass * shape.homogeneous.vector)
     axes = np.asarray(POSE)[:3, :3]

@@ -1,4 +1,5 @@
-"""What is wrong with a log (noise, bias, drift, clock, spikes, losses, contacts, saturation, sign), and its rates."""
+"""What is wrong with a log (noise, bias, drift, clock, spikes, losses, contacts,
+saturation, sign), and its rates."""
 
 from dataclasses import dataclass, fields
 from typing import Literal
@@ -15,29 +16,36 @@ Six = tuple[float, float, float, float, float, float]
 ZERO: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 FT300: Six = (0.1, 0.1, 0.1, 0.005, 0.005, 0.003)
-"""Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's moderate level, but about z."""
+"""Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's
+moderate level, but about z."""
 
 WRENCH_NOISE: dict[str, Six] = {
-    **{name: (n.force, n.force, n.force, n.torque, n.torque, n.torque) for name, n in NOISE_LEVELS.items()},
+    **{
+        name: (n.force, n.force, n.force, n.torque, n.torque, n.torque)
+        for name, n in NOISE_LEVELS.items()
+    },
     "ft300": FT300,
 }
-"""Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and a sensor's."""
+"""Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and
+a sensor's."""
 
 SHARES = ("spikes", "dropped", "contacts")
 
 
 @dataclass(frozen=True)
 class Faults:
-    """Imperfections of sensor, clock and surroundings; by default those of a well-kept cobot, and no wrench noise.
+    """Imperfections of sensor, clock and surroundings; by default those of a well-kept
+    cobot, and no wrench noise.
 
-    All but the sign, bias and drift are random, each from a generator of its own: to add one leaves the others as they
-    were. Raises `InputError` for values out of range.
+    All but the sign, bias and drift are random, each from a generator of its own: to
+    add one leaves the others as they were. Raises `InputError` for values out of range.
     """
 
     wrench_noise: Six = ZERO
     """standard deviations [N (3), N m (3)]"""
     noise_correlation: float = 0.0
-    """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order autoregressive)"""
+    """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order
+    autoregressive)"""
     pose_noise: tuple[float, float] = POSE_NOISE
     """standard deviations per axis of position [m] and orientation [rad]"""
     joint_noise: float = 0.0
@@ -63,7 +71,8 @@ class Faults:
     saturation: tuple[float, float] | None = None
     """largest force and torque the sensor shows, per axis [N], [N m]"""
     on_sensor: bool = False
-    """the sensor shows the wrench exerted on itself, the opposite of the project's sign"""
+    """the sensor shows the wrench exerted on itself, the opposite of the project's
+    sign"""
     gyroscope_noise: float = 0.005
     """standard deviation per axis [rad/s]"""
     gyroscope_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -79,25 +88,47 @@ class Faults:
             if isinstance(value, str | bool) or value is None:
                 continue
             numbers = np.asarray(value, dtype=float)
-            default = np.asarray(field.default if field.default is not None else (0.0, 0.0))
+            default = np.asarray(
+                field.default if field.default is not None else (0.0, 0.0)
+            )
             if numbers.shape != default.shape or not np.isfinite(numbers).all():
-                raise InputError(f"{field.name} is {value}, not {max(default.size, 1)} finite number(s)", "Faults")
-            if field.name not in ("bias", "drift", "wrench_delay") and "bias" not in field.name and (numbers < 0).any():
-                raise InputError(f"{field.name} is {value}, which is negative", where="Faults")
+                raise InputError(
+                    f"{field.name} is {value}, not {max(default.size, 1)} finite number(s)",
+                    "Faults",
+                )
+            if (
+                field.name not in ("bias", "drift", "wrench_delay")
+                and "bias" not in field.name
+                and (numbers < 0).any()
+            ):
+                raise InputError(
+                    f"{field.name} is {value}, which is negative", where="Faults"
+                )
         if self.drift_kind not in ("linear", "exponential"):
-            raise InputError(f"drift_kind is '{self.drift_kind}'", "Faults", "use linear or exponential")
+            raise InputError(
+                f"drift_kind is '{self.drift_kind}'",
+                "Faults",
+                "use linear or exponential",
+            )
         if not self.noise_correlation < 1.0:
             raise InputError(
-                f"noise_correlation is {self.noise_correlation}", "Faults", "give a number from 0 to below 1"
+                f"noise_correlation is {self.noise_correlation}",
+                "Faults",
+                "give a number from 0 to below 1",
             )
         for name in SHARES:
             if not getattr(self, name) < 1.0:
-                raise InputError(f"{name} is {getattr(self, name)}", "Faults", "give a share from 0 to below 1")
+                raise InputError(
+                    f"{name} is {getattr(self, name)}",
+                    "Faults",
+                    "give a share from 0 to below 1",
+                )
 
 
 @dataclass(frozen=True)
 class Rates:
-    """How often each sensor is read [Hz]: None as often as the motion was computed, 0 never.
+    """How often each sensor is read [Hz]: None as often as the motion was computed, 0
+    never.
 
     Each must divide the rate of the motion: nothing is interpolated.
     """
@@ -108,21 +139,32 @@ class Rates:
     imu: float | None = 0.0
 
     def stride(self, name: str, own: float) -> int:
-        """Every how manieth sample of a motion of rate `own` [Hz] is read; 0 for none."""
+        """Every how manieth sample of a motion of rate `own` [Hz] is read; 0 for
+        none."""
         rate = getattr(self, name)
         if rate is None:
             return 1
         if rate == 0.0:
             return 0
         steps = own / rate if rate > 0.0 else 0.0
-        if not (np.isfinite(steps) and round(steps) >= 1 and abs(steps - round(steps)) < 1e-6 * steps):
+        if not (
+            np.isfinite(steps)
+            and round(steps) >= 1
+            and abs(steps - round(steps)) < 1e-6 * steps
+        ):
             fix = "compute the motion at a multiple of it"
-            raise InputError(f"a {name} rate of {rate:g} Hz does not divide the motion's {own:g} Hz", fix=fix)
+            raise InputError(
+                f"a {name} rate of {rate:g} Hz does not divide the motion's {own:g} Hz",
+                fix=fix,
+            )
         return round(steps)
 
 
-def tilted_gravity(angle: float, heading: float = 0.0, gravity: tuple[float, ...] = STANDARD_GRAVITY) -> Array:
-    """Gravity (3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis at `heading` [rad] from x."""
+def tilted_gravity(
+    angle: float, heading: float = 0.0, gravity: tuple[float, ...] = STANDARD_GRAVITY
+) -> Array:
+    """Gravity (3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis
+    at `heading` [rad] from x."""
     from scipy.spatial.transform import Rotation
 
     turn = angle * np.array((np.cos(heading), np.sin(heading), 0.0))

@@ -1,4 +1,5 @@
-"""An object in a robot's hand: what it is made of, how it looks, and where it is in the sensor frame."""
+"""An object in a robot's hand: what it is made of, how it looks, and where it is in the
+sensor frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class HeldObject:
-    """A rigid object, its true inertial parameters and its surface, held in a known pose."""
+    """A rigid object, its true inertial parameters and its surface, held in a known
+    pose."""
 
     name: str
     in_object: InertialParameters
@@ -40,17 +42,24 @@ class HeldObject:
 
     @classmethod
     def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
-        """An assembly of parts; `sections` are the sides of the prisms for its cylinders."""
-        return cls(assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose))
+        """An assembly of parts; `sections` are the sides of the prisms for its
+        cylinders."""
+        return cls(
+            assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
+        )
 
     @classmethod
     def from_meshes(
-        cls, parts: Sequence[tuple[str | Path, float]], unit: str | None = "m", pose: ArrayLike | None = None
+        cls,
+        parts: Sequence[tuple[str | Path, float]],
+        unit: str | None = "m",
+        pose: ArrayLike | None = None,
     ) -> Self:
-        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and `pose` as for `Shape`.
+        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
+        `pose` as for `Shape`.
 
-        The truth is the integral over the meshes. Raises `InputError` for a mesh that cannot be read or is not
-        watertight, and for a density that is not positive.
+        The truth is the integral over the meshes. Raises `InputError` for a mesh that
+        cannot be read or is not watertight, and for a density that is not positive.
         """
         import trimesh
 
@@ -65,9 +74,16 @@ class HeldObject:
                 raise InputError("the mesh is not watertight", path, fix)
             bodies.append(_filled(solid, density, path))
             surfaces.append(trimesh.Trimesh(solid.vertices, solid.faces, process=False))
-        surface = surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(surfaces)
+        surface = (
+            surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(surfaces)
+        )
         name = "+".join(Path(path).stem for path, _ in parts)
-        return cls(name, reduce(add, bodies), surface, np.eye(4) if pose is None else frozen(pose))  # type: ignore[arg-type]
+        return cls(
+            name,
+            reduce(add, bodies),
+            surface,
+            np.eye(4) if pose is None else frozen(pose),
+        )  # type: ignore[arg-type]
 
     @cached_property
     def parameters(self) -> InertialParameters:
@@ -79,21 +95,39 @@ class HeldObject:
         """Sides (3,) [m] of the bounding box along the object's axes."""
         return frozen(self.surface.extents)
 
-    def points(self, points: int | None = None, points_per_cm3: float | None = None) -> Shape:
-        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh` chooses them."""
-        return Shape.from_mesh(self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3)
+    def points(
+        self, points: int | None = None, points_per_cm3: float | None = None
+    ) -> Shape:
+        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh`
+        chooses them."""
+        return Shape.from_mesh(
+            self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
+        )
 
     def truth(
-        self, gravity: ArrayLike = STANDARD_GRAVITY, on_sensor: bool = False, mesh_unit: str = "m"
+        self,
+        gravity: ArrayLike = STANDARD_GRAVITY,
+        on_sensor: bool = False,
+        mesh_unit: str = "m",
     ) -> dict[str, Any]:
         """What is to be found, ready for JSON; see `hefting.simulation.truth`."""
-        return truth(self.parameters, self.extents, self.pose, gravity, mesh_unit, on_sensor, self.name)
+        return truth(
+            self.parameters,
+            self.extents,
+            self.pose,
+            gravity,
+            mesh_unit,
+            on_sensor,
+            self.name,
+        )
 
 
 def _filled(solid: Solid, density: float, where: str | Path) -> InertialParameters:
     """A solid of one material, in the frame of its mesh."""
     if not 0.0 < density < np.inf:
-        raise InputError(f"the density is {density} kg/m³, which is not positive", where=where)
+        raise InputError(
+            f"the density is {density} kg/m³, which is not positive", where=where
+        )
     mass, second = density * solid.volume, solid.second_moment
     inertia = mass * (np.trace(second) * np.eye(3) - second)
     return InertialParameters.from_com(mass, solid.centroid, inertia)

@@ -1,7 +1,9 @@
-"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion, stop-and-go.
+"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion,
+stop-and-go.
 
-Every joint stays within its arm's limits: amplitudes are made smaller where a limit is nearer than they reach, and
-joints that slide stay where they start. `Arm.exceeded` tells of joint speeds that the real arm does not have.
+Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
+nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
+tells of joint speeds that the real arm does not have.
 """
 
 from collections.abc import Callable
@@ -16,13 +18,16 @@ START = tuple(UR5.start.tolist())
 """Initial joint angles in the paper's simulations [rad]."""
 
 FREQUENCIES = (0.10, 0.13, 0.16)
-"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to the wanted speed."""
+"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
+scaled to the wanted speed."""
 
 LARGEST_SCALE = 1e4
-"""Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that starts from rest has no time to."""
+"""Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that
+starts from rest has no time to."""
 
 BETWEEN = 0.999
-"""Share of a speed limit that samples may reach, so that it is kept between them too."""
+"""Share of a speed limit that samples may reach, so that it is kept between them
+too."""
 
 
 def sinusoids(
@@ -32,11 +37,13 @@ def sinusoids(
     arm: Arm = UR5,
     speed_limit: float | None = None,
 ) -> JointMotion:
-    """The last three joints follow 45° sin(2 pi s f t) about the arm's start (Nadeau et al. 2022, sec. V-D).
+    """The last three joints follow 45° sin(2 pi s f t) about the arm's start (Nadeau et
+    al. 2022, sec. V-D).
 
-    The common scale s of the frequencies is the one at which the sensor's angular speed, averaged over the
-    `duration` [s], is `angular_speed` [rad/s]; smaller, where the sensor's origin would go faster than `speed_limit`
-    [m/s]. Samples come at `rate` [Hz]. The motion begins at full speed.
+    The common scale s of the frequencies is the one at which the sensor's angular
+    speed, averaged over the `duration` [s], is `angular_speed` [rad/s]; smaller, where
+    the sensor's origin would go faster than `speed_limit` [m/s]. Samples come at `rate`
+    [Hz]. The motion begins at full speed.
     """
     time = _instants(duration, rate, angular_speed)
     moving = min(arm.n, len(FREQUENCIES))
@@ -44,7 +51,16 @@ def sinusoids(
     frequency[0, arm.n - moving :] = FREQUENCIES[len(FREQUENCIES) - moving :]
     amplitude = np.where(frequency > 0.0, np.minimum(np.radians(45.0), arm.room), 0.0)
     plain = time, np.ones_like(time), np.zeros_like(time)
-    return _at_speed(arm, angular_speed, speed_limit, time, plain, amplitude, frequency, np.zeros_like(frequency))
+    return _at_speed(
+        arm,
+        angular_speed,
+        speed_limit,
+        time,
+        plain,
+        amplitude,
+        frequency,
+        np.zeros_like(frequency),
+    )
 
 
 def random_smooth(
@@ -55,17 +71,30 @@ def random_smooth(
     arm: Arm = UR5,
     speed_limit: float | None = None,
 ) -> JointMotion:
-    """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest within a second.
+    """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest
+    within a second.
 
     Speed, its limit and sampling as in `sinusoids`; the same for the same `seed`.
     """
     time = _instants(duration, rate, angular_speed)
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
-    amplitude, frequency = np.radians(rng.uniform(5.0, 15.0, shape)), rng.uniform(0.05, 0.3, shape)
+    amplitude, frequency = (
+        np.radians(rng.uniform(5.0, 15.0, shape)),
+        rng.uniform(0.05, 0.3, shape),
+    )
     amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)
-    return _at_speed(arm, angular_speed, speed_limit, time, _from_rest(time), amplitude, frequency, phase)
+    return _at_speed(
+        arm,
+        angular_speed,
+        speed_limit,
+        time,
+        _from_rest(time),
+        amplitude,
+        frequency,
+        phase,
+    )
 
 
 def stop_and_go(
@@ -77,11 +106,13 @@ def stop_and_go(
     arm: Arm = UR5,
     speed_limit: float | None = None,
 ) -> JointMotion:
-    """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose near the start, and so on.
+    """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
+    near the start, and so on.
 
-    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk jumps where a move
-    begins and ends. With a `speed_limit` [m/s] of the sensor's origin all moves take longer, as much as the fastest
-    needs. The same for the same `seed`.
+    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
+    jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
+    origin all moves take longer, as much as the fastest needs. The same for the same
+    `seed`.
     """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
@@ -89,7 +120,9 @@ def stop_and_go(
     reach = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
     reach = np.minimum(reach, arm.room)
     most = int(time[-1] // (dwell + move)) + 2
-    poses = arm.start + reach * np.random.default_rng(seed).uniform(-1.0, 1.0, (most, arm.n))
+    poses = arm.start + reach * np.random.default_rng(seed).uniform(
+        -1.0, 1.0, (most, arm.n)
+    )
     poses[0] = arm.start
     joints = _moves(time, poses, dwell, move)
     if speed_limit is not None:
@@ -114,14 +147,22 @@ def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
 
 
 def _instants(duration: float, rate: float, speed: float) -> Array:
-    if not (duration > 0.0 and rate > 0.0 and speed > 0.0 and np.isfinite(duration * rate * speed)):
+    if not (
+        duration > 0.0
+        and rate > 0.0
+        and speed > 0.0
+        and np.isfinite(duration * rate * speed)
+    ):
         what = f"but are {duration:g} s, {rate:g} Hz and {speed:g} rad/s"
-        raise InputError(f"duration, rate and speed of a motion must be positive, {what}")
+        raise InputError(
+            f"duration, rate and speed of a motion must be positive, {what}"
+        )
     return np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
 
 
 def _from_rest(time: Array) -> tuple[Array, Array, Array]:
-    """A clock that starts with the first second: reading, rate and its derivative (K,)."""
+    """A clock that starts with the first second: reading, rate and its derivative
+    (K,)."""
     u = np.clip(time, 0.0, 1.0)
     reading = u**4 * (2.5 - 3.0 * u + u * u) + (time - u)
     return reading, u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2
@@ -148,9 +189,14 @@ def _at_speed(
     frequency: Array,
     phase: Array,
 ) -> JointMotion:
-    """Sums of sinusoids (k, n) about the start, their clock scaled to the wanted mean angular speed, or the limit."""
+    """Sums of sinusoids (k, n) about the start, their clock scaled to the wanted mean
+    angular speed, or the limit."""
     if not (amplitude * frequency).any():
-        raise InputError("no joint of the arm can turn", arm.robot.source, "start it away from its joints' limits")
+        raise InputError(
+            "no joint of the arm can turn",
+            arm.robot.source,
+            "start it away from its joints' limits",
+        )
 
     def joints(scale: float) -> JointMotion:
         reading, rate, change = (scale * c[:, None, None] for c in clock)
@@ -178,7 +224,9 @@ def _at_speed(
     if speed_limit is not None:
         highest = _limit(speed_limit)
         if _fastest(arm, joints(scale)) > highest:
-            scale = _root(lambda scale: _fastest(arm, joints(scale)) - highest, 0.0, scale)
+            scale = _root(
+                lambda scale: _fastest(arm, joints(scale)) - highest, 0.0, scale
+            )
     return joints(scale)
 
 

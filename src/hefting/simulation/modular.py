@@ -1,8 +1,10 @@
-"""The modular test object of the paper in its eight configurations, to its published dimensions.
+"""The modular test object of the paper in its eight configurations, to its published
+dimensions.
 
-A printed H with ten closed cylindrical pockets, each empty or holding a weight of steel or of ABS (Nadeau et al. 2022,
-sec. V-A; dimensions from its authors' generator). The bolts with which it can be fastened are not part of it. The sum
-over its parts, holes counted negative, is exact.
+A printed H with ten closed cylindrical pockets, each empty or holding a weight of steel
+or of ABS (Nadeau et al. 2022, sec. V-A; dimensions from its authors' generator). The
+bolts with which it can be fastened are not part of it. The sum over its parts, holes
+counted negative, is exact.
 """
 
 from collections.abc import Iterator
@@ -37,7 +39,12 @@ BOLT_HOLES = (
 THICKNESS = 0.050
 """Of the H [m]: its faces are at z = 0 and there."""
 
-POCKET, WEIGHT, BOLT_HOLE, BOSS = (0.015, 0.0254), (0.0127, 0.0254), (0.0033, THICKNESS), (0.0075, THICKNESS)
+POCKET, WEIGHT, BOLT_HOLE, BOSS = (
+    (0.015, 0.0254),
+    (0.0127, 0.0254),
+    (0.0033, THICKNESS),
+    (0.0075, THICKNESS),
+)
 """Radius and height [m]."""
 
 PAPER_VOLUME = 1400.0
@@ -78,13 +85,17 @@ MODULAR = {
 
 
 def modular(name: str) -> Assembly:
-    """One of the eight configurations (`MODULAR`), in the frame of its mesh: origin in the middle of one face.
+    """One of the eight configurations (`MODULAR`), in the frame of its mesh: origin in
+    the middle of one face.
 
     Raises `InputError` for another name.
     """
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
-        raise InputError(f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}", fix=fix)
+        raise InputError(
+            f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}",
+            fix=fix,
+        )
     filling = MODULAR[name.lower()]
     middle = 0.5 * THICKNESS
     turned = np.diag((-1.0, -1.0, 1.0))
@@ -94,33 +105,44 @@ def modular(name: str) -> Assembly:
         Part("box", (0.050, 0.200, THICKNESS), PLA, (0.0, 0.0, middle)),
         Part("half cylinder", BOSS, PLA, (0.0, 0.150, middle)),
         Part("half cylinder", BOSS, PLA, (0.0, -0.150, middle), turned),
-        *(Part("cylinder", BOLT_HOLE, -PLA, _at(place, middle)) for place in BOLT_HOLES),
+        *(
+            Part("cylinder", BOLT_HOLE, -PLA, _at(place, middle))
+            for place in BOLT_HOLES
+        ),
     )
     inside = [Part("cylinder", POCKET, -PLA, _at(place, middle)) for place in SLOTS]
     for density, slots in ((STEEL_WEIGHT, filling.steel), (ABS_WEIGHT, filling.abs)):
-        inside += [Part("cylinder", WEIGHT, density, _at(SLOTS[slot], middle)) for slot in slots]
+        inside += [
+            Part("cylinder", WEIGHT, density, _at(SLOTS[slot], middle))
+            for slot in slots
+        ]
     return Assembly(name.lower(), (*outline, *inside), outline)
 
 
 def grasp(slot: int = GRASPED) -> Array:
-    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange, the slot above its middle."""
+    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange,
+    the slot above its middle."""
     pose = np.eye(4)
     pose[:2, 3] = -1e-3 * np.array(SLOTS[slot])
     return pose
 
 
 def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
-    """A configuration held at a slot, with the mesh one would scan: bolt holes show, pockets do not."""
+    """A configuration held at a slot, with the mesh one would scan: bolt holes show,
+    pockets do not."""
     return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
 
 
 def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> Shape:
-    """A regular grid in a modular object, in the sensor frame: 56 points at 0.04 points/cm³, 126 at 0.09.
+    """A regular grid in a modular object, in the sensor frame: 56 points at 0.04
+    points/cm³, 126 at 0.09.
 
-    The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x 25 mm are 0.04 points/cm³ to the
-    digit. Of all centred grids of nearly cubic cells with the wanted number of centres in the H, the one whose equal
-    point masses have the second moments nearest to the H's; where none has that number, the grid of
-    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one point at least.
+    The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x
+    25 mm are 0.04 points/cm³ to the digit. Of all centred grids of nearly cubic cells
+    with the wanted number of centres in the H, the one whose equal point masses have
+    the second moments nearest to the H's; where none has that number, the grid of
+    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one
+    point at least.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)
@@ -145,20 +167,31 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cells (3,) [m] of the grids with so many centres in the H."""
+    """Centres (count, 3) and cells (3,) [m] of the grids with so many centres in the
+    H."""
     corners = [
-        (np.array(bar.center) - np.divide(bar.size, 2), np.array(bar.center) + np.divide(bar.size, 2))
+        (
+            np.array(bar.center) - np.divide(bar.size, 2),
+            np.array(bar.center) + np.divide(bar.size, 2),
+        )
         for bar in _bars()
     ]
-    low, high = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    low, high = (
+        np.min([low for low, _ in corners], axis=0),
+        np.max([high for _, high in corners], axis=0),
+    )
     about = (high - low) / np.cbrt(1e-6 * PAPER_VOLUME / count)
-    for cells in product(*(range(max(1, int(0.6 * number)), int(1.7 * number) + 2) for number in about)):
+    for cells in product(
+        *(range(max(1, int(0.6 * number)), int(1.7 * number) + 2) for number in about)
+    ):
         cell = (high - low) / cells
         if cell.max() > UNEVEN * cell.min():
             continue
         lines = (low[i] + cell[i] * (np.arange(cells[i]) + 0.5) for i in range(3))
         centres = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-        inside = np.any([((centres > a) & (centres < b)).all(axis=1) for a, b in corners], axis=0)
+        inside = np.any(
+            [((centres > a) & (centres < b)).all(axis=1) for a, b in corners], axis=0
+        )
         if inside.sum() == count:
             yield centres[inside], cell
 
@@ -167,7 +200,12 @@ def _mismatch(points: Array) -> float:
     """Relative difference of the second moments of equal point masses and of the H."""
     bars = reduce(add, (bar.parameters for bar in _bars()))
     second = bars.pseudo_inertia[:3, :3] / bars.mass
-    return float(np.linalg.norm((points.T @ points / len(points) - second) / np.sqrt(np.outer(*[np.diag(second)] * 2))))
+    return float(
+        np.linalg.norm(
+            (points.T @ points / len(points) - second)
+            / np.sqrt(np.outer(*[np.diag(second)] * 2))
+        )
+    )
 
 
 def _at(place: tuple[float, float], z: float) -> tuple[float, float, float]:

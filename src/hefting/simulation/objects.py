@@ -1,4 +1,5 @@
-"""Objects to wield: boxes and cylinders of different materials joined or cut out, with exact inertia and a mesh."""
+"""Objects to wield: boxes and cylinders of different materials joined or cut out, with
+exact inertia and a mesh."""
 
 from dataclasses import dataclass, field
 from functools import reduce
@@ -17,7 +18,8 @@ STEEL, ASH_WOOD = 7850.0, 680.0
 """Densities [kg/m³]."""
 
 SECTIONS = 96
-"""Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too small."""
+"""Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too
+small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +34,8 @@ class Part:
     center: tuple[float, float, float]
     """[m]; of a half cylinder, the middle of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
-    """(3, 3) part axes to assembly axes; a cylinder stands along its z, half a cylinder on the side of positive y"""
+    """(3, 3) part axes to assembly axes; a cylinder stands along its z, half a cylinder
+    on the side of positive y"""
 
     def __post_init__(self):
         object.__setattr__(self, "axes", frozen(self.axes))
@@ -44,13 +47,17 @@ class Part:
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
             inertia = mass / 12.0 * (square.sum() - square)
-        else:  # half a cylinder has the moments of a whole one of half the density, but for where its centre is
+        # half a cylinder has the moments of a whole one of half the density, but for
+        # where its centre is
+        else:
             radius, height = self.size
             share = 1.0 if self.solid == "cylinder" else 0.5
             mass = share * self.density * np.pi * radius**2 * height
             across = mass / 12.0 * (3.0 * radius**2 + height**2)
             inertia = np.array((across, across, mass / 2.0 * radius**2))
-        middle = InertialParameters.from_com(mass, (0.0, 0.0, 0.0), np.diag(inertia)).vector.copy()
+        middle = InertialParameters.from_com(
+            mass, (0.0, 0.0, 0.0), np.diag(inertia)
+        ).vector.copy()
         if self.solid == "half cylinder":
             middle[2] = mass * 4.0 * self.size[0] / (3.0 * np.pi)
         pose = np.eye(4)
@@ -58,7 +65,8 @@ class Part:
         return InertialParameters(middle).moved(pose)
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that many sides."""
+        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that
+        many sides."""
         import trimesh
 
         pose = np.eye(4)
@@ -66,16 +74,22 @@ class Part:
         if self.solid == "box":
             return trimesh.creation.box(self.size, transform=pose)
         if self.solid == "cylinder":
-            return trimesh.creation.cylinder(*self.size, sections=sections, transform=pose)
+            return trimesh.creation.cylinder(
+                *self.size, sections=sections, transform=pose
+            )
         angle = np.linspace(0.0, np.pi, sections // 2 + 1)
         rim = self.size[0] * np.column_stack((np.cos(angle), np.sin(angle)))
-        ends = [np.column_stack((rim, np.full(len(rim), z))) for z in (-0.5 * self.size[1], 0.5 * self.size[1])]
+        ends = [
+            np.column_stack((rim, np.full(len(rim), z)))
+            for z in (-0.5 * self.size[1], 0.5 * self.size[1])
+        ]
         return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(pose)
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Parts rigidly joined; they do not overlap, but for holes, which are inside other parts."""
+    """Parts rigidly joined; they do not overlap, but for holes, which are inside other
+    parts."""
 
     name: str
     parts: tuple[Part, ...]
@@ -88,21 +102,27 @@ class Assembly:
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """One watertight surface [m] around what shows, which says nothing of materials and of what is inside."""
+        """One watertight surface [m] around what shows, which says nothing of materials
+        and of what is inside."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
         solids = [part.mesh(sections) for part in shown if part.density > 0.0]
         holes = [part.mesh(sections) for part in shown if part.density < 0.0]
         surface = trimesh.boolean.union(solids, engine="manifold")
-        return trimesh.boolean.difference([surface, *holes], engine="manifold") if holes else surface
+        return (
+            trimesh.boolean.difference([surface, *holes], engine="manifold")
+            if holes
+            else surface
+        )
 
 
 def hammer() -> Assembly:
-    """A joiner's hammer: handle of ash wood along z from its lower end at the origin, steel head along x.
+    """A joiner's hammer: handle of ash wood along z from its lower end at the origin,
+    steel head along x.
 
-    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a homogeneous body of the
-    same shape would have it at 0.175 m.
+    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a
+    homogeneous body of the same shape would have it at 0.175 m.
     """
     along_x = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     return Assembly(

@@ -1,4 +1,5 @@
-"""Wielding in MuJoCo: the wrench and the motion of the sensor from a simulator that shares no formula with us."""
+"""Wielding in MuJoCo: the wrench and the motion of the sensor from a simulator that
+shares no formula with us."""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -14,11 +15,19 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matri
 from hefting.simulation.arm import Arm, JointMotion, SensorMotion
 from hefting.simulation.wield import wield
 
-MOTION = ("framepos", "framequat", "framelinvel", "frameangvel", "framelinacc", "frameangacc")
+MOTION = (
+    "framepos",
+    "framequat",
+    "framelinvel",
+    "frameangvel",
+    "framelinacc",
+    "frameangacc",
+)
 """MuJoCo's sensors of the motion of a frame."""
 
 LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
-"""MuJoCo wants every moving body to have a mass; those before the sensor do not show in its wrench."""
+"""MuJoCo wants every moving body to have a mass; those before the sensor do not show in
+its wrench."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +41,31 @@ class Wielding:
     motion: SensorMotion
     """Of the sensor frame, in world axes."""
     measurements: Measurements
-    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the body."""
+    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
+    body."""
     gravity: Array
     """(3,) in world axes [m/s²]"""
 
 
 def wield_in_mujoco(
-    arm: Arm, joints: JointMotion, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
-    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor frame) and moves as prescribed.
+    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor
+    frame) and moves as prescribed.
 
-    All of motion and wrench is read from MuJoCo's sensors at the sensor frame. `gravity` (3,) is in world axes
-    [m/s²]. Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that cannot exist.
+    All of motion and wrench is read from MuJoCo's sensors at the sensor frame.
+    `gravity` (3,) is in world axes [m/s²]. Raises `MissingDependencyError` without
+    MuJoCo, `InputError` for a body that cannot exist.
     """
     mujoco = _mujoco()
     if joints.position.shape[1] != arm.n:
-        raise InputError(f"there are {joints.position.shape[1]} joints, but the arm has {arm.n}", where="JointMotion")
+        raise InputError(
+            f"there are {joints.position.shape[1]} joints, but the arm has {arm.n}",
+            where="JointMotion",
+        )
     consistency = body.consistency()
     if not consistency.is_consistent:
         raise InputError(f"MuJoCo cannot hold the body: {consistency}")
@@ -61,45 +79,65 @@ def wield_in_mujoco(
     multiplier = np.array([screw.multiplier for screw in arm.robot.screws])
     offset = np.array([screw.offset for screw in arm.robot.screws])
     position = multiplier * joints.position[:, columns] + offset
-    velocity, acceleration = multiplier * joints.velocity[:, columns], multiplier * joints.acceleration[:, columns]
+    velocity, acceleration = (
+        multiplier * joints.velocity[:, columns],
+        multiplier * joints.acceleration[:, columns],
+    )
     read = np.empty((len(joints.time), model.nsensordata))
     qpos, qvel, qacc, sensors = data.qpos, data.qvel, data.qacc, data.sensordata
     for k in range(len(read)):
         qpos[:], qvel[:], qacc[:] = position[k], velocity[k], acceleration[k]
         mujoco.mj_inverse(model, data)
         read[k] = sensors
-    force, torque, place, wxyz, v, w, acc, alpha = np.split(read, (3, 6, 9, 13, 16, 19, 22), axis=1)
+    force, torque, place, wxyz, v, w, acc, alpha = np.split(
+        read, (3, 6, 9, 13, 16, 19, 22), axis=1
+    )
     rotation = rotation_matrices(wxyz[:, [1, 2, 3, 0]])
-    motion = SensorMotion(joints.time, place, rotation, v, w, acc + g, alpha)  # theirs has gravity in it
+    # theirs has gravity in it
+    motion = SensorMotion(joints.time, place, rotation, v, w, acc + g, alpha)
     world = (np.broadcast_to(g, w.shape), motion.linear_acceleration, w, alpha)
-    down, a, spin, change = (np.einsum("kji,kj->ki", rotation, vectors) for vectors in world)
+    down, a, spin, change = (
+        np.einsum("kji,kj->ki", rotation, vectors) for vectors in world
+    )
     measurements = Measurements(joints.time, down, a, spin, change, force, torque)
     return Wielding(arm, joints, body, motion, measurements, frozen(g))
 
 
 def mujoco_version() -> str:
-    """Version of the MuJoCo that is installed; `MissingDependencyError` when none is."""
+    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
+    is."""
     return _mujoco().__version__
 
 
 def wield_analytically(
-    arm: Arm, joints: JointMotion, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
     """The same by `Arm.motion` and `wield`, which need no simulator."""
     motion = arm.motion(joints)
-    return Wielding(arm, joints, body, motion, wield(motion, body, gravity), frozen(gravity))
+    return Wielding(
+        arm, joints, body, motion, wield(motion, body, gravity), frozen(gravity)
+    )
 
 
-def mjcf(arm: Arm, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY) -> str:
+def mjcf(
+    arm: Arm, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY
+) -> str:
     """The arm and the body at its end as MJCF, with the sensors this module reads.
 
-    Bodies stand in base axes where the arm's screws are at rest; the last is the held body, in the sensor frame.
+    Bodies stand in base axes where the arm's screws are at rest; the last is the held
+    body, in the sensor frame.
     """
     J, robot = body.inertia_at_com, arm.robot
     tensor = _numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
     inertial = f'<inertial mass="{body.mass!r}" pos="{_numbers(*body.center_of_mass)}" fullinertia="{tensor}"/>'
     x, y, z, w = robot.home_orientation
-    places = np.diff([np.zeros(3), *(screw.point for screw in robot.screws), robot.home_position], axis=0)
+    places = np.diff(
+        [np.zeros(3), *(screw.point for screw in robot.screws), robot.home_position],
+        axis=0,
+    )
     chain = f'<body pos="{_numbers(*places[-1])}" quat="{_numbers(w, x, y, z)}"><site name="sensor"/>{inertial}</body>'
     for screw, place in zip(reversed(robot.screws), places[-2::-1], strict=True):
         joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{_numbers(*screw.axis)}"/>'

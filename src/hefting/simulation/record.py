@@ -1,4 +1,5 @@
-"""Recording a wielding: what a robot's log would hold of it, with everything that is wrong with sensors."""
+"""Recording a wielding: what a robot's log would hold of it, with everything that is
+wrong with sensors."""
 
 import numpy as np
 
@@ -17,13 +18,17 @@ LEVER = 0.10
 """m: contacts are within so much of the centre of mass along each axis."""
 
 
-def record(wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates(), seed: int = 0) -> Recording:  # noqa: B008 (immutable)
+def record(
+    wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates(), seed: int = 0
+) -> Recording:
     """The log of a wielding, the same for the same `seed`.
 
-    The wrench is, in this order: exact, less what contacts exert on the object; turned to the sensor's sign; with
-    bias, drift, noise and spikes; saturated; thinned by losses; stamped late. Streams are ``wrench``, ``position``
-    and ``orientation``, and, at rates that are not 0, ``joint_positions``, ``gyroscope`` and ``accelerometer`` (of an
-    IMU at the sensor's origin). Raises `InputError` for rates that do not divide that of the motion.
+    The wrench is, in this order: exact, less what contacts exert on the object; turned
+    to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned by
+    losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``, and,
+    at rates that are not 0, ``joint_positions``, ``gyroscope`` and ``accelerometer``
+    (of an IMU at the sensor's origin). Raises `InputError` for rates that do not divide
+    that of the motion.
     """
     time = wielding.motion.time
     own = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
@@ -31,14 +36,23 @@ def record(wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates()
     draws = {name: np.random.default_rng([seed, i]) for i, name in enumerate(PURPOSES)}
     streams: dict[str, Stream] = {}
 
-    def add(name: str, values: Array, kind: str, kept: Mask | None = None, delay: float = 0.0) -> None:
+    def add(
+        name: str,
+        values: Array,
+        kind: str,
+        kept: Mask | None = None,
+        delay: float = 0.0,
+    ) -> None:
         stride = rates.stride(kind, own)
         if stride:
             stamps, chosen = time[::stride] + delay, values[::stride]
             mask = np.ones(len(stamps), dtype=bool) if kept is None else kept[::stride]
             streams[name] = Stream(stamps[mask], chosen[mask])
 
-    kept = {kind: draws[f"lost {kind}"].random(len(time)) >= faults.dropped for kind in KINDS}
+    kept = {
+        kind: draws[f"lost {kind}"].random(len(time)) >= faults.dropped
+        for kind in KINDS
+    }
     for mask in kept.values():
         mask[0] = True  # a log starts somewhere
     z = wielding.measurements
@@ -47,7 +61,11 @@ def record(wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates()
         index = slice(None, None, stride)
         wrench = np.zeros((len(time), 6))
         wrench[index] = _wrench(
-            z.wrench[index], _push(wielding, faults, draws["contacts"])[index], time[index], faults, draws
+            z.wrench[index],
+            _push(wielding, faults, draws["contacts"])[index],
+            time[index],
+            faults,
+            draws,
         )
         add("wrench", wrench, "wrench", kept["wrench"], faults.wrench_delay)
     position, orientation = _pose(wielding, faults, draws["pose"])
@@ -60,12 +78,15 @@ def record(wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates()
         "joints",
         kept["joints"],
     )
-    gyroscope = z.angular_velocity + faults.gyroscope_noise * draws["gyroscope"].normal(size=(len(time), 3))
+    gyroscope = z.angular_velocity + faults.gyroscope_noise * draws["gyroscope"].normal(
+        size=(len(time), 3)
+    )
     add("gyroscope", gyroscope + faults.gyroscope_bias, "imu", kept["imu"])
     force = (
         z.linear_acceleration
         - z.gravity
-        + faults.accelerometer_noise * draws["accelerometer"].normal(size=(len(time), 3))
+        + faults.accelerometer_noise
+        * draws["accelerometer"].normal(size=(len(time), 3))
     )
     add("accelerometer", force + faults.accelerometer_bias, "imu", kept["imu"])
     names = wielding.arm.robot.joints if "joint_positions" in streams else ()
@@ -78,7 +99,13 @@ PURPOSES = (
 )  # fmt: skip
 
 
-def _wrench(exact: Array, push: Array, time: Array, faults: Faults, draws: dict[str, np.random.Generator]) -> Array:
+def _wrench(
+    exact: Array,
+    push: Array,
+    time: Array,
+    faults: Faults,
+    draws: dict[str, np.random.Generator],
+) -> Array:
     """(K, 6) what the sensor shows at each instant."""
     from scipy.signal import lfilter
 
@@ -91,7 +118,9 @@ def _wrench(exact: Array, push: Array, time: Array, faults: Faults, draws: dict[
     white = draws["noise"].normal(size=shown.shape)
     if a:
         start = white[:1] * a  # as if it had always run
-        white = np.asarray(lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)[0])
+        white = np.asarray(
+            lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)[0]
+        )
     shown = shown + np.asarray(faults.wrench_noise) * white
     wrong = draws["spikes"].random(len(shown)) < faults.spikes
     jumps = np.repeat(faults.spike_size, 3) * draws["spikes"].normal(size=shown.shape)
@@ -103,7 +132,8 @@ def _wrench(exact: Array, push: Array, time: Array, faults: Faults, draws: dict[
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:
-    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor axes about the sensor origin."""
+    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor
+    axes about the sensor origin."""
     time = wielding.motion.time - wielding.motion.time[0]
     push = np.zeros((len(time), 6))
     if not faults.contacts:
@@ -124,11 +154,15 @@ def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array
     return push
 
 
-def _pose(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> tuple[Array, Array]:
+def _pose(
+    wielding: Wielding, faults: Faults, rng: np.random.Generator
+) -> tuple[Array, Array]:
     """Position (K, 3) and orientation (K, 4) with noise."""
     from scipy.spatial.transform import Rotation
 
     motion = wielding.motion
     place, turn = rng.normal(size=(2, len(motion.time), 3))
-    turned = Rotation.from_matrix(motion.rotation) * Rotation.from_rotvec(faults.pose_noise[1] * turn)
+    turned = Rotation.from_matrix(motion.rotation) * Rotation.from_rotvec(
+        faults.pose_noise[1] * turn
+    )
     return motion.position + faults.pose_noise[0] * place, turned.as_quat()

@@ -1,4 +1,5 @@
-"""A simulated recording from beginning to end: which object, arm, motion and faults; the log and the truth of it."""
+"""A simulated recording from beginning to end: which object, arm, motion and faults;
+the log and the truth of it."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -30,12 +31,18 @@ MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
 JOINER_HAMMER_POSE = frozen(
-    ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, -0.08), (0.0, -1.0, 0.0, 0.06), (0.0, 0.0, 0.0, 1.0))
+    (
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, -0.08),
+        (0.0, -1.0, 0.0, 0.06),
+        (0.0, 0.0, 0.0, 1.0),
+    )
 )
 """By its handle, 80 mm from the end, 60 mm off the sensor."""
 
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: the modular object's eight configurations, and a hammer of wood and steel."""
+"""Objects by name: the modular object's eight configurations, and a hammer of wood and
+steel."""
 
 MOST_SAMPLES = 5_000_000
 """Of a simulated motion."""
@@ -50,7 +57,8 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys that `hefting.identification.truth.load_truth` reads"""
+    """the truth, ready for JSON, with the keys that
+    `hefting.identification.truth.load_truth` reads"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 
@@ -79,31 +87,49 @@ class Scenario:
     def joints(self) -> JointMotion:
         """The motion of the joints, at the lowest rate of which all `rates` are parts.
 
-        Raises `InputError` for a motion that is not known, numbers out of range, less than two samples, and
-        more than `MOST_SAMPLES`.
+        Raises `InputError` for a motion that is not known, numbers out of range, less
+        than two samples, and more than `MOST_SAMPLES`.
         """
         rate = _common_rate(self.rates)
         if not self.duration * rate <= MOST_SAMPLES:
             what = f"{self.duration:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples"
-            raise InputError(what, fix="simulate less, or choose rates of which one is a multiple of the others")
+            raise InputError(
+                what,
+                fix="simulate less, or choose rates of which one is a multiple of the others",
+            )
         if 0.0 < self.duration * rate < 2.0:
-            raise InputError(f"{self.duration:g} s at {rate:g} Hz are less than two samples", fix="simulate longer")
+            raise InputError(
+                f"{self.duration:g} s at {rate:g} Hz are less than two samples",
+                fix="simulate longer",
+            )
         if self.motion == "stop-and-go":
             if self.angular_speed is not None:
-                raise InputError("stop-and-go has no speed to choose", fix="leave it out, or give a speed limit")
-            return stop_and_go(self.duration, rate, seed=self.seed, arm=self.arm, speed_limit=self.speed_limit)
+                raise InputError(
+                    "stop-and-go has no speed to choose",
+                    fix="leave it out, or give a speed limit",
+                )
+            return stop_and_go(
+                self.duration,
+                rate,
+                seed=self.seed,
+                arm=self.arm,
+                speed_limit=self.speed_limit,
+            )
         speed = 1.0 if self.angular_speed is None else self.angular_speed
         if self.motion == "sinusoids":
             return sinusoids(self.duration, rate, speed, self.arm, self.speed_limit)
         if self.motion == "random":
-            return random_smooth(self.duration, rate, speed, self.seed, self.arm, self.speed_limit)
+            return random_smooth(
+                self.duration, rate, speed, self.seed, self.arm, self.speed_limit
+            )
         what = f"there is no motion '{self.motion}'{nearest(self.motion, MOTIONS)}"
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
     def run(self) -> Simulated:
         """Wield the object in MuJoCo and record it.
 
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints` does.
+        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`
+        does.
         """
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
@@ -112,7 +138,9 @@ class Scenario:
         fastest = float(wielding.motion.linear_speed().max())
         warnings = list(self.arm.exceeded(joints))
         if fastest > SPEED_LIMIT:
-            warnings.append(f"the sensor moves at up to {fastest:.2f} m/s; ISO 10218-1 allows {SPEED_LIMIT} m/s")
+            warnings.append(
+                f"the sensor moves at up to {fastest:.2f} m/s; ISO 10218-1 allows {SPEED_LIMIT} m/s"
+            )
         facts = self.held.truth(self.gravity, self.faults.on_sensor)
         facts["simulation"] = {
             "engine": f"MuJoCo {mujoco_version()}",
@@ -131,43 +159,69 @@ class Scenario:
 
 
 def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
-    """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the sensor.
+    """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the
+    sensor.
 
-    Raises `InputError` for another name, for a URDF without `sensor_frame`, and as `Arm.from_urdf` does.
+    Raises `InputError` for another name, for a URDF without `sensor_frame`, and as
+    `Arm.from_urdf` does.
     """
     if name.lower() in ARMS:
         if sensor_frame is not None:
-            raise InputError(f"the {name} has its sensor at its flange", fix="give a frame for a URDF only")
+            raise InputError(
+                f"the {name} has its sensor at its flange",
+                fix="give a frame for a URDF only",
+            )
         return ARMS[name.lower()]
     if Path(name).suffix.lower() not in (".urdf", ".xml"):
         known = ", ".join(ARMS)
-        raise InputError(f"there is no arm '{name}'{nearest(name, ARMS)}", fix=f"choose {known} or a .urdf file")
+        raise InputError(
+            f"there is no arm '{name}'{nearest(name, ARMS)}",
+            fix=f"choose {known} or a .urdf file",
+        )
     if sensor_frame is None:
-        raise InputError("which link holds the sensor?", name, "give `sensor_frame`=NAME")
+        raise InputError(
+            "which link holds the sensor?", name, "give `sensor_frame`=NAME"
+        )
     return Arm.from_urdf(name, sensor_frame)
 
 
 def named_object(
-    name: str, densities: Sequence[float] = (), unit: str | None = None, pose: ArrayLike | None = None
+    name: str,
+    densities: Sequence[float] = (),
+    unit: str | None = None,
+    pose: ArrayLike | None = None,
 ) -> HeldObject:
-    """One of `OBJECTS`, or mesh files separated by commas, each with its density [kg/m³].
+    """One of `OBJECTS`, or mesh files separated by commas, each with its density
+    [kg/m³].
 
-    `pose` (4, 4) is that of the object in the sensor frame: by default how the named ones are held, and the identity
-    for meshes. Raises `InputError` for another name, for a number of densities that is not that of the meshes, and as
+    `pose` (4, 4) is that of the object in the sensor frame: by default how the named
+    ones are held, and the identity for meshes. Raises `InputError` for another name,
+    for a number of densities that is not that of the meshes, and as
     `HeldObject.from_meshes` does.
     """
     lower = name.lower()
     if lower in OBJECTS:
         if densities or unit is not None:
-            raise InputError(f"what '{name}' is made of is known", fix="give density and unit for meshes only")
+            raise InputError(
+                f"what '{name}' is made of is known",
+                fix="give density and unit for meshes only",
+            )
         if lower == JOINER_HAMMER:
             return HeldObject.of(hammer(), JOINER_HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
-        return held if pose is None else HeldObject(held.name, held.in_object, held.surface, np.asarray(pose, float))
+        return (
+            held
+            if pose is None
+            else HeldObject(
+                held.name, held.in_object, held.surface, np.asarray(pose, float)
+            )
+        )
     paths = [part.strip() for part in name.split(",")]
     if any(Path(path).suffix.lower() not in MESH_SUFFIXES for path in paths):
         fix = f"choose one of {', '.join(OBJECTS)}, or give mesh files ({', '.join(MESH_SUFFIXES)})"
-        raise InputError(f"there is no object '{name}'{nearest(name, OBJECTS)}", fix=fix)
+        raise InputError(
+            f"there is no object '{name}'{nearest(name, OBJECTS)}", fix=fix
+        )
     if len(densities) != len(paths):
         what = f"{len(densities)} densities for {len(paths)} mesh(es)"
         raise InputError(what, name, "give one for each, separated by commas [kg/m³]")
@@ -186,10 +240,15 @@ def _common_rate(rates: Rates) -> float:
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):
-            raise InputError(f"the {name} rate is {rate} Hz", fix="give a number that is not negative, 0 for none")
+            raise InputError(
+                f"the {name} rate is {rate} Hz",
+                fix="give a number that is not negative, 0 for none",
+            )
         if rate > 0.0:
             wanted.append(Fraction(rate).limit_denominator(1000))
     if not wanted or min(wanted) <= 0:
         raise InputError("nothing is to be recorded", fix="give rates above 0.001 Hz")
     denominator = lcm(*(rate.denominator for rate in wanted))
-    return float(Fraction(lcm(*(int(rate * denominator) for rate in wanted)), denominator))
+    return float(
+        Fraction(lcm(*(int(rate * denominator) for rate in wanted)), denominator)
+    )

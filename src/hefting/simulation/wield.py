@@ -13,20 +13,34 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose
 from hefting.simulation.arm import SensorMotion
 
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations, per axis, of the pose a cobot reports: position [m] and orientation [rad] (0.02°)."""
+"""Standard deviations, per axis, of the pose a cobot reports: position [m] and
+orientation [rad] (0.02°)."""
 
 
-def wield(motion: SensorMotion, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY) -> Measurements:
-    """Exact measurements, in sensor axes, of a `body` given in the sensor frame that follows `motion`.
+def wield(
+    motion: SensorMotion,
+    body: InertialParameters,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+) -> Measurements:
+    """Exact measurements, in sensor axes, of a `body` given in the sensor frame that
+    follows `motion`.
 
-    The wrench comes from Newton's and Euler's equations at the centre of mass, moved to the sensor origin:
-    f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f. The regressors of `hefting.core.regressor` are not used.
-    `gravity` (3,) is in world axes [m/s²]. Raises `InputError` for a body without mass.
+    The wrench comes from Newton's and Euler's equations at the centre of mass, moved to
+    the sensor origin: f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f. The
+    regressors of `hefting.core.regressor` are not used. `gravity` (3,) is in world axes
+    [m/s²]. Raises `InputError` for a body without mass.
     """
     if not body.mass > 0.0:
-        raise InputError(f"the mass of a body to wield must be positive, not {body.mass} kg")
+        raise InputError(
+            f"the mass of a body to wield must be positive, not {body.mass} kg"
+        )
     g = np.broadcast_to(np.asarray(gravity, dtype=float), (len(motion.time), 3))
-    world = (g, motion.linear_acceleration, motion.angular_velocity, motion.angular_acceleration)
+    world = (
+        g,
+        motion.linear_acceleration,
+        motion.angular_velocity,
+        motion.angular_acceleration,
+    )
     g, a, w, alpha = (np.einsum("kji,kj->ki", motion.rotation, v) for v in world)
     c, J = body.center_of_mass, body.inertia_at_com
     force = body.mass * (a + np.cross(alpha, c) + np.cross(w, np.cross(w, c)) - g)
@@ -47,10 +61,12 @@ def simulate(
 ) -> Recording:
     """The log of a robot that wields `body` (given in the sensor frame) along `motion`.
 
-    Pose and wrench are recorded at the times of `motion` with seeded Gaussian noise: `noise` on the wrench,
-    `pose_noise` on position [m] and orientation [rad], along each axis. With `on_sensor` the sensor shows the
-    wrench exerted on itself, the opposite of the project's sign; `bias` (6,) [N, N m] is added to that. With
-    `exact` it records velocities, without noise, and accelerations, with their levels of `noise`, as well.
+    Pose and wrench are recorded at the times of `motion` with seeded Gaussian noise:
+    `noise` on the wrench, `pose_noise` on position [m] and orientation [rad], along
+    each axis. With `on_sensor` the sensor shows the wrench exerted on itself, the
+    opposite of the project's sign; `bias` (6,) [N, N m] is added to that. With `exact`
+    it records velocities, without noise, and accelerations, with their levels of
+    `noise`, as well.
     """
     from scipy.spatial.transform import Rotation
 
@@ -73,10 +89,17 @@ def simulate(
         streams |= {
             "linear_velocity": motion.linear_velocity,
             "angular_velocity": motion.angular_velocity,
-            "linear_acceleration": noisy(motion.linear_acceleration, noise.linear_acceleration),
-            "angular_acceleration": noisy(motion.angular_acceleration, noise.angular_acceleration),
+            "linear_acceleration": noisy(
+                motion.linear_acceleration, noise.linear_acceleration
+            ),
+            "angular_acceleration": noisy(
+                motion.angular_acceleration, noise.angular_acceleration
+            ),
         }
-    return Recording({name: Stream(motion.time, values) for name, values in streams.items()}, source="simulation")
+    return Recording(
+        {name: Stream(motion.time, values) for name, values in streams.items()},
+        source="simulation",
+    )
 
 
 def truth(
@@ -88,9 +111,11 @@ def truth(
     on_sensor: bool = False,
     name: str = "object",
 ) -> dict[str, Any]:
-    """What is to be found, ready for JSON: `body` in the sensor frame, and how log and mesh are to be read.
+    """What is to be found, ready for JSON: `body` in the sensor frame, and how log and
+    mesh are to be read.
 
-    `extents` (3,) are the sides [m] of the shape's bounding box along the axes of its own file.
+    `extents` (3,) are the sides [m] of the shape's bounding box along the axes of its
+    own file.
     """
     return {
         "name": name,

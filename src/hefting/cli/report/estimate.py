@@ -1,4 +1,5 @@
-"""An estimate as a table a person can read, with units. Plain text: most runs of the command print nothing else."""
+"""An estimate as a table a person can read, with units. Plain text: most runs of the
+command print nothing else."""
 
 import os
 import sys
@@ -37,16 +38,26 @@ class Line:
 
 
 def estimate_report(
-    estimate: Estimate, truth: InertialParameters | None = None, errors: "Errors | None" = None
+    estimate: Estimate,
+    truth: InertialParameters | None = None,
+    errors: "Errors | None" = None,
 ) -> list[Line]:
-    """Mass, COM and inertia at the COM, beside intervals or standard deviations, and the truth, where known."""
+    """Mass, COM and inertia at the COM, beside intervals or standard deviations, and
+    the truth, where known."""
     columns = {"estimate": _values(estimate.parameters)}
     std, intervals = estimate.std, estimate.intervals
     if intervals is not None:
         for name, i in (("95 % from", 0), ("to", 1)):
-            columns[name] = _ten(*(intervals[key][i] for key in ("mass", "center_of_mass", "inertia_at_com")))
+            columns[name] = _ten(
+                *(
+                    intervals[key][i]
+                    for key in ("mass", "center_of_mass", "inertia_at_com")
+                )
+            )
     elif std is not None:
-        columns["± std"] = _ten(std["mass"], std["center_of_mass"], std["inertia_at_com"])
+        columns["± std"] = _ten(
+            std["mass"], std["center_of_mass"], std["inertia_at_com"]
+        )
     if truth is not None:
         columns["truth"] = _values(truth)
     names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
@@ -70,7 +81,8 @@ def estimate_report(
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
-    """Print on standard output, wrapped to the terminal; to 100 columns where there is none.
+    """Print on standard output, wrapped to the terminal; to 100 columns where there is
+    none.
 
     `render` turns the library's way of naming its arguments into the reader's.
     """
@@ -85,17 +97,24 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
         print(f"{style}{text}\x1b[0m" if style else text)
 
 
-def _table(head: list[str], rows: list[list[str]], ends: tuple[int, ...]) -> Iterable[Line]:
-    """A table with its first and last column to the left, the others to the right; a line after the rows `ends`."""
+def _table(
+    head: list[str], rows: list[list[str]], ends: tuple[int, ...]
+) -> Iterable[Line]:
+    """A table with its first and last column to the left, the others to the right; a
+    line after the rows `ends`."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
-        return Line(left + between.join(line * (width + 2) for width in widths) + right, whole=True)
+        return Line(
+            left + between.join(line * (width + 2) for width in widths) + right,
+            whole=True,
+        )
 
     def cells(row: list[str], bar: str, style: Style = "") -> Line:
         last = len(row) - 1
         padded = [
-            f" {c:<{w}} " if j in (0, last) else f" {c:>{w}} " for j, (c, w) in enumerate(zip(row, widths, strict=True))
+            f" {c:<{w}} " if j in (0, last) else f" {c:>{w}} "
+            for j, (c, w) in enumerate(zip(row, widths, strict=True))
         ]
         return Line(bar + bar.join(padded) + bar, style, whole=True)
 
@@ -118,7 +137,10 @@ def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
 
 
 def _inertia_names() -> list[str]:
-    return [f"J{AXES[i]}{AXES[j]} at COM" for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)]
+    return [
+        f"J{AXES[i]}{AXES[j]} at COM"
+        for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)
+    ]
 
 
 def _number(value: float, row: int) -> str:
@@ -148,9 +170,14 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     if made.get("bias_searched") and made.get("bias") == "none":
         yield "wrench bias: none beyond three standard deviations, so none assumed"
     if estimate.bias is not None:
-        recorded = -estimate.bias if made.get("wrench") == "on-sensor" else estimate.bias
+        recorded = (
+            -estimate.bias if made.get("wrench") == "on-sensor" else estimate.bias
+        )
         f, t = recorded[:3], recorded[3:]
-        force, torque = ", ".join(f"{x:.3g}" for x in f), ", ".join(f"{x:.3g}" for x in t)
+        force, torque = (
+            ", ".join(f"{x:.3g}" for x in f),
+            ", ".join(f"{x:.3g}" for x in t),
+        )
         yield f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
 
 
@@ -160,20 +187,30 @@ def facts(estimate: Estimate) -> Iterable[str]:
     made = estimate.provenance
     if "until" in made:
         of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
-        known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
+        known = (
+            "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
+        )
         yield f"{of}, asked for {made['until']}{known}"
     if any(made.get("pose_std", ())):
         m, rad = made["pose_std"]
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"
     if made.get("shape_std"):
         yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
-    settings = [f"{k} = {made[k]:g}" for k in ("points", *options()) if isinstance(made.get(k), float | int)]
+    settings = [
+        f"{k} = {made[k]:g}"
+        for k in ("points", *options())
+        if isinstance(made.get(k), float | int)
+    ]
     if settings:
         yield ", ".join(settings)
     if estimate.residual is not None:
         yield f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square"
     consistency = estimate.consistency
-    yield "physically consistent" if consistency.is_consistent else f"not physically consistent: {consistency}"
+    yield (
+        "physically consistent"
+        if consistency.is_consistent
+        else f"not physically consistent: {consistency}"
+    )
     if estimate.certificate is not None:
         c = estimate.certificate
         how = f"at most {c.gap:.1g} above" if c.gap > 0.0 else "to rounding"

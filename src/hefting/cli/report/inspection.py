@@ -1,4 +1,5 @@
-"""An inspection as a person reads it: what the log holds, how it moves, the wrench, the object, what to do next."""
+"""An inspection as a person reads it: what the log holds, how it moves, the wrench, the
+object, what to do next."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -23,8 +24,15 @@ EVERYDAY = "about 5 in everyday handling"
 
 def inspection_report(found: "Inspection") -> Group:
     """Streams, motion, wrench, object, identifiability, and what to do next."""
-    lasts = f"{next(iter(found.streams.values())).samples} static poses" if found.static else f"{found.duration:.4g} s"
-    lines: list[RenderableType] = [Text(f"{found.log}: {lasts}", style="bold"), _streams_table(found)]
+    lasts = (
+        f"{next(iter(found.streams.values())).samples} static poses"
+        if found.static
+        else f"{found.duration:.4g} s"
+    )
+    lines: list[RenderableType] = [
+        Text(f"{found.log}: {lasts}", style="bold"),
+        _streams_table(found),
+    ]
     lines += [Text(f"note: {line}") for line in found.notes]
     for title, said in (
         ("motion", _motion(found)),
@@ -32,16 +40,26 @@ def inspection_report(found: "Inspection") -> Group:
         ("object", _object(found)),
         ("identifiability", _identifiability(found)),
     ):
-        lines += [Text(title, style="bold"), *(Text(f"  {line}") if isinstance(line, str) else line for line in said)]
+        lines += [
+            Text(title, style="bold"),
+            *(Text(f"  {line}") if isinstance(line, str) else line for line in said),
+        ]
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
     return Group(*lines, *warning_lines(found.warnings))
 
 
 def _streams_table(found: "Inspection") -> Table:
-    table = _table("stream", "samples", *([] if found.static else ["rate", "gaps", "missing", "jitter"]), "repeated")
+    table = _table(
+        "stream",
+        "samples",
+        *([] if found.static else ["rate", "gaps", "missing", "jitter"]),
+        "repeated",
+    )
     for name, facts in found.streams.items():
         cells = [] if found.static else _sampling(facts)
-        table.add_row(name.replace("_", " "), str(facts.samples), *cells, _share(facts.repeated))
+        table.add_row(
+            name.replace("_", " "), str(facts.samples), *cells, _share(facts.repeated)
+        )
     return table
 
 
@@ -51,7 +69,11 @@ def _sampling(facts: "StreamFacts") -> list[str]:
     gaps = "none"
     if facts.gaps:
         gaps = f"{facts.gaps}, longest {_time(facts.longest_gap)}"
-    jitter = f"{_time(facts.jitter)} ({_share(facts.jitter_share)})" if facts.jitter > 1e-9 else "none"
+    jitter = (
+        f"{_time(facts.jitter)} ({_share(facts.jitter_share)})"
+        if facts.jitter > 1e-9
+        else "none"
+    )
     return [f"{facts.rate:.4g} Hz", gaps, _share(facts.missing), jitter]
 
 
@@ -74,7 +96,9 @@ def _motion(found: "Inspection") -> Iterable[str]:
 
 def _gravity(found: "Inspection") -> str:
     hint = found.gravity_hint
-    vector = f"gravity ({', '.join(f'{x:.4g}' for x in found.gravity)}) m/s² in world axes"
+    vector = (
+        f"gravity ({', '.join(f'{x:.4g}' for x in found.gravity)}) m/s² in world axes"
+    )
     if hint is None:
         return f"{vector}, as given"
     angle, std = f"{np.degrees(hint.angle):.1f}°", f"{np.degrees(hint.std):.1f}°"
@@ -116,7 +140,9 @@ def _outliers(c: "Conditioned") -> str:
     if not c.rejected.any():
         return "outliers: none"
     names = {"contact": "of contact", "spike": "by itself", "saturation": "saturated"}
-    what = ", ".join(f"{number} {names[reason]}" for reason, number in c.reasons.items() if number)
+    what = ", ".join(
+        f"{number} {names[reason]}" for reason, number in c.reasons.items() if number
+    )
     return f"outliers left out: {what} ({_share(float(np.mean(c.rejected)))} of {len(c.rejected)} samples)"
 
 
@@ -135,24 +161,32 @@ def _bias(f: "WrenchFacts") -> str:
         return "bias: cannot be told from the object here"
     if np.abs(f.bias_t).max() < SIGNIFICANT:
         return "bias: none beyond three standard deviations"
-    force, torque = (", ".join(f"{x:.3g}" for x in part) for part in (f.bias[:3], f.bias[3:]))
+    force, torque = (
+        ", ".join(f"{x:.3g}" for x in part) for part in (f.bias[:3], f.bias[3:])
+    )
     return f"bias as recorded ({force}) N, ({torque}) N m; largest t {np.abs(f.bias_t).max():.3g}"
 
 
 def _drift(bias: "Drift") -> str:
     if bias.kind == "constant":
         return "drift: none found"
-    force, torque = (float(np.linalg.norm(part)) for part in (bias.range[:3], bias.range[3:]))
+    force, torque = (
+        float(np.linalg.norm(part)) for part in (bias.range[:3], bias.range[3:])
+    )
     knots = f" between {len(bias.knots)} knots" if len(bias.knots) > 2 else ""
     return f"drift: {bias.kind}{knots}, by {force:.2g} N and {torque:.2g} N m"
 
 
 def _channels_table(f: "WrenchFacts") -> Table:
-    table = _table("in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise ratio")
+    table = _table(
+        "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise ratio"
+    )
     for name, channels in f.channels.items():
         noise = channels.noise[:1] if np.ptp(channels.noise) == 0.0 else channels.noise
         ratios = ", ".join(_ratio(x) for x in channels.snr)
-        table.add_row(name, _three(channels.signal), _three(noise), channels.unit, ratios)
+        table.add_row(
+            name, _three(channels.signal), _three(noise), channels.unit, ratios
+        )
     return table
 
 
@@ -163,14 +197,22 @@ def _three(values: Array) -> str:
 
 def _object(found: "Inspection") -> Iterable[str]:
     f = found.facts
-    quick = "" if found.quick_mass is None else f"|f| / |g| alone says {found.quick_mass:.4g} kg"
+    quick = (
+        ""
+        if found.quick_mass is None
+        else f"|f| / |g| alone says {found.quick_mass:.4g} kg"
+    )
     if f is None:
         yield f"not known: {found.missing['object']}"
         if quick:
             yield quick
         return
     yield f"mass {f.mass:.4g} kg by least squares"
-    yield quick if f.quick_mass_less_bias is None else f"{quick}, without the bias {f.quick_mass_less_bias:.4g} kg"
+    yield (
+        quick
+        if f.quick_mass_less_bias is None
+        else f"{quick}, without the bias {f.quick_mass_less_bias:.4g} kg"
+    )
     if f.gravity_dominance is not None:
         force, torque = f.gravity_dominance
         if np.isfinite(force):
@@ -188,7 +230,11 @@ def _identifiability(found: "Inspection") -> Iterable[str]:
         f"rank {motion.rank_full} of 10, condition number {motion.condition_full:.3g}; by gravity alone "
         f"{motion.rank_reduced} of 4, {motion.condition_reduced:.3g}"
     )
-    yield "not determined by the motion: " + ", ".join(motion.open) if motion.open else "all ten determined"
+    yield (
+        "not determined by the motion: " + ", ".join(motion.open)
+        if motion.open
+        else "all ten determined"
+    )
 
 
 def _table(first: str, *others: str) -> Table:
@@ -202,7 +248,13 @@ def _table(first: str, *others: str) -> Table:
 def _share(share: float) -> str:
     if share == 0.0:
         return "0"
-    return "< 0.1 %" if share < 1e-3 else f"{100.0 * share:.0f} %" if share > 0.1 else f"{100.0 * share:.1f} %"
+    return (
+        "< 0.1 %"
+        if share < 1e-3
+        else f"{100.0 * share:.0f} %"
+        if share > 0.1
+        else f"{100.0 * share:.1f} %"
+    )
 
 
 def _time(seconds: float) -> str:
@@ -220,4 +272,10 @@ def _ratio(value: float) -> str:
         return "> 1e9"
     if value >= 1e4:
         return f"{value:.0e}".replace("e+0", "e")
-    return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}" if value >= 0.01 else "< 0.01"
+    return (
+        f"{value:.0f}"
+        if value >= 100.0
+        else f"{value:.2g}"
+        if value >= 0.01
+        else "< 0.01"
+    )

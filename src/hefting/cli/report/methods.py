@@ -1,4 +1,5 @@
-"""Methods, and the estimates of several of them side by side, as tables a person can read."""
+"""Methods, and the estimates of several of them side by side, as tables a person can
+read."""
 
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
 
 def methods_report() -> Group:
-    """Every method: what it does, needs, guarantees, is best for and does not depend on."""
+    """Every method: what it does, needs, guarantees, is best for and does not depend
+    on."""
     known = describe_methods()
     table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
     for name in ("method", "what it does", "needs", "best for"):
@@ -30,20 +32,36 @@ def methods_report() -> Group:
     for name, of in known.items():
         what = f"{of['summary']}\n[dim]{of['source']}[/dim]"
         table.add_row(f"[bold]{name}[/bold]", what, of["needs"], of["best_for"])
-    lines = [f"always a body that can exist: {', '.join(name for name in known if known[name]['consistent'])}"]
-    lines.append("where the motion determines all and the noise is known, these find the same body for")
+    lines = [
+        f"always a body that can exist: {', '.join(name for name in known if known[name]['consistent'])}"
+    ]
+    lines.append(
+        "where the motion determines all and the noise is known, these find the same body for"
+    )
     for invariance, of in INVARIANCES.items():
-        others = [name for name in known if invariance not in known[name]["invariances"]]
+        others = [
+            name for name in known if invariance not in known[name]["invariances"]
+        ]
         lines.append(f"- {of}: {'all but ' + ', '.join(others) if others else 'all'}")
-    lines.append(f"with another model of the motion, or a condition more: {', '.join(VARIANTS)}")
+    lines.append(
+        f"with another model of the motion, or a condition more: {', '.join(VARIANTS)}"
+    )
     return Group(table, *map(Text, lines))
 
 
-def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | None" = None) -> Group:
-    """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and which one to trust."""
+def comparison_report(
+    comparison: "Comparison", errors: "dict[str, Errors] | None" = None
+) -> Group:
+    """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and
+    which one to trust."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("method", no_wrap=True)
-    for name in ("mass\nkg", "COM x, y, z\nmm", "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²", "residual\nN, N m"):
+    for name in (
+        "mass\nkg",
+        "COM x, y, z\nmm",
+        "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²",
+        "residual\nN, N m",
+    ):
         table.add_column(name, justify="right", overflow="fold")
     table.add_column("consistent", overflow="fold")
     table.add_column("time\nms", justify="right", no_wrap=True)
@@ -54,17 +72,28 @@ def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | Non
         e = comparison.results[name]
         p, r = e.parameters, e.residual
         moments = p.inertia_at_com.diagonal()
-        J = ", ".join(f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}" for x in moments)
-        if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(open_):
+        J = ", ".join(
+            f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}"
+            for x in moments
+        )
+        if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(
+            open_
+        ):
             J = "open"
-        misfit = r is not None and bool((r > UNEXPLAINED_RESIDUAL_RATIO * np.array((noise.force, noise.torque))).any())
+        misfit = r is not None and bool(
+            (
+                r > UNEXPLAINED_RESIDUAL_RATIO * np.array((noise.force, noise.torque))
+            ).any()
+        )
         row = [
             f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
             f"{p.mass:.4g}",
             ", ".join(f"{1e3 * x:.1f}" for x in p.center_of_mass),
             J,
             "" if r is None else f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}",
-            "yes" if e.physically_consistent else f"no: {FAILURES[e.consistency.violated or 'mass']}",
+            "yes"
+            if e.physically_consistent
+            else f"no: {FAILURES[e.consistency.violated or 'mass']}",
             f"{1e3 * comparison.seconds[name]:.1f}",
         ]
         table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
@@ -72,11 +101,20 @@ def comparison_report(comparison: "Comparison", errors: "dict[str, Errors] | Non
     if errors:
         lines.append(_errors_table(errors))
     failed = {e.consistency.violated for e in comparison.results.values()} - {None}
-    lines += [Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}") for name in EXPLANATIONS if name in failed]
+    lines += [
+        Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}")
+        for name in EXPLANATIONS
+        if name in failed
+    ]
     if any(name in VARIANTS for name in names):
         lines.append(Text("below the line: variants, see hefting methods"))
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
-    lines.append(Text(f"recommended: {comparison.recommended}, as {comparison.reason}", style="bold"))
+    lines.append(
+        Text(
+            f"recommended: {comparison.recommended}, as {comparison.reason}",
+            style="bold",
+        )
+    )
     best = comparison.results[comparison.recommended]
     return Group(*lines, *map(Text, assumptions(best)), *warning_lines(best.warnings))
 
@@ -93,7 +131,9 @@ def _errors_table(errors: "dict[str, Errors]") -> Table:
 
 
 def _percent(value: float) -> str:
-    return "< 0.01" if value < 0.01 else f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
+    return (
+        "< 0.01" if value < 0.01 else f"{value:.2g}" if value < 10.0 else f"{value:.0f}"
+    )
 
 
 FAILURES = {

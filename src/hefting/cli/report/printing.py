@@ -8,7 +8,8 @@ from rich.text import Text
 
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
-    """Print on standard output, no wider than the terminal; 100 columns where there is none.
+    """Print on standard output, no wider than the terminal; 100 columns where there is
+    none.
 
     `render` turns the library's way of naming its arguments into the reader's.
     """

@@ -1,4 +1,5 @@
-"""Bayes: the posterior of an object of known shape and unknown density, under a model of the noise."""
+"""Bayes: the posterior of an object of known shape and unknown density, under a model
+of the noise."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +13,13 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, Known, require_samples
+from hefting.estimators.base import (
+    INVARIANCES,
+    BiasModel,
+    Estimator,
+    Known,
+    require_samples,
+)
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.bayes.motion_errors import MotionErrors
@@ -33,39 +40,48 @@ from hefting.shapes import Shape
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals and of the accuracy that an estimate states."""
 MOST_PASSES = 6
-"""Largest number of passes in which noise and parameters are found in turn, for a shape that is certain."""
+"""Largest number of passes in which noise and parameters are found in turn, for a shape
+that is certain."""
 MOST_PASSES_UNCERTAIN_SHAPE = 12
 """The same for an uncertain shape, whose distortion is found too."""
 LARGEST_POSE_STD = (10.0, 1.6)
-"""[m, rad] Largest standard deviations of a pose that are accepted: larger ones leave it undetermined."""
+"""[m, rad] Largest standard deviations of a pose that are accepted: larger ones leave
+it undetermined."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
-"""Change of the shape's distortion, in prior standard deviations, at which the passes end."""
+"""Change of the shape's distortion, in prior standard deviations, at which the passes
+end."""
 UNSETTLED_DISTORTION_CHANGE = 0.5
-"""Change of the shape's distortion in the last pass, in prior standard deviations, above which it was not found."""
+"""Change of the shape's distortion in the last pass, in prior standard deviations,
+above which it was not found."""
 NEGLIGIBLE_VARIANCE_CHANGE = 0.02
 """Relative change of the residual's variances at which the passes end."""
 SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light objects from shrinking to zero."""
+"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
+objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
 SUFFICIENT_CELL_DISTANCE = 1.0
-"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution over whole cells is accepted
-instead of one over voxels."""
+"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution
+over whole cells is accepted instead of one over voxels."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bayes(Estimator):
-    """Posterior mean, covariance and intervals of a body whose density varies about a uniform one:
+    """Posterior mean, covariance and intervals of a body whose density varies about a
+    uniform one:
 
         p(phi | samples)  ~  p(samples | phi) p(phi | shape)
 
-    The likelihood models noise in wrench and motion (`likelihood`), the prior the shape (`prior`); the amount by which
-    the density varies is integrated out. The estimate is the non-negative mass distribution nearest to the posterior
-    mean. The more informative the motion, the less the shape matters; with an uninformative one the intervals are wide.
+    The likelihood models noise in wrench and motion (`likelihood`), the prior the shape
+    (`prior`); the amount by which the density varies is integrated out. The estimate is
+    the non-negative mass distribution nearest to the posterior mean. The more
+    informative the motion, the less the shape matters; with an uninformative one the
+    intervals are wide.
 
-    Noise that is not given is estimated from the samples (`colour`): its variance, its autocorrelation, and whether
-    stretches of the record agree. Samples are in order of time. With estimated noise the result does not depend on the
-    scale of the wrench; with given noise it does not depend on the order of samples and of merging states.
+    Noise that is not given is estimated from the samples (`colour`): its variance, its
+    autocorrelation, and whether stretches of the record agree. Samples are in order of
+    time. With estimated noise the result does not depend on the scale of the wrench;
+    with given noise it does not depend on the order of samples and of merging states.
     """
 
     rank = 10
@@ -74,51 +90,71 @@ class Bayes(Estimator):
     consistent = True
     gives_covariance = True
     source = "this project, docs/bayes.md"
-    best_for = "a known shape, any motion, and wherever it matters how sure the answer is"
+    best_for = (
+        "a known shape, any motion, and wherever it matters how sure the answer is"
+    )
     invariances = frozenset(INVARIANCES) - {"sensor origin"}
     keeps_time_record = True
 
     shape: Shape
     """Where the object may have mass, in the sensor frame."""
     pose_std: tuple[float, float] = (0.0, 0.0)
-    """How well the shape's place is known: standard deviations along [m] and about [rad] each axis of its frame."""
+    """How well the shape's place is known: standard deviations along [m] and about
+    [rad] each axis of its frame."""
     shape_std: float | None = None
-    """How well the shape itself is known, as a share of its size; None: as it says (`Shape.shape_std`)."""
+    """How well the shape itself is known, as a share of its size; None: as it says
+    (`Shape.shape_std`)."""
     noise: WrenchNoise = None
-    """Known white noise of the wrench: levels, with those of the accelerations where samples do not tell them
-    (`Measurements.motion_noise`), or a covariance (6, 6). None: found from the residuals, with its colour."""
+    """Known white noise of the wrench: levels, with those of the accelerations where
+    samples do not tell them
+    (`Measurements.motion_noise`), or a covariance (6, 6). None: found from the
+        residuals, with its colour."""
     systematic: Array | None = None
-    """Covariance (10, 10) of an error in the parameters that more samples do not lessen: that of a tool whose wrench
-    was subtracted, or of gravity's direction."""
+    """Covariance (10, 10) of an error in the parameters that more samples do not
+    lessen: that of a tool whose wrench was subtracted, or of gravity's direction."""
     until: Accuracy | str | None = None
-    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then tell what they reach
-    (`Estimate.accuracy`) and whether that suffices."""
+    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then
+    tell what they reach (`Estimate.accuracy`) and whether that suffices."""
     bias: BiasModel = "none"
-    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the object."""
+    """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
+    object."""
 
     def __post_init__(self):
         super().__post_init__()
         if isinstance(self.until, str):
             object.__setattr__(self, "until", Accuracy.parse(self.until))
         elif not isinstance(self.until, Accuracy | None):
-            raise InputError(f"until is an accuracy, not {self.until}", fix="as in mass=1%,com=2mm,inertia=20%")
+            raise InputError(
+                f"until is an accuracy, not {self.until}",
+                fix="as in mass=1%,com=2mm,inertia=20%",
+            )
         try:
             pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
-            raise InputError("pose_std is two numbers [m, rad] and shape_std a share, not text") from None
-        if pose_std.shape != (2,) or not ((pose_std >= 0.0) & (pose_std <= LARGEST_POSE_STD)).all():
+            raise InputError(
+                "pose_std is two numbers [m, rad] and shape_std a share, not text"
+            ) from None
+        if (
+            pose_std.shape != (2,)
+            or not ((pose_std >= 0.0) & (pose_std <= LARGEST_POSE_STD)).all()
+        ):
             raise InputError(
                 f"the pose's deviations are two, from 0 to {LARGEST_POSE_STD} [m, rad], not {self.pose_std}"
             )
         if shape_std is not None and not 0.0 <= shape_std <= 1.0:
-            raise InputError(f"the shape's deviation is a share from 0 to 1, not {self.shape_std}")
+            raise InputError(
+                f"the shape's deviation is a share from 0 to 1, not {self.shape_std}"
+            )
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
-            raise InputError(f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}")
+            raise InputError(
+                f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
+            )
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As of every method, with the shape's own deviation; the noise it finds itself."""
+        """As of every method, with the shape's own deviation; the noise it finds
+        itself."""
         shape_std = 0.0 if known.shape is None else known.shape.shape_std
         own = {"noise": None, "shape_std": shape_std, "systematic": known.systematic}
         return super().settings(known, model) | own
@@ -129,7 +165,8 @@ class Bayes(Estimator):
         return self.until if isinstance(self.until, Accuracy) else None
 
     def estimate_from(self, state: SampleState, start: Estimate | None) -> Estimate:
-        """The estimate; `start`, an earlier one over the same shape, saves time. Errors as for `estimate`."""
+        """The estimate; `start`, an earlier one over the same shape, saves time. Errors
+        as for `estimate`."""
         return self.estimate(state, start)
 
     @cached_property
@@ -138,9 +175,11 @@ class Bayes(Estimator):
         return Prior.of(self.shape, self.pose_std, shape_std)
 
     def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
-        """The estimate from the samples seen; `start`, an earlier estimate over the same shape, saves time.
+        """The estimate from the samples seen; `start`, an earlier estimate over the
+        same shape, saves time.
 
-        Raises `NotIdentifiableError` when there are no samples, or they determine nothing beside a bias.
+        Raises `NotIdentifiableError` when there are no samples, or they determine
+        nothing beside a bias.
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
@@ -148,7 +187,11 @@ class Bayes(Estimator):
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
-            sure = posterior.noise_known and not posterior.coloured and not contradiction(posterior, nearest.distance)
+            sure = (
+                posterior.noise_known
+                and not posterior.coloured
+                and not contradiction(posterior, nearest.distance)
+            )
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
             method=self.name,
@@ -167,24 +210,38 @@ class Bayes(Estimator):
         )
 
     def _nearest_body(self, posterior: Posterior) -> Nearest:
-        """The mass distribution over uniform cells or, where that is not near enough, over voxels."""
-        prior, mean, C = posterior.prior, posterior.narrow.mean, posterior.narrow.covariance
+        """The mass distribution over uniform cells or, where that is not near enough,
+        over voxels."""
+        prior, mean, C = (
+            posterior.prior,
+            posterior.narrow.mean,
+            posterior.narrow.covariance,
+        )
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < SUFFICIENT_CELL_DISTANCE:
             vector = prior.cells @ masses
         else:
             fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-            if distance > CONTRADICTING_SHAPE_DISTANCE:  # no distribution fits: keep at least the mass
-                fine = (fine + 1e-6 * mass * prior.voxel_shares) * mass / (fine.sum() + 1e-6 * mass)
-            vector, masses = prior.voxels @ fine, fine.reshape(self.shape.n, -1).sum(axis=1)
+            # no distribution fits: keep at least the mass
+            if distance > CONTRADICTING_SHAPE_DISTANCE:
+                fine = (
+                    (fine + 1e-6 * mass * prior.voxel_shares)
+                    * mass
+                    / (fine.sum() + 1e-6 * mass)
+                )
+            vector, masses = (
+                prior.voxels @ fine,
+                fine.reshape(self.shape.n, -1).sum(axis=1),
+            )
         margin, move = None, posterior.move
         if move is not None and vector[0] > 0.0:
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
         return Nearest(vector, masses, distance, margin)
 
     def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
-        """The posterior that `estimate` summarises; its mixture gives intervals of any level.
+        """The posterior that `estimate` summarises; its mixture gives intervals of any
+        level.
 
         Arguments and errors are those of `estimate`.
         """
@@ -199,17 +256,36 @@ class Bayes(Estimator):
         distortion_change = 0.0
         for passes in range(1, MOST_PASSES_UNCERTAIN_SHAPE + 1):
             before = current.excess * current.covariance
-            scale = float(np.clip(current.phi[0], SMALLEST_PRIOR_SCALE * rough_mass, LARGEST_PRIOR_SCALE * rough_mass))
+            scale = float(
+                np.clip(
+                    current.phi[0],
+                    SMALLEST_PRIOR_SCALE * rough_mass,
+                    LARGEST_PRIOR_SCALE * rough_mass,
+                )
+            )
             fitted = steps.fit(current, scale)
             current = steps.update_noise(current, fitted)
-            variance_change = np.abs(current.excess * current.covariance.diagonal() / before.diagonal() - 1.0).max()
-            scores = fitted.placed.most_likely(fitted.mixture.weights, fitted.mixture.means)
-            distortion_change = float(np.abs(scores - fitted.placed.scores).max(initial=0.0))
-            settled = variance_change < NEGLIGIBLE_VARIANCE_CHANGE and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
-            if settled or passes >= (MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES):
+            variance_change = np.abs(
+                current.excess * current.covariance.diagonal() / before.diagonal() - 1.0
+            ).max()
+            scores = fitted.placed.most_likely(
+                fitted.mixture.weights, fitted.mixture.means
+            )
+            distortion_change = float(
+                np.abs(scores - fitted.placed.scores).max(initial=0.0)
+            )
+            settled = (
+                variance_change < NEGLIGIBLE_VARIANCE_CHANGE
+                and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
+            )
+            if settled or passes >= (
+                MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
+            ):
                 break
             if distortion_change >= NEGLIGIBLE_DISTORTION_CHANGE:
-                scores = scores if passes == 1 else 0.5 * (fitted.placed.scores + scores)
+                scores = (
+                    scores if passes == 1 else 0.5 * (fitted.placed.scores + scores)
+                )
                 current = replace(current, placed=self._prior.about(scores))
         doubts = steps.widen_for_doubts(current, fitted, before)
         colour, enough = doubts.colour, state.samples >= FEWEST_SAMPLES_FOR_NOISE
@@ -226,7 +302,10 @@ class Bayes(Estimator):
             response=doubts.response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None
-            or (state.record is not None and (enough or samples.pace >= SEPARATE_POSE_INTERVAL)),
+            or (
+                state.record is not None
+                and (enough or samples.pace >= SEPARATE_POSE_INTERVAL)
+            ),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
             misfit=fitted.likelihood.misfit(current.phi),
@@ -236,19 +315,26 @@ class Bayes(Estimator):
         )
 
     def _given_noise(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
-        """Covariance (6, 6) of the wrench's noise, None where it is not known, and the errors of the motion."""
+        """Covariance (6, 6) of the wrench's noise, None where it is not known, and the
+        errors of the motion."""
         noise, wrench_noise = self.noise, None
         motion_noise = None if state.record is None else state.record.motion_noise
         if isinstance(noise, Noise):
             wrench_noise = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
             if motion_noise is None:
-                motion_noise = MotionNoise(noise.linear_acceleration, noise.angular_acceleration)
+                motion_noise = MotionNoise(
+                    noise.linear_acceleration, noise.angular_acceleration
+                )
         elif noise is not None:
             wrench_noise = np.array(noise, dtype=float)
         return wrench_noise, MotionErrors.of(motion_noise, state)
 
 
 def _require_information(samples: Samples, state: SampleState) -> None:
-    """`NotIdentifiableError` where the regressor without its mean, beside a free bias, is zero up to rounding."""
+    """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
+    is zero up to rounding."""
     if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
-        raise NotIdentifiableError("the samples determine nothing beside a bias", fix="record other orientations")
+        raise NotIdentifiableError(
+            "the samples determine nothing beside a bias",
+            fix="record other orientations",
+        )

@@ -1,11 +1,15 @@
-"""Colour: autocorrelation of the noise from the residuals, and agreement between stretches of a record.
+"""Colour: autocorrelation of the noise from the residuals, and agreement between
+stretches of a record.
 
-`Colour.of` finds from a state's time record the spectrum of the noise by octaves (`spectrum`), and from it the
-covariance of the whole record's score, the sum of v_j G_j over the time scales. Two doubts widen it afterwards, so that
-they do not give the prior more weight:
+`Colour.of` finds from a state's time record the spectrum of the noise by octaves
+(`spectrum`), and from it the covariance of the whole record's score, the sum of v_j G_j
+over the time scales. Two doubts widen it afterwards, so that they do not give the prior
+more weight:
 
-- time scales at which the wrench answers with another gain than on the whole (`response_errors`);
-- stretches of the record that contradict each other by more than `LARGEST_STRETCH_DISAGREEMENT`.
+- time scales at which the wrench answers with another gain than on the whole
+  (`response_errors`);
+- stretches of the record that contradict each other by more than
+  `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
 from dataclasses import dataclass
@@ -19,28 +23,35 @@ from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.sample_state import SampleState
 
 FEWEST_SAMPLES_FOR_NOISE = 20
-"""Number of samples from which on the noise counts as known: they have about a hundred residuals."""
+"""Number of samples from which on the noise counts as known: they have about a hundred
+residuals."""
 FEWEST_COMPARED_STRETCHES = 4
 """Smallest number of stretches that are compared with each other."""
 LARGEST_STRETCH_DISAGREEMENT = 3.0
-"""Largest ratio of the variance between stretches to the variance they claim that is attributed to chance."""
+"""Largest ratio of the variance between stretches to the variance they claim that is
+attributed to chance."""
 GAIN_CHANCE = 12.0
-"""Squared error of one time scale's gain over its variance that is attributed to chance: it exceeds 12 once in 2,000
-times."""
+"""Squared error of one time scale's gain over its variance that is attributed to
+chance: it exceeds 12 once in 2,000 times."""
 FEWEST_DEGREES_FOR_CLAIM = 12.0
-"""Degrees of freedom of an energy below which it does not contradict a claim of white noise."""
+"""Degrees of freedom of an energy below which it does not contradict a claim of white
+noise."""
 LARGEST_CLAIM_EXCESS = 5.0
-"""Standard deviations by which residuals may exceed the noise that was given without contradicting it."""
+"""Standard deviations by which residuals may exceed the noise that was given without
+contradicting it."""
 SMALLEST_STRETCH_VARIANCE = 0.01
-"""Lower bound on the variance of a stretch's noise, relative to the variance that is allowed for. The residuals of
-noise-free samples are rounding errors, which differ between stretches."""
+"""Lower bound on the variance of a stretch's noise, relative to the variance that is
+allowed for. The residuals of noise-free samples are rounding errors, which differ
+between stretches."""
 GAIN_BOUND_STDS = 2.0
-"""Standard deviations above a time scale's own gain error that bound the error inferred from faster scales."""
+"""Standard deviations above a time scale's own gain error that bound the error inferred
+from faster scales."""
 GAIN_FADE_PER_OCTAVE = 0.5 ** (1.0 / 3.0)
-"""Factor of the relative gain error from one time scale to the next, which is twice as slow.
+"""Factor of the relative gain error from one time scale to the next, which is twice as
+slow.
 
-Errors of viscous friction and of a late clock decrease faster. Creep of elastic sensors follows small powers of time;
-the power 1/3 represents them.
+Errors of viscous friction and of a late clock decrease faster. Creep of elastic sensors
+follows small powers of time; the power 1/3 represents them.
 """
 
 
@@ -49,7 +60,8 @@ class Colour:
     """Noise of a record by time scale, at one body and one covariance of the wrench."""
 
     noise: Array
-    """(10, 10) covariance of the score of all samples, with coloured noise as it may be"""
+    """(10, 10) covariance of the score of all samples, with coloured noise as it may
+    be"""
     noise_seen: Array
     """(10, 10) the same with coloured noise as the record shows it"""
     autocorrelation: float
@@ -72,7 +84,8 @@ class Colour:
 
 @dataclass(frozen=True, eq=False)
 class TimeSamples:
-    """Virtual samples by time scale and by stretch, without their mean where a bias is free."""
+    """Virtual samples by time scale and by stretch, without their mean where a bias is
+    free."""
 
     scales: Groups
     stretches: Groups
@@ -87,7 +100,8 @@ class TimeSamples:
         if state.record is None:
             return None
         scales, stretches = state.record.complete
-        if free_bias:  # else what is left holds the mean, and counts like the longest sums
+        # else what is left holds the mean, and counts like the longest sums
+        if free_bias:
             scales = scales.closed()
         if not any(scales.counts):
             return None
@@ -98,17 +112,24 @@ class TimeSamples:
             own = _means(np.array([factor for factor, _ in parts])) if parts else None
         return cls(
             Groups.of(scales.factors, scales.counts, mean),
-            Groups.of([factor for factor, _ in parts], [count - bool(free_bias) for _, count in parts], own),
+            Groups.of(
+                [factor for factor, _ in parts],
+                [count - bool(free_bias) for _, count in parts],
+                own,
+            ),
             float(state.samples),
             free_bias,
         )
 
-    def colour(self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool) -> Colour:
+    def colour(
+        self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool
+    ) -> Colour:
         """Colour of the noise for which the scales have the scores `found`.
 
-        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes tr(G_j P) degrees of freedom. The
-        residuals' mean square is `level`: less than 1 where more is allowed for, such as lasting errors of the motion.
-        Noise that is claimed to be white counts as white.
+        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes
+        tr(G_j P) degrees of freedom. The residuals' mean square is `level`: less than 1
+        where more is allowed for, such as lasting errors of the motion. Noise that is
+        claimed to be white counts as white.
         """
         spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
         degrees = np.maximum(6.0 * self.scales.counts - spent, 0.0)
@@ -117,9 +138,16 @@ class TimeSamples:
         if white_claimed:
             variances, noise, seen = np.ones(len(degrees) + 1), G, G
         else:
-            variances, likely = spectrum(energies, degrees, self.samples, self.free_bias)
-            noise, seen = (np.tensordot(v[:-1], found.information, 1) + v[-1] * rest for v in (variances, likely))
-        fitted = float(variances[:-1] @ spent) + variances[-2] * max(float((rest * P.T).sum()), 0.0)
+            variances, likely = spectrum(
+                energies, degrees, self.samples, self.free_bias
+            )
+            noise, seen = (
+                np.tensordot(v[:-1], found.information, 1) + v[-1] * rest
+                for v in (variances, likely)
+            )
+        fitted = float(variances[:-1] @ spent) + variances[-2] * max(
+            float((rest * P.T).sum()), 0.0
+        )
         size = G.diagonal()
         average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
         exceeds_claim = white_claimed and exceeds(energies, degrees)
@@ -137,21 +165,35 @@ class TimeSamples:
         )
 
     def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
-        """Relative error of the whole body by errors of the wrench in step with the motion (`response_errors`)."""
-        information = np.concatenate((found.information, (G - found.information.sum(axis=0))[None]))
+        """Relative error of the whole body by errors of the wrench in step with the
+        motion (`response_errors`)."""
+        information = np.concatenate(
+            (found.information, (G - found.information.sum(axis=0))[None])
+        )
         signal = information @ phi @ phi
         errors = response_errors(found, colour.variances[:-1], self.scales.counts, phi)
         return float(errors @ signal) / (float(signal.sum()) or 1.0)
 
-    def disagreement(self, W: Array, phi: Array, attenuation: Array | None, scales: Scores, colour: Colour) -> float:
-        """Variance of mass and first moment between stretches over what each claims (Birge 1932).
+    def disagreement(
+        self,
+        W: Array,
+        phi: Array,
+        attenuation: Array | None,
+        scales: Scores,
+        colour: Colour,
+    ) -> float:
+        """Variance of mass and first moment between stretches over what each claims
+        (Birge 1932).
 
-        About 1 where all is as modelled; 0 where there are too few stretches. What stretches differ by must not excuse
-        them: their noise is what the residuals tell without it, for a series as long as one of them. A difference in
-        the body has energy at the time scales where the motion has.
+        About 1 where all is as modelled; 0 where there are too few stretches. What
+        stretches differ by must not excuse
+        them: their noise is what the residuals tell without it, for a series as long as
+            one of them. A difference in the body has energy at the time scales where
+            the motion has.
         """
         n = len(self.stretches.counts)
-        if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:  # a claim that does not hold is no measure
+        # a claim that does not hold is no measure
+        if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:
             return 0.0
         found = self.stretches.scores(W, phi, attenuation)
         white = float(found.birge(np.ones(n)).sum()) / (n - 1)
@@ -161,30 +203,51 @@ class TimeSamples:
         own = signal / (float(signal.sum()) or 1.0)
         gain, parameters = found.gain(), 10.0
         if self.free_bias:
-            gain, parameters = gain + float(colour.energies.sum()) * colour.level - float(found.energies.sum()), 16.0
-        energies = np.maximum(colour.energies - own * max(gain, 0.0) / colour.level, 0.0)
+            gain, parameters = (
+                gain
+                + float(colour.energies.sum()) * colour.level
+                - float(found.energies.sum()),
+                16.0,
+            )
+        energies = np.maximum(
+            colour.energies - own * max(gain, 0.0) / colour.level, 0.0
+        )
         degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
         length = float(np.median(self.stretches.counts)) + 1.0
         expected = spectrum(energies, degrees, length, self.free_bias)[0]
-        variance = colour.level * float(expected[min(int(np.log2(length)), len(expected) - 1)])
-        variance = max(variance, 1.0 if colour.white_claimed else SMALLEST_STRETCH_VARIANCE)
+        variance = colour.level * float(
+            expected[min(int(np.log2(length)), len(expected) - 1)]
+        )
+        variance = max(
+            variance, 1.0 if colour.white_claimed else SMALLEST_STRETCH_VARIANCE
+        )
         return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:
-    """Whether the energy of a scale (J,) is more than that of white noise by more than chance."""
+    """Whether the energy of a scale (J,) is more than that of white noise by more than
+    chance."""
     enough = degrees >= FEWEST_DEGREES_FOR_CLAIM
-    return bool((energies > degrees + LARGEST_CLAIM_EXCESS * np.sqrt(2.0 * degrees))[enough].any())
+    return bool(
+        (energies > degrees + LARGEST_CLAIM_EXCESS * np.sqrt(2.0 * degrees))[
+            enough
+        ].any()
+    )
 
 
-def response_errors(found: Scores, variances: Array, details: Array, phi: Array) -> Array:
-    """(J + 1,) relative errors that the wrench may have in step with the motion, at each time scale and beyond.
+def response_errors(
+    found: Scores, variances: Array, details: Array, phi: Array
+) -> Array:
+    """(J + 1,) relative errors that the wrench may have in step with the motion, at
+    each time scale and beyond.
 
-    Causes are a sensor whose gain depends on frequency, an arm that bends, a late clock, and smoothed motion. The gain
-    error of a scale is the part beyond `GAIN_CHANCE`. Towards slower scales it is assumed to decrease by no more than
-    the factor `GAIN_FADE_PER_OCTAVE` an octave, unless a scale bounds its own error: by `GAIN_BOUND_STDS` standard
-    deviations above the error it shows. White errors of the motion attenuate the score of every detail by the same
-    amount; that part is subtracted.
+    Causes are a sensor whose gain depends on frequency, an arm that bends, a late
+    clock, and smoothed motion. The gain error of a scale is the part beyond
+    `GAIN_CHANCE`. Towards slower scales it is assumed to decrease by no more than the
+    factor `GAIN_FADE_PER_OCTAVE` an octave, unless a scale bounds its own error: by
+    `GAIN_BOUND_STDS` standard deviations above the error it shows. White errors of the
+    motion attenuate the score of every detail by the same amount; that part is
+    subtracted.
     """
     signal = found.information @ phi @ phi
     score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
@@ -193,11 +256,17 @@ def response_errors(found: Scores, variances: Array, details: Array, phi: Array)
     score = np.maximum(np.abs(score) - explained, 0.0)
     gain = score / np.where(signal > 0.0, signal, np.inf)
     significance = gain**2 * signal / variances
-    shown = gain * np.sqrt(np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0))
-    possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / np.where(signal > 0.0, signal, np.inf))
+    shown = gain * np.sqrt(
+        np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0)
+    )
+    possible = gain + GAIN_BOUND_STDS * np.sqrt(
+        variances / np.where(signal > 0.0, signal, np.inf)
+    )
     possible[signal <= 0.0] = np.inf
     errors, error = np.zeros(len(shown) + 1), 0.0
-    for level, (own, most) in enumerate(zip((*shown, 0.0), (*possible, np.inf), strict=True)):
+    for level, (own, most) in enumerate(
+        zip((*shown, 0.0), (*possible, np.inf), strict=True)
+    ):
         error = max(float(own), min(GAIN_FADE_PER_OCTAVE * error, float(most)))
         errors[level] = error
     return errors
@@ -206,4 +275,7 @@ def response_errors(found: Scores, variances: Array, details: Array, phi: Array)
 def _means(factors: Array) -> Array:
     """(g, 22) weighted mean features of triangular factors (g, 22, 22)."""
     ones = factors[:, :, ONE]
-    return np.einsum("gi,gij->gj", ones, factors) / np.maximum((ones * ones).sum(axis=1), 1e-300)[:, None]
+    return (
+        np.einsum("gi,gij->gj", ones, factors)
+        / np.maximum((ones * ones).sum(axis=1), 1e-300)[:, None]
+    )

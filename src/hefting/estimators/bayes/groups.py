@@ -1,9 +1,11 @@
-"""Groups of samples, by time scale or by stretch: their scores, and how well they agree.
+"""Groups of samples, by time scale or by stretch: their scores, and how well they
+agree.
 
-A group's score u = h - H phi is what it would change of the parameters phi (10,) by itself, in the terms of
-`likelihood`. Its mean is zero if the model holds and its covariance v G, v the variance of the noise there over that of
-one sample. Means of u'(v G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Birge (1932):
-about 1 where groups differ by chance.
+A group's score u = h - H phi is what it would change of the parameters phi (10,) by
+itself, in the terms of `likelihood`. Its mean is zero if the model holds and its
+covariance v G, v the variance of the noise there over that of one sample. Means of u'(v
+G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Birge
+(1932): about 1 where groups differ by chance.
 """
 
 from collections.abc import Sequence
@@ -16,12 +18,14 @@ from hefting.core.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
 from hefting.core.spatial import Array
 
 COMPARED_ENTRIES = 4
-"""Number of leading entries of a score that are compared: mass and first moment, which every motion excites."""
+"""Number of leading entries of a score that are compared: mass and first moment, which
+every motion excites."""
 
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Virtual samples of several groups, so laid out that whitening all of them is one matrix product."""
+    """Virtual samples of several groups, so laid out that whitening all of them is one
+    matrix product."""
 
     A: Array
     """(6, g * 22 * 10)"""
@@ -31,22 +35,36 @@ class Groups:
     """(g,) samples of each, by weight"""
 
     @classmethod
-    def of(cls, factors: Sequence[Array], counts: Sequence[float], mean: Array | None) -> Self:
-        """Of triangular factors (22, 22) of their features, less `mean` (22,) [their own where it is (g, 22)]."""
+    def of(
+        cls, factors: Sequence[Array], counts: Sequence[float], mean: Array | None
+    ) -> Self:
+        """Of triangular factors (22, 22) of their features, less `mean` (22,) [their
+        own where it is (g, 22)]."""
         g = len(factors)
         R = np.array(factors).reshape(g, FEATURES, FEATURES)
         if mean is not None:
             R = R - R[:, :, ONE, None] * mean.reshape(-1, 1, FEATURES)
         rows = R.reshape(-1, FEATURES)
-        A = (rows[:, MOTION] @ FULL_MAP).reshape(-1, 6, 10).transpose(1, 0, 2).reshape(6, -1)
-        return cls(A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float))
+        A = (
+            (rows[:, MOTION] @ FULL_MAP)
+            .reshape(-1, 6, 10)
+            .transpose(1, 0, 2)
+            .reshape(6, -1)
+        )
+        return cls(
+            A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float)
+        )
 
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
-        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10, 10) a sample is what white
-        noise of the motion puts into G."""
+        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10,
+        10) a sample is what white noise of the motion puts into G."""
         g = len(self.counts)
-        A = np.ascontiguousarray((W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)).reshape(g, -1, 10)
-        b = np.ascontiguousarray((W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)).reshape(g, -1)
+        A = np.ascontiguousarray(
+            (W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
+        ).reshape(g, -1, 10)
+        b = np.ascontiguousarray(
+            (W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)
+        ).reshape(g, -1)
         r = b - A @ phi
         T = A.transpose(0, 2, 1)
         u = (T @ r[:, :, None])[:, :, 0]
@@ -67,18 +85,29 @@ class Scores:
     """(g,) sums of squared whitened residuals"""
 
     def gain(self) -> float:
-        """How much smaller the energies of all groups would be with parameters of their own."""
+        """How much smaller the energies of all groups would be with parameters of their
+        own."""
         size = np.sqrt(np.maximum(np.einsum("gii->gi", self.information), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
-        G = self.information / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(10)
+        G = self.information / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(
+            10
+        )
         x = self.scores / scale
         return float((x * np.linalg.solve(G, x[:, :, None])[:, :, 0]).sum())
 
     def birge(self, variances: Array) -> Array:
-        """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a group without information."""
-        G, u = self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES], self.scores[:, :COMPARED_ENTRIES]
+        """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a
+        group without information."""
+        G, u = (
+            self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES],
+            self.scores[:, :COMPARED_ENTRIES],
+        )
         size = np.sqrt(np.maximum(np.einsum("gii->gi", G), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
         x = u / scale
-        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(COMPARED_ENTRIES)
-        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (COMPARED_ENTRIES * variances)
+        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(
+            COMPARED_ENTRIES
+        )
+        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (
+            COMPARED_ENTRIES * variances
+        )

@@ -1,7 +1,9 @@
-"""Likelihood of the ten parameters for samples with noise in the wrench and in the motion.
+"""Likelihood of the ten parameters for samples with noise in the wrench and in the
+motion.
 
-Of K samples with regressor A = A0 + sum_q n_q D_q, n the noise of the accelerations (a, alpha), D_q = dA/d(a, alpha)_q,
-and wrench b = A0 phi + e, the residual b - A phi = e - E n has the covariance
+Of K samples with regressor A = A0 + sum_q n_q D_q, n the noise of the accelerations (a,
+alpha), D_q = dA/d(a, alpha)_q, and wrench b = A0 phi + e, the residual b - A phi = e -
+E n has the covariance
 
     S = S_w + E S_k E',   E = [D_1 phi .. D_6 phi] = d(f, tau)/d(a, alpha)
 
@@ -10,8 +12,9 @@ The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
     G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
     V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
 
-and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. A constant bias is eliminated beforehand by
-subtracting the samples' mean. See Fuller, *Measurement Error Models*, 1987.
+and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. A constant bias is
+eliminated beforehand by subtracting the samples' mean. See Fuller, *Measurement Error
+Models*, 1987.
 """
 
 from dataclasses import dataclass
@@ -26,26 +29,32 @@ from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
-"""(6, 6, 10) derivative of the regressor by linear and angular acceleration: D above."""
+"""(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
+above."""
 NOISE_FLOOR_SHARE = 1e-6
-"""Smallest noise, relative to the wrench's root mean square: smaller values are due to rounding."""
+"""Smallest noise, relative to the wrench's root mean square: smaller values are due to
+rounding."""
 POOR_SENSOR_NOISE = 0.05
-"""Noise of a poor sensor relative to its wrench, assumed while there are too few samples to measure it."""
+"""Noise of a poor sensor relative to its wrench, assumed while there are too few
+samples to measure it."""
 FEWEST_SAMPLES_FOR_RESIDUALS = 5.0
-"""Number of samples below which the residuals of least squares tell nothing of the noise."""
+"""Number of samples below which the residuals of least squares tell nothing of the
+noise."""
 LARGEST_RESIDUAL_RATIO = 10.0
-"""Largest ratio of the mean squared residuals to those of least squares that is attributed to noise."""
+"""Largest ratio of the mean squared residuals to those of least squares that is
+attributed to noise."""
 SEPARATE_POSE_INTERVAL = 0.5
-"""[s] Mean time between samples from which on they count as separate poses. Within a shorter time slow errors of a
-sensor are the same."""
+"""[s] Mean time between samples from which on they count as separate poses. Within a
+shorter time slow errors of a sensor are the same."""
 ISOTROPY_SAMPLES = 12.0
-"""Number of samples that the prior of the residuals' covariance is worth: independent channels, one variance for the
-forces and one for the torques."""
+"""Number of samples that the prior of the residuals' covariance is worth: independent
+channels, one variance for the forces and one for the torques."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Triangular factor of a state as 22 virtual samples, without their mean where a bias is free."""
+    """Triangular factor of a state as 22 virtual samples, without their mean where a
+    bias is free."""
 
     A: Array
     """(22, 6, 10)"""
@@ -71,7 +80,9 @@ class Samples:
         ones = R[:, ONE]
         K = float(ones @ ones)
         mean = (ones @ R) / K
-        sizes = np.sqrt((R[:, WRENCH] ** 2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K))
+        sizes = np.sqrt(
+            (R[:, WRENCH] ** 2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K)
+        )
         if free_bias:
             R = R - ones[:, None] * mean
             K -= 1.0
@@ -90,13 +101,16 @@ class Samples:
 
     @cached_property
     def least_squares(self) -> Array:
-        """(10,) parameters of least squares, forces and torques weighed by their size."""
+        """(10,) parameters of least squares, forces and torques weighed by their
+        size."""
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A = (self.A * scale[:, None]).reshape(-1, 10)
         units = np.sqrt((A * A).sum(axis=0))
         units[units < 1e-13 * units.max()] = np.inf
-        return np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
+        return (
+            np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
+        )
 
     @cached_property
     def least_residual(self) -> Array:
@@ -106,14 +120,16 @@ class Samples:
     def residual_covariance(self, phi: Array, spent: float = 10.0) -> Array:
         """(6, 6) mean square of what parameters phi (10,) leave of the wrench.
 
-        `spent` equations of the 6 K are taken as fulfilled by the fit, at most three quarters of them.
+        `spent` equations of the 6 K are taken as fulfilled by the fit, at most three
+        quarters of them.
         """
         r = self.b - self.A @ phi
         return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
 
     def excess_over_noise(self, R: Array) -> float:
-        """How many times too large for noise residuals of covariance R (6, 6) are, beside those of least squares; at
-        least 1. More than 1 is a body of the wrong shape; 1 where there are too few samples to tell."""
+        """How many times too large for noise residuals of covariance R (6, 6) are,
+        beside those of least squares; at least 1. More than 1 is a body of the wrong
+        shape; 1 where there are too few samples to tell."""
         if self.K < FEWEST_SAMPLES_FOR_RESIDUALS:
             return 1.0
         least = self.least_residual.diagonal() + self.floor**2
@@ -126,30 +142,41 @@ class Samples:
     def noise_left(self, R: Array) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
-        S = (self.K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (self.K + ISOTROPY_SAMPLES)
+        S = (self.K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (
+            self.K + ISOTROPY_SAMPLES
+        )
         return S + np.diag(self.floor**2)
 
     def unproven(self, enough: int) -> Array:
-        """(6, 6) covariance of the noise that fewer than `enough` samples cannot exclude.
+        """(6, 6) covariance of the noise that fewer than `enough` samples cannot
+        exclude.
 
-        It is that of a poor sensor whose error is the same in all samples. Zero where the samples are separate poses,
-        at least `SEPARATE_POSE_INTERVAL` seconds apart.
+        It is that of a poor sensor whose error is the same in all samples. Zero where
+        the samples are separate poses, at least `SEPARATE_POSE_INTERVAL` seconds apart.
         """
         if self.pace >= SEPARATE_POSE_INTERVAL:
             return np.zeros((6, 6))
         share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
-        return share * np.diag((POOR_SENSOR_NOISE / NOISE_FLOOR_SHARE * self.floor) ** 2)
+        return share * np.diag(
+            (POOR_SENSOR_NOISE / NOISE_FLOOR_SHARE * self.floor) ** 2
+        )
 
     def bias(self, phi: Array) -> Array:
         """(6,) the best beside parameters phi."""
         return self.b_mean - self.A_mean @ phi
 
     def mass_scale(self, force_std: float) -> float:
-        """Rough mass [kg]: the force over the acceleration, whichever measure of it is largest; never zero."""
+        """Rough mass [kg]: the force over the acceleration, whichever measure of it is
+        largest; never zero."""
         f = self.b[:, :3]
         square = float((self.d * self.d).sum()) or 1e-12
         by_size = max(float((f * f).sum()) - 3.0 * self.K * force_std**2, 0.0)
-        return max((by_size / square) ** 0.5, float((f * self.d).sum()) / square, 3.0 * force_std / square**0.5, 1e-9)
+        return max(
+            (by_size / square) ** 0.5,
+            float((f * self.d).sum()) / square,
+            3.0 * force_std / square**0.5,
+            1e-9,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,21 +191,26 @@ class Likelihood:
     """S (6, 6) of one sample's residual"""
 
     def misfit(self, phi: Array) -> float:
-        """Squared distance of parameters phi (10,) from the best, in standard deviations."""
+        """Squared distance of parameters phi (10,) from the best, in standard
+        deviations."""
         off = self.shift - self.precision @ phi
         root = _root_of_inverse(self.precision) @ off
         return float(root @ root)
 
     def blurred(self, C: Array) -> Self:
-        """With an error of covariance C (10, 10) in the parameters that all samples share."""
+        """With an error of covariance C (10, 10) in the parameters that all samples
+        share."""
         less = np.linalg.inv(np.eye(10) + self.precision @ C)
         precision = less @ self.precision
-        return type(self)(0.5 * (precision + precision.T), less @ self.shift, self.covariance)
+        return type(self)(
+            0.5 * (precision + precision.T), less @ self.shift, self.covariance
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """The whitened equations of all samples: G, h, H and the part of V that products of noise with noise make."""
+    """The whitened equations of all samples: G, h, H and the part of V that products of
+    noise with noise make."""
 
     whitening: Array
     """(6, 6) W with W'W = S^-1"""
@@ -187,7 +219,8 @@ class Equations:
     h: Array
     """(10,)"""
     attenuation: Array | None
-    """(10, 10) what the motion's white noise puts into G for each sample; None where there is none"""
+    """(10, 10) what the motion's white noise puts into G for each sample; None where
+    there is none"""
     H: Array
     """(10, 10)"""
     products: Array
@@ -199,8 +232,8 @@ class Equations:
     def of(cls, samples: Samples, phi: Array, S: Array, S_k: Array | None) -> Self:
         """At about the parameters phi (10,).
 
-        S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the accelerations' part in it, None
-        where there is none.
+        S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the
+        accelerations' part in it, None where there is none.
         """
         W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
         A = (W @ samples.A).reshape(-1, 10)
@@ -224,9 +257,11 @@ class Equations:
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
 
     def spent(self, found: Likelihood, covariance: Array) -> Array:
-        """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on the fit.
+        """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on
+        the fit.
 
-        G^-1 where the samples alone decide; less where the prior, with the posterior `covariance` (10, 10), does.
+        G^-1 where the samples alone decide; less where the prior, with the posterior
+        `covariance` (10, 10), does.
         """
         return self.inverse @ (found.precision @ covariance)
 
@@ -237,7 +272,8 @@ class Equations:
         return root.T @ root
 
     def white(self, inflation: float = 1.0) -> Likelihood:
-        """Likelihood for white noise, whose variance is `inflation` times the modelled one."""
+        """Likelihood for white noise, whose variance is `inflation` times the modelled
+        one."""
         if self.attenuation is None:
             return Likelihood(self.G / inflation, self.h / inflation, self.covariance)
         return self.likelihood(inflation * (self.G + self.products))

@@ -1,4 +1,5 @@
-"""Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its intervals."""
+"""Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its
+intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -16,14 +17,19 @@ from hefting.estimators.bayes.prior import Prior
 MOST_QUANTILE_STEPS = 60
 """Largest number of Newton steps in finding a quantile."""
 NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
-"""Indices of mass and moments of inertia among the sixteen numbers of `INTERVAL_QUANTITIES`."""
+"""Indices of mass and moments of inertia among the sixteen numbers of
+`INTERVAL_QUANTITIES`."""
 NEGLIGIBLE_WEIGHT = 5e-4
-"""Total weight of the least probable members of the mixture, which are left out of the intervals."""
+"""Total weight of the least probable members of the mixture, which are left out of the
+intervals."""
 NUMBER_OF_DRAWS = 1000
-"""Number of draws from the posterior, for what has no closed form. The 95 % quantile of an error then has a standard
-error of 3 %."""
+"""Number of draws from the posterior, for what has no closed form. The 95 % quantile of
+an error then has a standard error of 3 %."""
 INTERVAL_QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
-INTERVAL_QUANTITIES |= {"inertia_at_origin": slice(4, 10), "inertia_at_com": slice(10, 16)}
+INTERVAL_QUANTITIES |= {
+    "inertia_at_origin": slice(4, 10),
+    "inertia_at_com": slice(10, 16),
+}
 """Of which there are intervals, and where they stand among sixteen numbers."""
 
 
@@ -40,10 +46,12 @@ class Mixture:
 
     @classmethod
     def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
-        """Posterior of a prior for a body of about `scale` kg: each member of the mixture on its own, in closed form.
+        """Posterior of a prior for a body of about `scale` kg: each member of the
+        mixture on its own, in closed form.
 
-        With F = s F_j and the prior's mean s mu: I + F'Lambda F = R R', y = R^-1 F'(lambda - Lambda s mu), the mean is
-        s mu + F R^-T y, the covariance F (R R')^-1 F', and the log weight ½ |y|² - log det R + log of the prior's.
+        With F = s F_j and the prior's mean s mu: I + F'Lambda F = R R', y = R^-1
+        F'(lambda - Lambda s mu), the mean is s mu + F R^-T y, the covariance F (R
+        R')^-1 F', and the log weight ½ |y|² - log det R + log of the prior's.
         """
         F, mu = scale * prior.spread, scale * prior.mean
         FL = F.transpose(0, 2, 1) @ likelihood.precision
@@ -52,7 +60,11 @@ class Mixture:
         inverse = np.array([lapack.dtrtri(each, lower=1)[0] for each in R])
         y = (inverse @ rest[:, :, None])[:, :, 0]
         half = F @ inverse.transpose(0, 2, 1)
-        log = 0.5 * (y * y).sum(axis=1) - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1) + prior.log_weight
+        log = (
+            0.5 * (y * y).sum(axis=1)
+            - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1)
+            + prior.log_weight
+        )
         weights = np.exp(log - log.max())
         weights /= weights.sum()
         return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
@@ -71,7 +83,9 @@ class Mixture:
     def covariance(self) -> Array:
         """(10, 10), what the members differ by included"""
         off = self.means - self.mean
-        return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (off.T * self.weights) @ off
+        return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (
+            off.T * self.weights
+        ) @ off
 
     @property
     def mass_std(self) -> float:
@@ -79,45 +93,68 @@ class Mixture:
         return float(self.covariance[0, 0]) ** 0.5
 
     def scaled(self, error: float) -> Self:
-        """With a relative error, of this standard deviation, that all ten parameters share."""
-        rows = np.concatenate((self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1)
+        """With a relative error, of this standard deviation, that all ten parameters
+        share."""
+        rows = np.concatenate(
+            (self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1
+        )
         units = np.sqrt((rows**2).sum(axis=1))
         units = np.where(units > 0.0, units, 1.0)
         root = np.asarray(np.linalg.qr(rows / units[:, None, :], mode="r"))
-        return type(self)(self.weights, self.means, (root * units[:, None, :]).transpose(0, 2, 1))
+        return type(self)(
+            self.weights, self.means, (root * units[:, None, :]).transpose(0, 2, 1)
+        )
 
     def determined(self, likelihood: Likelihood) -> float:
-        """How many of the ten parameters the samples determine, rather than the prior: tr(Lambda covariance)."""
+        """How many of the ten parameters the samples determine, rather than the prior:
+        tr(Lambda covariance)."""
         weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
         return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
 
     def draws(self, number: int = NUMBER_OF_DRAWS) -> Array:
-        """(number, 10) parameters as likely as the posterior says, the same at every call."""
+        """(number, 10) parameters as likely as the posterior says, the same at every
+        call."""
         ends = np.round(number * np.cumsum(self.weights)).astype(int)
         normal = _normal(number)
         parts = zip((0, *ends[:-1]), ends, self.means, self.factors, strict=True)
-        return np.concatenate([mean + normal[low:high] @ factor.T for low, high, mean, factor in parts if high > low])
+        return np.concatenate(
+            [
+                mean + normal[low:high] @ factor.T
+                for low, high, mean, factor in parts
+                if high > low
+            ]
+        )
 
     def intervals(self, level: float = 0.95) -> dict[str, Array]:
-        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with probability `level`.
+        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with
+        probability `level`.
 
-        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes. They are
-        linearised about the mean of each member. Raises `InputError` unless 0 < level < 1.
+        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg
+        m²], in sensor axes. They are linearised about the mean of each member. Raises
+        `InputError` unless 0 < level < 1.
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
         means, stds, weights = self._marginals
-        ends = _quantiles(means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level)))
+        ends = _quantiles(
+            means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
+        )
         ends[:, NON_NEGATIVE_NUMBERS] = np.maximum(ends[:, NON_NEGATIVE_NUMBERS], 0.0)
         found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
         found["mass"] = found["mass"][:, 0]
-        return {k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v)) for k, v in found.items()}
+        return {
+            k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v))
+            for k, v in found.items()
+        }
 
     @cached_property
     def _marginals(self) -> tuple[Array, Array, Array]:
-        """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and weights (j,)."""
+        """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and
+        weights (j,)."""
         order = np.argsort(self.weights)
-        kept = order[np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :]
+        kept = order[
+            np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :
+        ]
         phi, cov = self.means[kept], self.covariances[kept]
         m, h = phi[:, :1], phi[:, 1:4]
         c = h / m
@@ -129,9 +166,16 @@ class Mixture:
         J[:, 0, 0] = 1.0
         J[:, 1:4, 0], J[:, 1:4, 1:4] = -c / m, np.eye(3) / m[:, :, None]
         J[:, 4:10, 4:], J[:, 10:, 4:] = np.eye(6), np.eye(6)
-        J[:, 10:, 0], J[:, 10:, 1:4] = square / m**2, -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
+        J[:, 10:, 0], J[:, 10:, 1:4] = (
+            square / m**2,
+            -2.0 * moment.transpose(1, 0, 2) / m[:, :, None],
+        )
         variance = ((J @ cov) * J).sum(axis=2)
-        return means, np.sqrt(np.maximum(variance, 1e-300)), self.weights[kept] / self.weights[kept].sum()
+        return (
+            means,
+            np.sqrt(np.maximum(variance, 1e-300)),
+            self.weights[kept] / self.weights[kept].sum(),
+        )
 
 
 @lru_cache(maxsize=1)
@@ -145,7 +189,9 @@ def _steiner() -> Array:
     tensors = np.eye(3)[:, :, None, None] * np.eye(3) - 0.5 * (
         np.einsum("ik,jl->ijkl", e, e) + np.einsum("il,jk->ijkl", e, e)
     )
-    return np.ascontiguousarray(np.moveaxis(tensor_to_vector(tensors.transpose(2, 3, 0, 1)), -1, 0))
+    return np.ascontiguousarray(
+        np.moveaxis(tensor_to_vector(tensors.transpose(2, 3, 0, 1)), -1, 0)
+    )
 
 
 _STEINER = _steiner()
@@ -153,17 +199,22 @@ _STEINER = _steiner()
 
 
 def _normal_below(t: Array, bell: Array) -> Array:
-    """Probability that a standard normal number is below t, `bell` being exp(-t²/2); within 7.5e-8 (Abramowitz &
-    Stegun 26.2.17). SciPy's takes a tenth of a second to import."""
+    """Probability that a standard normal number is below t, `bell` being exp(-t²/2);
+    within 7.5e-8 (Abramowitz & Stegun 26.2.17). SciPy's takes a tenth of a second to
+    import."""
     k = 1.0 / (1.0 + 0.2316419 * np.abs(t))
-    tail = k * (0.319381530 + k * (-0.356563782 + k * (1.781477937 + k * (-1.821255978 + k * 1.330274429))))
+    tail = k * (
+        0.319381530
+        + k * (-0.356563782 + k * (1.781477937 + k * (-1.821255978 + k * 1.330274429)))
+    )
     tail *= bell * (0.5 / np.pi) ** 0.5
     return np.where(t < 0.0, tail, 1.0 - tail)
 
 
 @lru_cache
 def _normal_quantile(probability: float) -> float:
-    """Where a standard normal number is below with this probability, to rounding: Newton's method."""
+    """Where a standard normal number is below with this probability, to rounding:
+    Newton's method."""
     x = 0.0
     for _ in range(MOST_QUANTILE_STEPS):
         error = 0.5 * erfc(-x / 2.0**0.5) - probability
@@ -174,8 +225,11 @@ def _normal_quantile(probability: float) -> float:
     return x
 
 
-def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) -> Array:
-    """(p, k) where mixtures of Gaussians of means and stds (j, k) reach the probabilities (p,): Newton, bracketed."""
+def _quantiles(
+    means: Array, stds: Array, weights: Array, probabilities: Array
+) -> Array:
+    """(p, k) where mixtures of Gaussians of means and stds (j, k) reach the
+    probabilities (p,): Newton, bracketed."""
     z = np.array([_normal_quantile(float(p)) for p in probabilities])[:, None]
     center, rate = np.ascontiguousarray(means.T), 1.0 / stds.T  # (k, j)
     density = (0.5 / np.pi) ** 0.5 * rate * weights
@@ -184,7 +238,8 @@ def _quantiles(means: Array, stds: Array, weights: Array, probabilities: Array) 
     each = center + z[:, :, None] / rate  # (p, k, j)
     low, high = each.min(axis=2), each.max(axis=2)
     x = np.clip(middle + z * spread, low, high)
-    tolerance = 1e-2 * spread  # of a step; Newton's next would be some 1e-4 of that spread
+    # of a step; Newton's next would be some 1e-4 of that spread
+    tolerance = 1e-2 * spread
     for _ in range(MOST_QUANTILE_STEPS):
         t = (x[:, :, None] - center) * rate
         bell = np.exp(-0.5 * t * t)

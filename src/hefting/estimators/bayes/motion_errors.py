@@ -1,4 +1,5 @@
-"""Errors of the motion as the likelihood takes them: variances of accelerations, and how many samples they last."""
+"""Errors of the motion as the likelihood takes them: variances of accelerations, and
+how many samples they last."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -30,5 +31,6 @@ class MotionErrors:
 
     @property
     def white(self) -> Array | None:
-        """(6,) variances of white errors; None where they last, and so count as independent of the motion."""
+        """(6,) variances of white errors; None where they last, and so count as
+        independent of the motion."""
         return self.variances if self.memory == 1.0 else None

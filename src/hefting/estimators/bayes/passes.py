@@ -1,4 +1,5 @@
-"""Passes: the posterior of the parameters and the noise, found in turn, as each depends on the other."""
+"""Passes: the posterior of the parameters and the noise, found in turn, as each depends
+on the other."""
 
 from dataclasses import dataclass
 
@@ -13,7 +14,12 @@ from hefting.estimators.bayes.colour import (
     Colour,
     TimeSamples,
 )
-from hefting.estimators.bayes.likelihood import Equations, Likelihood, Samples, motion_effect
+from hefting.estimators.bayes.likelihood import (
+    Equations,
+    Likelihood,
+    Samples,
+    motion_effect,
+)
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.prior import Placed, Prior
@@ -25,9 +31,11 @@ class Data:
 
     samples: Samples
     time: TimeSamples | None
-    """samples by time scale and stretch; None where the state keeps no record of time"""
+    """samples by time scale and stretch; None where the state keeps no record of
+    time"""
     wrench_noise: Array | None
-    """(6, 6) known covariance of the wrench's noise; None where it is found from the residuals"""
+    """(6, 6) known covariance of the wrench's noise; None where it is found from the
+    residuals"""
     motion: MotionErrors
 
 
@@ -98,10 +106,12 @@ class Passes:
     data: Data
     prior: Prior
     systematic: Array | None
-    """(10, 10) covariance of the parameters' error that all samples share; None where there is none"""
+    """(10, 10) covariance of the parameters' error that all samples share; None where
+    there is none"""
 
     def first_pass(self, start: Estimate | None) -> tuple[Pass, float]:
-        """Parameters and noise before the first pass, and the rough mass [kg] by which the prior is scaled."""
+        """Parameters and noise before the first pass, and the rough mass [kg] by which
+        the prior is scaled."""
         samples, known = self.data.samples, self.data.wrench_noise
         level = samples.least_residual if known is None else known
         rough_mass = samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
@@ -118,26 +128,47 @@ class Passes:
         return Pass(placed, phi, judged_at, residual_covariance, covariance), rough_mass
 
     def fit(self, current: Pass, scale: float) -> Fitted:
-        """The posterior of the parameters with the noise known before the pass; `scale` is the prior's [kg]."""
+        """The posterior of the parameters with the noise known before the pass; `scale`
+        is the prior's [kg]."""
         covariance = current.excess * current.covariance
-        equations = Equations.of(self.data.samples, current.phi, covariance, self.data.motion.white)
+        equations = Equations.of(
+            self.data.samples, current.phi, covariance, self.data.motion.white
+        )
         prior, colour = current.placed.prior, None
         if self.data.time is not None and self.data.wrench_noise is None:
             spent = equations.inverse if current.spent is None else current.spent
-            scores = self.data.time.scales.scores(equations.whitening, current.judged_at, equations.attenuation)
+            scores = self.data.time.scales.scores(
+                equations.whitening, current.judged_at, equations.attenuation
+            )
             mean_square = _mean_square(covariance, current.residual_covariance)
-            colour = self.data.time.colour(scores, equations.G, spent, mean_square, False)
+            colour = self.data.time.colour(
+                scores, equations.G, spent, mean_square, False
+            )
         if colour is None:
             likelihood = equations.white()
         else:
             likelihood = equations.likelihood(colour.noise_seen + equations.products)
         own = mixture = Mixture.of(prior, scale, likelihood)
-        spent = None if self.data.wrench_noise is not None else equations.spent(likelihood, mixture.covariance)
+        spent = (
+            None
+            if self.data.wrench_noise is not None
+            else equations.spent(likelihood, mixture.covariance)
+        )
         determined = mixture.determined(likelihood) if colour is None else colour.fitted
         if self.systematic is not None:
             likelihood = likelihood.blurred(self.systematic)
             mixture = Mixture.of(prior, scale, likelihood)
-        return Fitted(current.placed, scale, equations, colour, likelihood, own, mixture, spent, determined)
+        return Fitted(
+            current.placed,
+            scale,
+            equations,
+            colour,
+            likelihood,
+            own,
+            mixture,
+            spent,
+            determined,
+        )
 
     def update_noise(self, current: Pass, fitted: Fitted) -> Pass:
         """Parameters and noise after a pass."""
@@ -146,7 +177,8 @@ class Passes:
         residual_covariance = samples.residual_covariance(judged_at, fitted.determined)
         excess, contradicted, autocorrelation = 1.0, False, fitted.autocorrelation
         if known is None:
-            if samples.excess_over_noise(residual_covariance) > 1.0:  # residuals of a wrong shape are not noise
+            # residuals of a wrong shape are not noise
+            if samples.excess_over_noise(residual_covariance) > 1.0:
                 judged_at = samples.least_squares
             limited = samples.limited_to_noise(residual_covariance)
             covariance = self._covariance(phi, limited, autocorrelation)
@@ -155,11 +187,27 @@ class Passes:
             ratio = _mean_square(covariance, residual_covariance)
             chance = LARGEST_CLAIM_EXCESS * (autocorrelation / (3.0 * samples.K)) ** 0.5
             contradicted = ratio > 1.0 + chance
-            excess = max(ratio / samples.excess_over_noise(residual_covariance), 1.0) if contradicted else 1.0
-        return Pass(current.placed, phi, judged_at, residual_covariance, covariance, excess, contradicted, fitted.spent)
+            excess = (
+                max(ratio / samples.excess_over_noise(residual_covariance), 1.0)
+                if contradicted
+                else 1.0
+            )
+        return Pass(
+            current.placed,
+            phi,
+            judged_at,
+            residual_covariance,
+            covariance,
+            excess,
+            contradicted,
+            fitted.spent,
+        )
 
-    def widen_for_doubts(self, current: Pass, fitted: Fitted, covariance: Array) -> Doubts:
-        """The posterior widened by colour as it may be, by disagreement between stretches and by uneven response.
+    def widen_for_doubts(
+        self, current: Pass, fitted: Fitted, covariance: Array
+    ) -> Doubts:
+        """The posterior widened by colour as it may be, by disagreement between
+        stretches and by uneven response.
 
         `covariance` (6, 6) is that of the residuals in the last pass.
         """
@@ -174,11 +222,15 @@ class Passes:
             colour = time.colour(scores, equations.G, spent, mean_square, True)
         else:
             response = time.response(scores, equations.G, at, colour)
-        disagreement = time.disagreement(equations.whitening, at, equations.attenuation, scores, colour)
+        disagreement = time.disagreement(
+            equations.whitening, at, equations.attenuation, scores, colour
+        )
         inflation = disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0
         mixture = fitted.mixture
         if self.data.wrench_noise is None or inflation > 1.0:
-            likelihood = equations.likelihood(inflation * (colour.noise + equations.products))
+            likelihood = equations.likelihood(
+                inflation * (colour.noise + equations.products)
+            )
             if self.systematic is not None:
                 likelihood = likelihood.blurred(self.systematic)
             mixture = Mixture.of(fitted.placed.prior, fitted.scale, likelihood)
@@ -186,14 +238,20 @@ class Passes:
             mixture = mixture.scaled(response)
         return Doubts(mixture, colour, disagreement, response)
 
-    def _covariance(self, phi: Array, residual_covariance: Array, autocorrelation: float) -> Array:
-        """S (6, 6), the modelled covariance of one sample's residual for parameters near phi (10,).
+    def _covariance(
+        self, phi: Array, residual_covariance: Array, autocorrelation: float
+    ) -> Array:
+        """S (6, 6), the modelled covariance of one sample's residual for parameters
+        near phi (10,).
 
-        `residual_covariance` (6, 6) is that of the residuals, which count as noise where the noise is not known.
+        `residual_covariance` (6, 6) is that of the residuals, which count as noise
+        where the noise is not known.
         """
         samples, motion = self.data.samples, self.data.motion
         if self.data.wrench_noise is None:
-            S = samples.noise_left(residual_covariance) + samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
+            S = samples.noise_left(residual_covariance) + samples.unproven(
+                FEWEST_SAMPLES_FOR_NOISE
+            )
             memory = motion.memory - 1.0
         else:
             S = self.data.wrench_noise + np.diag(samples.floor**2)

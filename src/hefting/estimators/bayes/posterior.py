@@ -14,11 +14,13 @@ from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.prior import Prior
 
 CONTRADICTING_SHAPE_DISTANCE = 30.0
-"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the nearest body in the shape above
-which the shape contradicts the wrench: about five standard deviations more than expected."""
+"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
+nearest body in the shape above
+which the shape contradicts the wrench: about five standard deviations more than
+    expected."""
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
-"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the maximum of the likelihood above
-which the shape contradicts the wrench."""
+"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
+maximum of the likelihood above which the shape contradicts the wrench."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,8 @@ class Posterior:
     mixture: Mixture
     """of the ten parameters, with all doubts"""
     narrow: Mixture
-    """without the doubts that must not give the prior more weight: the estimate is its mean"""
+    """without the doubts that must not give the prior more weight: the estimate is its
+    mean"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None
@@ -36,7 +39,8 @@ class Posterior:
     residual_covariance: Array
     """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
     excess: float
-    """variance of the residuals over that of the noise claimed; 1 where it was found from them"""
+    """variance of the residuals over that of the noise claimed; 1 where it was found
+    from them"""
     contradicted: bool
     """whether that is more than chance"""
     autocorrelation: float
@@ -54,7 +58,8 @@ class Posterior:
     motion: MotionErrors
     """errors of the accelerations"""
     misfit: float
-    """squared distance of the mean from what the samples alone say, in standard deviations"""
+    """squared distance of the mean from what the samples alone say, in standard
+    deviations"""
     settled: bool
     """whether the place of a shape that is uncertain was found"""
     passes: int
@@ -72,7 +77,10 @@ class Posterior:
         }
         if self.motion.variances is not None:
             linear, angular = np.sqrt(self.motion.variances[[0, 3]])
-            found |= {"motion_noise": (float(linear), float(angular)), "motion_memory": self.motion.memory}
+            found |= {
+                "motion_noise": (float(linear), float(angular)),
+                "motion_memory": self.motion.memory,
+            }
         return found
 
 
@@ -87,14 +95,18 @@ class Nearest:
     distance: float
     """squared, in standard deviations"""
     margin: float | None
-    """of its COM in the hull, where the shape most likely is; None for a certain shape"""
+    """of its COM in the hull, where the shape most likely is; None for a certain
+    shape"""
 
 
 def contradiction(posterior: Posterior, distance: float) -> float:
-    """Squared distance [standard deviations] of the shape from the wrench, where it is more than chance; else 0."""
+    """Squared distance [standard deviations] of the shape from the wrench, where it is
+    more than chance; else 0."""
     return max(
         distance if distance > CONTRADICTING_SHAPE_DISTANCE else 0.0,
-        posterior.misfit if posterior.misfit > CONTRADICTING_LIKELIHOOD_DISTANCE else 0.0,
+        posterior.misfit
+        if posterior.misfit > CONTRADICTING_LIKELIHOOD_DISTANCE
+        else 0.0,
     )
 
 
@@ -103,7 +115,10 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
     warnings = []
     if not posterior.noise_known:
         warnings.append(
-            warning("noise-unknown", "too few samples to know the noise: the intervals rest on a typical sensor's")
+            warning(
+                "noise-unknown",
+                "too few samples to know the noise: the intervals rest on a typical sensor's",
+            )
         )
     if posterior.contradicted:
         times = posterior.excess**0.5
@@ -131,7 +146,10 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "intervals are wider by that",
             )
         )
-    if posterior.response > 0.0 and posterior.response * posterior.narrow.mean[0] > posterior.narrow.mass_std:
+    if (
+        posterior.response > 0.0
+        and posterior.response * posterior.narrow.mean[0] > posterior.narrow.mass_std
+    ):
         warnings.append(
             warning(
                 "response-uneven",

@@ -1,12 +1,14 @@
-"""The non-negative mass distribution nearest to given parameters, in the metric of their covariance.
+"""The non-negative mass distribution nearest to given parameters, in the metric of
+their covariance.
 
     minimise  w/2 |M m - phi|²_C + ½ sum (m_i - m0 v_i)² / (m0² v_i)    over m >= 0,   |x|²_C = x'C^-1 x
 
 with w = `DISTANCE_WEIGHT`.
 
-The second term, negligible beside the first, chooses the most even of all distributions of the same parameters. The
-dual has ten unknowns, whatever the number of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0);
-a semismooth Newton method finds z.
+The second term, negligible beside the first, chooses the most even of all distributions
+of the same parameters. The
+dual has ten unknowns, whatever the number of points: with z = w C^-1 (phi - M m), m =
+    max(m0 v + m0² v M'z, 0); a semismooth Newton method finds z.
 """
 
 import numpy as np
@@ -15,19 +17,24 @@ from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 
 DISTANCE_WEIGHT = 1e4
-"""Weight of the distance from the parameters, relative to the evenness of the mass distribution."""
+"""Weight of the distance from the parameters, relative to the evenness of the mass
+distribution."""
 MOST_DUAL_STEPS = 40
 """Largest number of Newton steps on the dual problem."""
 DUAL_TOLERANCE = 1e-6
-"""Largest entry of the dual's gradient at convergence: error of the parameters in standard deviations."""
+"""Largest entry of the dual's gradient at convergence: error of the parameters in
+standard deviations."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
 
 
-def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass: float) -> tuple[Array, float]:
+def projected(
+    phi: Array, covariance: Array, points: Array, shares: Array, mass: float
+) -> tuple[Array, float]:
     """Masses (n,) >= 0, and their squared distance from phi in that metric.
 
-    `points` M (10, n) are the parameters of 1 kg at each point, `shares` v (n,) sum to one, `mass` m0 > 0 [kg].
+    `points` M (10, n) are the parameters of 1 kg at each point, `shares` v (n,) sum to
+    one, `mass` m0 > 0 [kg].
     """
     scale = np.sqrt(covariance.diagonal())
     scale = np.where(scale > 0.0, scale, 1.0)
@@ -38,11 +45,16 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
     even = np.maximum(shares, 1e-9)
 
     def dual(z: Array) -> tuple[float, Array, Array]:
-        """Value, gradient and masses [m0]: ½ z'Cz - z'phi + ½ sum max(1 + M'z, 0)² v."""
+        """Value, gradient and masses [m0]: ½ z'Cz - z'phi + ½ sum max(1 + M'z, 0)²
+        v."""
         t = np.maximum(1.0 + z @ M, 0.0)
         m = even * t
         Cz = C @ z
-        return float(0.5 * (z @ Cz) - z @ target + 0.5 * (t @ m)), Cz - target + M @ m, m
+        return (
+            float(0.5 * (z @ Cz) - z @ target + 0.5 * (t @ m)),
+            Cz - target + M @ m,
+            m,
+        )
 
     z = np.zeros(10)
     value, gradient, m = dual(z)
@@ -55,7 +67,11 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
         slope, length = float(gradient @ step), 1.0
         while True:
             trial = dual(z - length * step)
-            enough = value - 1e-4 * length * slope + NEGLIGIBLE_DUAL_CHANGE * (1.0 + abs(value))
+            enough = (
+                value
+                - 1e-4 * length * slope
+                + NEGLIGIBLE_DUAL_CHANGE * (1.0 + abs(value))
+            )
             if trial[0] <= enough or length < 1e-6:
                 break
             length *= 0.5
@@ -67,11 +83,14 @@ def projected(phi: Array, covariance: Array, points: Array, shares: Array, mass:
         return mass * m, float(z @ C @ z) / DISTANCE_WEIGHT
     m = _nearest(M, target, C)
     off = M @ m - target
-    return mass * m, float(off @ np.linalg.lstsq(DISTANCE_WEIGHT * C, off, rcond=1e-12)[0])
+    return mass * m, float(
+        off @ np.linalg.lstsq(DISTANCE_WEIGHT * C, off, rcond=1e-12)[0]
+    )
 
 
 def _nearest(M: Array, target: Array, C: Array) -> Array:
-    """The same without regard to how even they are: non-negative least squares, for when rounding stops Newton."""
+    """The same without regard to how even they are: non-negative least squares, for
+    when rounding stops Newton."""
     from scipy.optimize import nnls
 
     values, vectors = np.linalg.eigh(C)

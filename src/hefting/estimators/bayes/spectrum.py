@@ -1,13 +1,16 @@
-"""Spectrum of the noise by octaves, from the energies of the residuals at each time scale.
+"""Spectrum of the noise by octaves, from the energies of the residuals at each time
+scale.
 
-The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all levels for white noise. For a
-first-order process of correlation rho and variance 1 a sum over m samples has the variance
-S(m) = m (1 + rho)/(1 - rho) - 2 rho (1 - rho^m)/(1 - rho)², and the details of level j, with m = 2^j, have
+The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all
+levels for white noise. For a first-order process of correlation rho and variance 1 a
+sum over m samples has the variance S(m) = m (1 + rho)/(1 - rho) - 2 rho (1 - rho^m)/(1
+- rho)², and the details of level j, with m = 2^j, have
 
     v_j = (4 S(m) - S(2 m)) / 2 m,   from 1 - rho at level 0 to (1 + rho)/(1 - rho) at long ones.
 
-A family of spectra, white noise with none, one or two such processes beside it, is weighed by how likely each makes
-the energies that were seen; the variances are means over the family. What the record is too short to show counts as
+A family of spectra, white noise with none, one or two such processes beside it, is
+weighed by how likely each makes the energies that were seen; the variances are means
+over the family. What the record is too short to show counts as
 possible by its share of the family: a short record has wide intervals.
 """
 
@@ -18,28 +21,37 @@ import numpy as np
 from hefting.core.spatial import Array
 
 PROBABILITY_WHITE = 0.85
-"""Prior probability of white noise. Most sensors are specified as white, and a white record should not have much wider
-intervals for noise that it rules out."""
+"""Prior probability of white noise. Most sensors are specified as white, and a white
+record should not have much wider intervals for noise that it rules out."""
 PROBABILITY_ONE_PROCESS = 0.1
-"""Prior probability of one first-order process beside white noise; the remaining 0.05 is for two."""
+"""Prior probability of one first-order process beside white noise; the remaining 0.05
+is for two."""
 PROCESS_VARIANCES = 4.0 ** np.arange(-4, 7)
-"""(11,) variances of a process relative to that of the white noise, all equally probable."""
+"""(11,) variances of a process relative to that of the white noise, all equally
+probable."""
 LONGEST_CORRELATION = 4.0
-"""Longest correlation time of a process, in lengths of the record. A slower process is a bias or a drift."""
+"""Longest correlation time of a process, in lengths of the record. A slower process is
+a bias or a drift."""
 MOST_LIKELIHOOD_DEGREES = 200.0
-"""Largest number of degrees of freedom of an energy in the likelihood of a spectrum: no true spectrum is closer than a
-tenth to one of the family."""
+"""Largest number of degrees of freedom of an energy in the likelihood of a spectrum: no
+true spectrum is closer than a tenth to one of the family."""
 PRIOR_DEGREES = 10.0
-"""Degrees of freedom of the family's mean at a level, beside those of the observed energy, for what is possible."""
+"""Degrees of freedom of the family's mean at a level, beside those of the observed
+energy, for what is possible."""
 SEEN_DEGREES = 1.0
-"""Degrees of freedom of the family's mean at a level, beside those of the observed energy, for what was observed."""
+"""Degrees of freedom of the family's mean at a level, beside those of the observed
+energy, for what was observed."""
 
 
-def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = True) -> tuple[Array, Array]:
-    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums: as possible, and as seen.
+def spectrum(
+    energies: Array, degrees: Array, samples: float, free_bias: bool = True
+) -> tuple[Array, Array]:
+    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums:
+    as possible, and as seen.
 
-    The first allow for what the record is too short to show, the others hardly: intervals follow from the first, the
-    balance of what was measured and what the shape says from the second.
+    The first allow for what the record is too short to show, the others hardly:
+    intervals follow from the first, the balance of what was measured and what the shape
+    says from the second.
 
     Parameters
     ----------
@@ -49,13 +61,17 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
     free_bias : whether a constant bias is free; if not, the longest sums hold whatever seems constant.
     """
     J = len(energies)
-    log_table, table, log_prior = _family(J, max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0), free_bias)
+    log_table, table, log_prior = _family(
+        J, max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0), free_bias
+    )
     d = np.minimum(degrees, MOST_LIKELIHOOD_DEGREES)
     some = d > 0.0
     E = np.where(some, energies * d / np.where(some, degrees, 1.0), 0.0)
     total = float(d.sum())
     scale = ((1.0 / table[:, :J]) @ E + SCALE_DEGREES) / (total + SCALE_DEGREES)
-    log = log_prior - 0.5 * (log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale))
+    log = log_prior - 0.5 * (
+        log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale)
+    )
     weights = np.exp(log - log.max())
     weights *= scale / weights.sum()
     mean = weights @ table
@@ -66,30 +82,46 @@ def spectrum(energies: Array, degrees: Array, samples: float, free_bias: bool = 
 
 
 SCALE_DEGREES = 4.0
-"""Degrees of freedom of the prior that the level is 1, that of whitened residuals; it matters in short records."""
+"""Degrees of freedom of the prior that the level is 1, that of whitened residuals; it
+matters in short records."""
 
 
 @lru_cache(maxsize=64)
 def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, Array]:
-    """Log variances and variances (n, levels + 1) of the family's spectra, and their log prior probabilities (n,).
+    """Log variances and variances (n, levels + 1) of the family's spectra, and their
+    log prior probabilities (n,).
 
-    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond all others or, without a free
-    bias, of sums over 2^levels samples.
+    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond
+    all others or, without a free bias, of sums over 2^levels samples.
     """
     times = 2.0 ** np.arange(longest + 1)
     each = np.array([first_order(np.exp(-1.0 / t), levels + 1) for t in times])
     if not free_bias:
-        each[:, -1] = [_sums(np.exp(-1.0 / t), np.array((2.0**levels,)))[0] / 2.0**levels for t in times]
+        each[:, -1] = [
+            _sums(np.exp(-1.0 / t), np.array((2.0**levels,)))[0] / 2.0**levels
+            for t in times
+        ]
     one = (1.0 + PROCESS_VARIANCES[:, None, None] * each).reshape(-1, levels + 1)
     pairs = [(i, k) for i in range(len(times)) for k in range(i + 2, len(times))]
     coarse = PROCESS_VARIANCES[::2]
-    two = [1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None] for i, k in pairs]
+    two = [
+        1.0 + coarse[:, None, None] * each[i] + (coarse[:, None] * each[k])[None]
+        for i, k in pairs
+    ]
     parts = [np.ones((1, levels + 1)), one]
-    prior = [np.array((PROBABILITY_WHITE,)), np.full(len(one), PROBABILITY_ONE_PROCESS / len(one))]
+    prior = [
+        np.array((PROBABILITY_WHITE,)),
+        np.full(len(one), PROBABILITY_ONE_PROCESS / len(one)),
+    ]
     if two:
         both = np.array(two).reshape(-1, levels + 1)
         parts.append(both)
-        prior.append(np.full(len(both), (1.0 - PROBABILITY_WHITE - PROBABILITY_ONE_PROCESS) / len(both)))
+        prior.append(
+            np.full(
+                len(both),
+                (1.0 - PROBABILITY_WHITE - PROBABILITY_ONE_PROCESS) / len(both),
+            )
+        )
     table = np.concatenate(parts)
     return np.log(table), table, np.log(np.concatenate(prior))
 

@@ -11,7 +11,8 @@ from hefting.shapes import Shape
 TARGET_VOXELS = 4000
 """Approximate number of voxels of a shape; there is at least one for each point."""
 MOST_CELLS = 150
-"""Number of points above which they are gathered in cells, about half as many as this."""
+"""Number of points above which they are gathered in cells, about half as many as
+this."""
 MOST_GRID_CELLS = 2_000_000
 """Largest number of grid cells in which depth is measured; it bounds the memory."""
 
@@ -20,7 +21,8 @@ MOST_GRID_CELLS = 2_000_000
 class Voxels:
     """A shape filled with voxels, about its homogeneous centre of mass, in sensor axes.
 
-    They are stretched a little so that together they have the homogeneous body's moments exactly.
+    They are stretched a little so that together they have the homogeneous body's
+    moments exactly.
     """
 
     parameters: Array
@@ -48,11 +50,17 @@ class Voxels:
         n = shape.n
         axes, sides = _cell(shape)
         cuts = _cuts(sides, TARGET_VOXELS / n)
-        grids = [sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(cuts)]
-        offsets = np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
+        grids = [
+            sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(cuts)
+        ]
+        offsets = np.stack(
+            [g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1
+        )
         positions = shape.positions @ axes
         positions = (positions[:, None] + offsets[None]).reshape(-1, 3)
-        shares = np.full(n, 1.0 / n) if shape.volumes is None else np.asarray(shape.volumes)
+        shares = (
+            np.full(n, 1.0 / n) if shape.volumes is None else np.asarray(shape.volumes)
+        )
         volumes = np.repeat(shares / len(offsets), len(offsets))
         rank = _depth_rank(positions, sides / cuts, volumes)
 
@@ -60,7 +68,14 @@ class Voxels:
         middle = volumes @ positions
         x = positions - middle
         body = shape.homogeneous
-        wanted = axes.T @ (body.pseudo_inertia[:3, :3] / body.mass - np.outer(*2 * (body.center_of_mass,))) @ axes
+        wanted = (
+            axes.T
+            @ (
+                body.pseudo_inertia[:3, :3] / body.mass
+                - np.outer(*2 * (body.center_of_mass,))
+            )
+            @ axes
+        )
         A = _stretch((x.T * volumes) @ x + own, wanted)
         x, own = x @ A.T @ axes.T, axes @ A @ own @ A.T @ axes.T
         parameters = _of_points(x, own)
@@ -69,16 +84,27 @@ class Voxels:
         if n > MOST_CELLS:
             label = _gathered(points[1:4].T, MOST_CELLS // 2)
             cell_shares = np.asarray(np.bincount(label, weights=shares), dtype=float)
-            sums = np.stack([np.bincount(label, weights=row * shares) for row in points])
+            sums = np.stack(
+                [np.bincount(label, weights=row * shares) for row in points]
+            )
             kept = cell_shares > 0.0
             cells, cell_shares = sums[:, kept] / cell_shares[kept], cell_shares[kept]
         return cls(
-            parameters, volumes, rank, parameters @ volumes, points, shares, cells, cell_shares, cells[1:4].T.copy()
+            parameters,
+            volumes,
+            rank,
+            parameters @ volumes,
+            points,
+            shares,
+            cells,
+            cell_shares,
+            cells[1:4].T.copy(),
         )
 
 
 def _of_points(x: Array, own: Array) -> Array:
-    """(10, N) parameters of 1 kg at each of x (N, 3), spread with second moment `own` (3, 3)."""
+    """(10, N) parameters of 1 kg at each of x (N, 3), spread with second moment `own`
+    (3, 3)."""
     i, j = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
     second = x[:, i] * x[:, j] + own[i, j]
     parameters = np.empty((10, len(x)))
@@ -88,7 +114,8 @@ def _of_points(x: Array, own: Array) -> Array:
 
 
 def _cell(shape: Shape) -> tuple[Array, Array]:
-    """Axes (3, 3) as columns and sides (3,) [m] of the box that each point stands for."""
+    """Axes (3, 3) as columns and sides (3,) [m] of the box that each point stands
+    for."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
         return axes, np.full(3, _spacing(shape))
@@ -98,7 +125,9 @@ def _cell(shape: Shape) -> tuple[Array, Array]:
     if np.abs(turned - np.diag(turned.diagonal())).max() > 1e-9 * np.trace(turned):
         axes = np.linalg.eigh(second)[1]
         turned = axes.T @ second @ axes
-    return axes, np.sqrt(12.0 * np.maximum(turned.diagonal(), 1e-12 * max(np.trace(turned), 1e-12)))
+    return axes, np.sqrt(
+        12.0 * np.maximum(turned.diagonal(), 1e-12 * max(np.trace(turned), 1e-12))
+    )
 
 
 def _spacing(shape: Shape) -> float:
@@ -107,12 +136,18 @@ def _spacing(shape: Shape) -> float:
 
     if shape.n == 1:
         return 1e-3
-    distance = np.asarray(KDTree(shape.positions).query(shape.positions[: 100 * MOST_CELLS], k=2)[0], dtype=float)[:, 1]
-    return float(np.median(distance)) or 1e-3 * (float(np.linalg.norm(shape.extents)) or 1.0)
+    distance = np.asarray(
+        KDTree(shape.positions).query(shape.positions[: 100 * MOST_CELLS], k=2)[0],
+        dtype=float,
+    )[:, 1]
+    return float(np.median(distance)) or 1e-3 * (
+        float(np.linalg.norm(shape.extents)) or 1.0
+    )
 
 
 def _cuts(sides: Array, wanted: float) -> Indices:
-    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones; thin ones, too, have two layers."""
+    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones; thin
+    ones, too, have two layers."""
     least = 2 if wanted >= 8.0 else 1
     pitch = (np.prod(sides) / max(wanted, 1.0)) ** (1.0 / 3.0)
     for _ in range(3):  # sides that are not cut leave more for the others
@@ -124,7 +159,8 @@ def _cuts(sides: Array, wanted: float) -> Indices:
 
 
 def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
-    """(N,) share of the volume that is less deep below the surface of all voxels together."""
+    """(N,) share of the volume that is less deep below the surface of all voxels
+    together."""
     low = positions.min(axis=0)
     step = np.maximum(step, np.ptp(positions, axis=0) / 1000.0)
     while True:
@@ -136,16 +172,20 @@ def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
     filled = np.zeros(size, dtype=bool)
     filled[tuple(index.T)] = True
     depth = _distance_to_outside(filled, step)[tuple(index.T)]
-    levels, inverse = np.unique(np.round(depth / float(step.min()), 6), return_inverse=True)
+    levels, inverse = np.unique(
+        np.round(depth / float(step.min()), 6), return_inverse=True
+    )
     per_level = np.bincount(inverse, weights=volumes, minlength=len(levels))
     return (np.cumsum(per_level) - 0.5 * per_level)[inverse]
 
 
 def _distance_to_outside(filled: Mask, step: Array) -> Array:
-    """Euclidean distance of each voxel of a grid, `step` (3,) apart, to the nearest one that is not filled.
+    """Euclidean distance of each voxel of a grid, `step` (3,) apart, to the nearest one
+    that is not filled.
 
-    Axis by axis: along each, the least over all its places of the squared distance there and what was found so far
-    (Felzenszwalb & Huttenlocher, Theory of Computing 8, 2012).
+    Axis by axis: along each, the least over all its places of the squared distance
+    there and what was found so far (Felzenszwalb & Huttenlocher, Theory of Computing 8,
+    2012).
     """
     far = float(np.sum((np.array(filled.shape) * step) ** 2))
     square = np.where(filled, far, 0.0)
@@ -163,10 +203,14 @@ def _distance_to_outside(filled: Mask, step: Array) -> Array:
 
 
 def _stretch(from_: Array, to: Array) -> Array:
-    """The symmetric (3, 3) A with A from_ A = to: the least stretch between two second moments."""
+    """The symmetric (3, 3) A with A from_ A = to: the least stretch between two second
+    moments."""
     values, vectors = np.linalg.eigh(from_)
     values = np.maximum(values, 1e-12 * max(float(values[2]), 1e-30))
-    root, back = (vectors * np.sqrt(values)) @ vectors.T, (vectors / np.sqrt(values)) @ vectors.T
+    root, back = (
+        (vectors * np.sqrt(values)) @ vectors.T,
+        (vectors / np.sqrt(values)) @ vectors.T,
+    )
     values, vectors = np.linalg.eigh(root @ to @ root)
     return back @ ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T) @ back
 

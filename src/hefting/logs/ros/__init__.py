@@ -1,4 +1,5 @@
-"""ROS 1 bags, ROS 2 bags and MCAP files as recordings: topics are found by the type of their messages."""
+"""ROS 1 bags, ROS 2 bags and MCAP files as recordings: topics are found by the type of
+their messages."""
 
 from pathlib import Path
 
@@ -29,17 +30,21 @@ def read_bag(
     *,
     wrench_needed: bool = True,
 ) -> Recording:
-    """Recording in a ROS 1 bag (.bag), a ROS 2 bag (folder or .db3) or an MCAP file with ROS messages.
+    """Recording in a ROS 1 bag (.bag), a ROS 2 bag (folder or .db3) or an MCAP file
+    with ROS messages.
 
-    Read are WrenchStamped and Wrench; PoseStamped, PoseWithCovarianceStamped, TransformStamped, QuaternionStamped,
-    Odometry and tf; TwistStamped; JointState; Imu. The sensor frame is by default the one the wrench names, the
-    world frame the root of the tf tree above it; without tf a pose topic gives both. A topic option names a topic,
-    also one of another type that holds the same fields and whose definition is in the bag, or is "none" to leave
-    that role out. Times are the messages' stamps, shifted to start at 0; rows are messages of a topic from 1.
+    Read are WrenchStamped and Wrench; PoseStamped, PoseWithCovarianceStamped,
+    TransformStamped, QuaternionStamped, Odometry and tf; TwistStamped; JointState; Imu.
+    The sensor frame is by default the one the wrench names, the world frame the root of
+    the tf tree above it; without tf a pose topic gives both. A topic option names a
+    topic, also one of another type that holds the same fields and whose definition is
+    in the bag, or is "none" to leave that role out. Times are the messages' stamps,
+    shifted to start at 0; rows are messages of a topic from 1.
 
-    What was chosen is in `Recording.notes`, what is doubtful in `Recording.warnings`: also that a truncated file
-    was read as far as it goes. Raises `InputError` for what cannot be read without guessing, such as two
-    candidates for one role or a frame that changes, and `MissingDependencyError` without rosbags.
+    What was chosen is in `Recording.notes`, what is doubtful in `Recording.warnings`:
+    also that a truncated file was read as far as it goes. Raises `InputError` for what
+    cannot be read without guessing, such as two candidates for one role or a frame that
+    changes, and `MissingDependencyError` without rosbags.
     """
     path = Path(path)
     roles = ("wrench", "pose", "twist", "joint", "imu")
@@ -51,10 +56,16 @@ def read_bag(
         for topic, logged, data in read_messages(contents, collector.wants):
             collector.add(topic, logged, data)
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from error
+        raise InputError(
+            f"cannot be read ({error.strerror or error})", where=path
+        ) from error
     gathered = list(collector.finish().values())
     if contents.cuts and not collector.span:
-        raise InputError(f"{', '.join(contents.cuts)}: nothing can be read", path, "record it again, or repair it")
+        raise InputError(
+            f"{', '.join(contents.cuts)}: nothing can be read",
+            path,
+            "record it again, or repair it",
+        )
     for role, name in named.items():
         present = [topic.name for topic in contents.topics]
         if name != "none" and not any(same_name(name, other) for other in present):
@@ -63,24 +74,40 @@ def read_bag(
                 where=path,
                 fix=f"give `{role}_topic` one of {_list_topics(contents)}",
             )
-    streams = Streams(path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite in the end is refused by name
+    streams = Streams(
+        path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame)
+    )
+    # what is not finite in the end is refused by name
+    with np.errstate(over="ignore", invalid="ignore"):
         streams.build()
     what = "{} of {} messages of {} do not fit their definition: left out"
     warnings = [
-        warning("messages-unreadable", what.format(topic.unreadable, topic.messages, topic.topic.name))
+        warning(
+            "messages-unreadable",
+            what.format(topic.unreadable, topic.messages, topic.topic.name),
+        )
         for topic in gathered
         if topic.unreadable
     ]
-    silent = [f"topic {topic.topic.name} has no messages" for topic in gathered if not topic.messages]
+    silent = [
+        f"topic {topic.topic.name} has no messages"
+        for topic in gathered
+        if not topic.messages
+    ]
     cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
     if wrench_needed and "wrench" not in streams.series:
         raise InputError(
-            f"{cut}holds no wrench, only {_list_topics(contents)}", path, "name its topic with `wrench_topic`"
+            f"{cut}holds no wrench, only {_list_topics(contents)}",
+            path,
+            "name its topic with `wrench_topic`",
         )
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or "record tf, PoseStamped or JointState along with it"
-        raise InputError(f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}", path, fix)
+        raise InputError(
+            f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}",
+            path,
+            fix,
+        )
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
         what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
@@ -101,13 +128,15 @@ def _list_topics(contents: Contents) -> str:
 
 
 def _build_recording(streams: Streams, warnings: list[Message]) -> Recording:
-    """The recording of streams that overlap the wrench, if there is one, in time; what a pose or joints do not is an
-    error."""
+    """The recording of streams that overlap the wrench, if there is one, in time; what
+    a pose or joints do not is an error."""
     series = streams.series
     wrench = series.get("wrench")
     for name in list(series):
         own = series[name]
-        if wrench is None or (own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]):
+        if wrench is None or (
+            own.time[0] <= wrench.time[-1] and wrench.time[0] <= own.time[-1]
+        ):
             continue
         stamps = f"stamps {_describe_span(own)} and {_describe_span(wrench)}"
         apart = f"{name.replace('_', ' ')} and wrench have no time in common ({stamps})"
@@ -117,11 +146,16 @@ def _build_recording(streams: Streams, warnings: list[Message]) -> Recording:
         del series[name]
     start = min(own.time[0] for own in series.values())
     return Recording(
-        {name: Stream((own.time - start) / 1e9, own.values, own.rows) for name, own in series.items()},
+        {
+            name: Stream((own.time - start) / 1e9, own.values, own.rows)
+            for name, own in series.items()
+        },
         source=str(streams.path),
         warnings=(*warnings, *streams.warnings),
         notes=tuple(streams.notes),
-        joint_names=streams.joint_names if any("joint" in name for name in series) else (),
+        joint_names=streams.joint_names
+        if any("joint" in name for name in series)
+        else (),
     )
 
 

@@ -1,4 +1,5 @@
-"""The files ROS data come in: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders of those."""
+"""The files ROS data come in: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders
+of those."""
 
 import re
 import struct
@@ -38,8 +39,11 @@ class Contents:
     """Duration the bag says it has [s]"""
 
 
-def read_messages(contents: Contents, wanted: Callable[[Topic], bool]) -> Iterator[Message]:
-    """Messages of the wanted topics of a bag, file after file, as far as each can be read.
+def read_messages(
+    contents: Contents, wanted: Callable[[Topic], bool]
+) -> Iterator[Message]:
+    """Messages of the wanted topics of a bag, file after file, as far as each can be
+    read.
 
     Fills `contents` on the way. Raises `InputError` for what is not a bag.
     """
@@ -71,13 +75,23 @@ def _find_files(contents: Contents) -> list[Path]:
     if metadata.is_file():
         with metadata.open("rb") as file:
             text = file.read(MAX_METADATA).decode(errors="replace")
-        names = re.search(r"^ *relative_file_paths:[ \r]*\n((?: *- *\S[^\n]*\n)+)", text, re.MULTILINE)
-        named = [path / Path(n.strip(" -'\"\r")).name for n in names[1].splitlines()] if names else []
-        duration = re.search(r"^ *duration:[ \r]*\n *nanoseconds: *(\d{1,18})\b", text, re.MULTILINE)
+        names = re.search(
+            r"^ *relative_file_paths:[ \r]*\n((?: *- *\S[^\n]*\n)+)", text, re.MULTILINE
+        )
+        named = (
+            [path / Path(n.strip(" -'\"\r")).name for n in names[1].splitlines()]
+            if names
+            else []
+        )
+        duration = re.search(
+            r"^ *duration:[ \r]*\n *nanoseconds: *(\d{1,18})\b", text, re.MULTILINE
+        )
         contents.expected = int(duration[1]) * 1e-9 if duration else None
     else:
         contents.cuts.append("metadata.yaml is missing")
-    contents.cuts += [f"{file.name} is missing" for file in named if file not in present]
+    contents.cuts += [
+        f"{file.name} is missing" for file in named if file not in present
+    ]
     files = [file for file in named if file in present] if named else present
     if not files:
         raise InputError("the folder holds no .db3 or .mcap file", where=path)
@@ -98,7 +112,9 @@ def _scan(path: Path, declare: Declare) -> Iterator[Message]:
         raise InputError("the file is empty", where=path)
     budget = Budget(path, size)
     try:
-        for topic, logged, data in SCANS.get(path.suffix.lower(), scan_mcap)(path, budget, declare):
+        for topic, logged, data in SCANS.get(path.suffix.lower(), scan_mcap)(
+            path, budget, declare
+        ):
             compressed = topic.encoding == "cdr" and data[:4] == ZSTD_MAGIC
             yield topic, logged, budget.inflate("zstd", data) if compressed else data
     except (struct.error, KeyError, IndexError, UnicodeDecodeError) as error:
@@ -106,7 +122,8 @@ def _scan(path: Path, declare: Declare) -> Iterator[Message]:
 
 
 def _inflate_file(path: Path, target: Path) -> bool:
-    """Decompress a file that was compressed as a whole; whether it was whole. `InputError` when it is no zstd."""
+    """Decompress a file that was compressed as a whole; whether it was whole.
+    `InputError` when it is no zstd."""
     zstd = zstandard()
     decompressor, budget = zstd.ZstdDecompressor(), Budget(path, path.stat().st_size)
     with Source(path) as source, target.open("wb") as out:
@@ -119,7 +136,9 @@ def _inflate_file(path: Path, target: Path) -> bool:
                 budget.spend(len(inflated))
                 out.write(inflated)
                 if out.tell() > MAX_INFLATED:
-                    raise InputError("decompresses to more than 4 GiB", path, "decompress it first")
+                    raise InputError(
+                        "decompresses to more than 4 GiB", path, "decompress it first"
+                    )
         except zstd.ZstdError as error:
             if not out.tell():
                 raise InputError("is not compressed with zstd", where=path) from error

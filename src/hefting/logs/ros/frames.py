@@ -1,4 +1,5 @@
-"""Frames: the tree that tf messages span, and the pose of one frame in another along it."""
+"""Frames: the tree that tf messages span, and the pose of one frame in another along
+it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -28,29 +29,43 @@ class Link:
     """The pose does not change: there is one sample"""
 
     def covers(self, time: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which times lie between two samples of a moving link that are not far apart."""
+        """Which times lie between two samples of a moving link that are not far
+        apart."""
         own = self.series.time
         after = np.searchsorted(own, time)
         inside = (time >= own[0]) & (time <= own[-1])
         steps = np.diff(own)
         after = np.clip(after, 1, len(own) - 1)
-        return inside & ((steps[after - 1] <= LONG_GAP * np.median(steps)) | np.isin(time, own))
+        return inside & (
+            (steps[after - 1] <= LONG_GAP * np.median(steps)) | np.isin(time, own)
+        )
 
     def at(self, time: NDArray[np.int64]) -> tuple[Array, Rotation]:
-        """Position (k, 3) and rotation at times [ns] within the link's own: interpolated between samples."""
+        """Position (k, 3) and rotation at times [ns] within the link's own:
+        interpolated between samples."""
         if self.static:
             values = np.repeat(self.series.values, len(time), axis=0)
             return values[:, :3], Rotation.from_quat(values[:, 3:])
         origin = self.series.time[0]
-        own, wanted = (self.series.time - origin).astype(float), (time - origin).astype(float)
-        position = np.stack([np.interp(wanted, own, column) for column in self.series.values[:, :3].T], axis=1)
-        return position, Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))(wanted)
+        own, wanted = (
+            (self.series.time - origin).astype(float),
+            (time - origin).astype(float),
+        )
+        position = np.stack(
+            [np.interp(wanted, own, column) for column in self.series.values[:, :3].T],
+            axis=1,
+        )
+        return position, Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))(
+            wanted
+        )
 
 
 def checked(raw: Link, series: Series, where: str) -> Link:
-    """`raw` with its tidied samples; with the last alone where all are alike, as it then does not move.
+    """`raw` with its tidied samples; with the last alone where all are alike, as it
+    then does not move.
 
-    Raises `InputError` when there are none, and for a quaternion that is not of unit norm.
+    Raises `InputError` when there are none, and for a quaternion that is not of unit
+    norm.
     """
     if not len(series):
         raise InputError("has no finite pose", where, "repair what publishes it")
@@ -75,7 +90,9 @@ class Tree:
 
     def add(self, new: Link) -> None:
         """Take a link, in place of one between the same frames."""
-        others = [old for old in self.links.get(new.child, []) if old.parent != new.parent]
+        others = [
+            old for old in self.links.get(new.child, []) if old.parent != new.parent
+        ]
         self.links[new.child] = [*others, new]
 
     def replace(self, new: Link) -> None:
@@ -85,7 +102,9 @@ class Tree:
     @property
     def frames(self) -> set[str]:
         """All names."""
-        return set(self.links) | {link.parent for links in self.links.values() for link in links}
+        return set(self.links) | {
+            link.parent for links in self.links.values() for link in links
+        }
 
     def upward(self, frame: str) -> list[Link]:
         """Links from `frame` up to the root of its tree."""
@@ -94,17 +113,27 @@ class Tree:
             links = self.links[frame]
             if len(links) > 1:
                 parents = " and ".join(sorted(link.parent for link in links))
-                raise InputError(f"frame {frame} has two parents, {parents}", self.where, "keep one publisher of it")
+                raise InputError(
+                    f"frame {frame} has two parents, {parents}",
+                    self.where,
+                    "keep one publisher of it",
+                )
             if len(chain) == len(self.links):
-                raise InputError(f"the parents of frame {frame} go in a circle", self.where, "repair the tf tree")
+                raise InputError(
+                    f"the parents of frame {frame} go in a circle",
+                    self.where,
+                    "repair the tf tree",
+                )
             chain.append(links[0])
             frame = links[0].parent
         return chain
 
     def chain(self, world: str | None, sensor: str) -> list[tuple[Link, bool]]:
-        """Links from `world` (by default the root above `sensor`) to `sensor`, each with whether it goes down.
+        """Links from `world` (by default the root above `sensor`) to `sensor`, each
+        with whether it goes down.
 
-        Empty when nothing links the two. `InputError` for a frame that is nowhere in the tree.
+        Empty when nothing links the two. `InputError` for a frame that is nowhere in
+        the tree.
         """
         for frame, option in ((world, "`world_frame`"), (sensor, "`sensor_frame`")):
             if frame is not None and frame not in self.frames:
@@ -121,15 +150,22 @@ class Tree:
             down.pop()
             up.pop()
         ends = (down[-1].parent if down else sensor, up[-1].parent if up else world)
-        return [(link, False) for link in up] + [(link, True) for link in reversed(down)] if ends[0] == ends[1] else []
+        return (
+            [(link, False) for link in up] + [(link, True) for link in reversed(down)]
+            if ends[0] == ends[1]
+            else []
+        )
 
 
-def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[Message], None]) -> Series:
-    """Pose (k, 7) along a chain of links, at the stamps of the moving link that has the most.
+def compose(
+    chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[Message], None]
+) -> Series:
+    """Pose (k, 7) along a chain of links, at the stamps of the moving link that has the
+    most.
 
-    The other moving links are interpolated to these, within their first and last stamp and not across long
-    gaps; what falls outside is left out. One sample alone when no link moves. `InputError` when the links never
-    overlap in time.
+    The other moving links are interpolated to these, within their first and last stamp
+    and not across long gaps; what falls outside is left out. One sample alone when no
+    link moves. `InputError` when the links never overlap in time.
     """
     if len(chain) == 1 and chain[0][1]:
         return chain[0][0].series
@@ -150,14 +186,21 @@ def compose(chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[Mess
     position, rotation = np.zeros((len(base), 3)), Rotation.identity(len(base))
     for each, downward in chain:
         step, turn = (
-            (base.values[:, :3], Rotation.from_quat(base.values[:, 3:])) if each is lead else each.at(base.time)
+            (base.values[:, :3], Rotation.from_quat(base.values[:, 3:]))
+            if each is lead
+            else each.at(base.time)
         )
         if not downward:
             turn = turn.inv()
             step = -turn.apply(step)
         position = position + rotation.apply(step)
         rotation = rotation * turn
-    return Series(base.time, base.logged, base.rows, np.concatenate([position, rotation.as_quat()], axis=1))
+    return Series(
+        base.time,
+        base.logged,
+        base.rows,
+        np.concatenate([position, rotation.as_quat()], axis=1),
+    )
 
 
 def route(chain: Sequence[tuple[Link, bool]]) -> str:
@@ -166,10 +209,14 @@ def route(chain: Sequence[tuple[Link, bool]]) -> str:
         return ""
     first, downward = chain[0]
     names = [first.parent if downward else first.child]
-    return " -> ".join(names + [link.child if down else link.parent for link, down in chain])
+    return " -> ".join(
+        names + [link.child if down else link.parent for link, down in chain]
+    )
 
 
 def list_names(names: set[str] | Sequence[str], most: int = 20) -> str:
     """Names in order, comma separated; the first `most` of them."""
     ordered = sorted(names)
-    return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")
+    return ", ".join(ordered[:most]) + (
+        f" and {len(ordered) - most} more" if len(ordered) > most else ""
+    )

@@ -1,7 +1,9 @@
-"""Where the numbers of a serialised ROS message are: one walk through its definition serves all alike messages.
+"""Where the numbers of a serialised ROS message are: one walk through its definition
+serves all alike messages.
 
-Serialisations: ROS 1 (packed, little-endian) and ROS 2 plain CDR (aligned, either endianness), see
-https://wiki.ros.org/msg and https://www.omg.org/spec/DDSI-RTPS. Definitions are parsed, never compiled.
+Serialisations: ROS 1 (packed, little-endian) and ROS 2 plain CDR (aligned, either
+endianness), see https://wiki.ros.org/msg and https://www.omg.org/spec/DDSI-RTPS.
+Definitions are parsed, never compiled.
 """
 
 import struct
@@ -18,7 +20,11 @@ from hefting.logs.ros.source import Topic, printable
 
 CODES = {
     **{"bool": "u1", "byte": "u1", "char": "u1", "float32": "f4", "float64": "f8"},
-    **{f"{sign}int{8 * n}": f"{code}{n}" for sign, code in (("", "i"), ("u", "u")) for n in (1, 2, 4, 8)},
+    **{
+        f"{sign}int{8 * n}": f"{code}{n}"
+        for sign, code in (("", "i"), ("u", "u"))
+        for n in (1, 2, 4, 8)
+    },
 }
 """Numpy codes of the numeric types."""
 
@@ -29,13 +35,15 @@ MAX_STEPS = 100_000
 """Most fields, elements counted one by one, that a message may have."""
 
 MAX_LAYOUTS = 64
-"""Layouts sought among messages of one length, before the others are taken one at a time."""
+"""Layouts sought among messages of one length, before the others are taken one at a
+time."""
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
 """Field that ROS 2 puts into a message type that has none."""
 
 Definitions = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
-"""By type: constants, and fields as (name, description), in the form of `rosbags.typesys`."""
+"""By type: constants, and fields as (name, description), in the form of
+`rosbags.typesys`."""
 
 
 class Unreadable(Exception):
@@ -58,10 +66,15 @@ class Layout:
     """Begin and end of the bytes that made the layout what it is"""
 
     def find(self, *endings: str) -> list[str] | None:
-        """The path that ends in each of `endings`, or None unless there is exactly one for each."""
+        """The path that ends in each of `endings`, or None unless there is exactly one
+        for each."""
         found = []
         for ending in endings:
-            paths = [path for path in self.numbers if path == ending or path.endswith(f".{ending}")]
+            paths = [
+                path
+                for path in self.numbers
+                if path == ending or path.endswith(f".{ending}")
+            ]
             if len(paths) != 1 or self.numbers[paths[0]][2] != 1:
                 return None
             found += paths
@@ -74,10 +87,13 @@ class Layout:
         return np.ascontiguousarray(messages[:, offset : offset + width]).view(code)
 
     def write(self, messages: NDArray[np.uint8], path: str, values: NDArray) -> None:
-        """Put `values` (k, count) at `path` into messages (k, size) that have this layout."""
+        """Put `values` (k, count) at `path` into messages (k, size) that have this
+        layout."""
         code, offset, count = self.numbers[path]
         width = int(code[-1]) * count
-        messages[:, offset : offset + width] = np.ascontiguousarray(values, dtype=code).view(np.uint8)
+        messages[:, offset : offset + width] = np.ascontiguousarray(
+            values, dtype=code
+        ).view(np.uint8)
 
 
 @lru_cache
@@ -99,7 +115,8 @@ def standard_definitions(encoding: str) -> Definitions:
 
 
 def definitions_for(topic: Topic) -> Definitions:
-    """Definitions that decode `topic`: the standard ones, and for other types what the bag says.
+    """Definitions that decode `topic`: the standard ones, and for other types what the
+    bag says.
 
     `UnknownTypeError` where neither has the topic's type.
     """
@@ -113,17 +130,30 @@ def definitions_for(topic: Topic) -> Definitions:
         try:
             idl = topic.language == "ros2idl"
             own = dict(
-                get_types_from_idl(topic.definition) if idl else get_types_from_msg(topic.definition, topic.type)
+                get_types_from_idl(topic.definition)
+                if idl
+                else get_types_from_msg(topic.definition, topic.type)
             )
-        except (TypesysError, ValueError, RecursionError, AssertionError, KeyError, TypeError, AttributeError):
+        except (
+            TypesysError,
+            ValueError,
+            RecursionError,
+            AssertionError,
+            KeyError,
+            TypeError,
+            AttributeError,
+        ):
             own = {}
     if topic.type not in own:
         raise UnknownTypeError(topic.type)
     return {**own, **standard}
 
 
-def lay_out(message: bytes, topic_type: str, definitions: Definitions, encoding: str) -> Layout:
-    """The layout of one message. `Unreadable` when its bytes do not fit, `UnknownTypeError` for an unknown part."""
+def lay_out(
+    message: bytes, topic_type: str, definitions: Definitions, encoding: str
+) -> Layout:
+    """The layout of one message. `Unreadable` when its bytes do not fit,
+    `UnknownTypeError` for an unknown part."""
     walk = _Walk(message, definitions, cdr=encoding == "cdr")
     try:
         walk.structure("", topic_type, 0)
@@ -157,7 +187,9 @@ class _Walk:
             raise Unreadable("the definition has no end")
         for field, (kind, detail) in self.definitions[name][1]:
             if field != PLACEHOLDER or self.cdr:
-                self.field(f"{path}.{field}" if path else field, int(kind), detail, depth)
+                self.field(
+                    f"{path}.{field}" if path else field, int(kind), detail, depth
+                )
 
     def field(self, path: str, kind: int, detail: Any, depth: int) -> None:
         self.steps += 1
@@ -201,7 +233,9 @@ class _Walk:
         begin = self.position
         self.advance(length)
         self.fixed[-1] = (begin - 4, begin + length)
-        self.texts[path] = printable(self.message[begin : begin + length].rstrip(b"\0").decode(errors="replace"))
+        self.texts[path] = printable(
+            self.message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
+        )
 
     def align(self, width: int) -> None:
         if self.cdr:
@@ -216,19 +250,24 @@ class _Walk:
 def alike(
     messages: Sequence[bytes], topic_type: str, definitions: Definitions, encoding: str
 ) -> Iterator[tuple[NDArray[np.intp], Layout, NDArray[np.uint8]]]:
-    """Groups of messages of one layout: their indices (k,), the layout, and their bytes (k, size).
+    """Groups of messages of one layout: their indices (k,), the layout, and their bytes
+    (k, size).
 
     Messages that do not fit the definition are in no group.
     """
     lengths = np.array([len(message) for message in messages])
     for size in np.unique(lengths):
         left = np.flatnonzero(lengths == size)
-        table = np.frombuffer(b"".join([messages[int(i)] for i in left]), np.uint8).reshape(len(left), size)
+        table = np.frombuffer(
+            b"".join([messages[int(i)] for i in left]), np.uint8
+        ).reshape(len(left), size)
         layouts = 0
         while len(left):
             layouts += 1
             try:
-                layout = lay_out(messages[int(left[0])], topic_type, definitions, encoding)
+                layout = lay_out(
+                    messages[int(left[0])], topic_type, definitions, encoding
+                )
             except Unreadable:
                 left, table = left[1:], table[1:]
                 continue

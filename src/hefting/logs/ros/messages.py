@@ -1,4 +1,5 @@
-"""From messages to numbers: which message types play which role, and what is taken from them."""
+"""From messages to numbers: which message types play which role, and what is taken from
+them."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
@@ -10,7 +11,13 @@ from numpy.typing import NDArray
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.logs.ros.containers import Contents
-from hefting.logs.ros.layout import Definitions, Layout, UnknownTypeError, alike, definitions_for
+from hefting.logs.ros.layout import (
+    Definitions,
+    Layout,
+    UnknownTypeError,
+    alike,
+    definitions_for,
+)
 from hefting.logs.ros.series import Series
 from hefting.logs.ros.source import Topic
 
@@ -23,7 +30,10 @@ TYPES: dict[str, tuple[str, ...]] = {
         "geometry_msgs/msg/QuaternionStamped",
         "nav_msgs/msg/Odometry",
     ),
-    "twist": ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/TwistWithCovarianceStamped"),
+    "twist": (
+        "geometry_msgs/msg/TwistStamped",
+        "geometry_msgs/msg/TwistWithCovarianceStamped",
+    ),
     "joint": ("sensor_msgs/msg/JointState",),
     "imu": ("sensor_msgs/msg/Imu",),
     "tf": ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"),
@@ -80,8 +90,8 @@ class Gathered:
 class Collector:
     """Takes the messages of a bag as they come, and keeps their numbers.
 
-    `named` maps roles to the topics asked for; "none" leaves a role out. `span` becomes the first and last time
-    a message was logged at [ns].
+    `named` maps roles to the topics asked for; "none" leaves a role out. `span` becomes
+    the first and last time a message was logged at [ns].
     """
 
     def __init__(self, contents: Contents, named: Mapping[str, str]):
@@ -97,13 +107,20 @@ class Collector:
         """Whether the messages of a topic are to be added."""
         if topic in self.gathered:
             return True
-        role = next((role for role, name in self.named.items() if same_name(name, topic.name)), None)
+        role = next(
+            (role for role, name in self.named.items() if same_name(name, topic.name)),
+            None,
+        )
         if role is None:
             role = ROLE.get(topic.type)
             if role is None or role in self.named:
                 return False
         self.gathered[topic] = Gathered(topic, role)
-        self._parts[topic], self._waiting[topic], self._bytes[topic] = defaultdict(list), ([], []), 0
+        self._parts[topic], self._waiting[topic], self._bytes[topic] = (
+            defaultdict(list),
+            ([], []),
+            0,
+        )
         return True
 
     def add(self, topic: Topic, logged: int, data: bytes) -> None:
@@ -119,7 +136,9 @@ class Collector:
         """Everything gathered, by topic."""
         for topic, gathered in self.gathered.items():
             self._decode(topic)
-            gathered.series = {key: Series.joined(parts) for key, parts in self._parts[topic].items()}
+            gathered.series = {
+                key: Series.joined(parts) for key, parts in self._parts[topic].items()
+            }
         return self.gathered
 
     def _decode(self, topic: Topic) -> None:
@@ -132,14 +151,24 @@ class Collector:
             what = "holds times before 1970 or after 2262"
             raise InputError(what, f"{self.contents.path}, {topic}", "repair its clock")
         logged = np.array(times, dtype=np.int64)
-        self.span = (min(self.span[0], first), max(self.span[1], last)) if self.span else (first, last)
+        self.span = (
+            (min(self.span[0], first), max(self.span[1], last))
+            if self.span
+            else (first, last)
+        )
         decoded = 0
         try:
-            for index, layout, table in alike(messages, topic.type, self._definitions(topic), topic.encoding):
+            for index, layout, table in alike(
+                messages, topic.type, self._definitions(topic), topic.encoding
+            ):
                 decoded += len(index)
-                for key, chosen, stamps, values in _read_pieces(gathered.role, layout, table):
+                for key, chosen, stamps, values in _read_pieces(
+                    gathered.role, layout, table
+                ):
                     rows = gathered.messages + 1 + index[chosen]
-                    self._parts[topic][key].append(Series(stamps, logged[index[chosen]], rows, values))
+                    self._parts[topic][key].append(
+                        Series(stamps, logged[index[chosen]], rows, values)
+                    )
                     self.numbers += values.size + 3 * len(values) + OVERHEAD
         except UnknownTypeError as error:
             raise self._missing_definition(topic, str(error)) from error
@@ -177,21 +206,41 @@ Piece = tuple[Key, slice | NDArray, NDArray[np.int64], Array]
 """What k messages give: key, which of them, their stamps (k,) [ns], values (k, d)."""
 
 
-def _read_pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:
-    """What messages (k, size) of one layout give: key, which of them, their stamps [ns], values (k, d)."""
+def _read_pieces(
+    role: str, layout: Layout, table: NDArray[np.uint8]
+) -> Iterator[Piece]:
+    """What messages (k, size) of one layout give: key, which of them, their stamps
+    [ns], values (k, d)."""
     if role == "tf":
         yield from _read_transforms(layout, table)
         return
     stamps = _read_stamps(layout, table, "header.stamp")
     if role == "joint":
-        names = [layout.texts[f"name.{i}"] for i in range(len(layout.texts)) if f"name.{i}" in layout.texts]
-        for what, path in (("joint_positions", "position"), ("joint_velocities", "velocity")):
-            if path in layout.numbers and names and layout.numbers[path][2] == len(names):
-                yield (what, *names), slice(None), stamps, layout.read(table, path).astype(float)
+        names = [
+            layout.texts[f"name.{i}"]
+            for i in range(len(layout.texts))
+            if f"name.{i}" in layout.texts
+        ]
+        for what, path in (
+            ("joint_positions", "position"),
+            ("joint_velocities", "velocity"),
+        ):
+            if (
+                path in layout.numbers
+                and names
+                and layout.numbers[path][2] == len(names)
+            ):
+                yield (
+                    (what, *names),
+                    slice(None),
+                    stamps,
+                    layout.read(table, path).astype(float),
+                )
         return
     frame = layout.texts.get("header.frame_id", "").strip("/")
     child = layout.texts.get("child_frame_id", "").strip("/")
-    if role == "twist" and child:  # of an Odometry message: in the axes of its child frame
+    # of an Odometry message: in the axes of its child frame
+    if role == "twist" and child:
         frame = child
     for what, endings in PARTS[role]:
         paths = layout.find(*endings)
@@ -199,11 +248,14 @@ def _read_pieces(role: str, layout: Layout, table: NDArray[np.uint8]) -> Iterato
             continue
         measured = slice(None)
         covariance = f"{endings[0].rpartition('.')[0]}_covariance"
-        if role == "imu" and layout.numbers.get(covariance, ("", 0, 0))[2]:  # REP 145: -1 says "not measured"
+        # REP 145: -1 says "not measured"
+        if role == "imu" and layout.numbers.get(covariance, ("", 0, 0))[2]:
             measured = np.flatnonzero(layout.read(table, covariance)[:, 0] != -1)
             if not len(measured):
                 continue
-        values = np.concatenate([layout.read(table, path) for path in paths], axis=1).astype(float)
+        values = np.concatenate(
+            [layout.read(table, path) for path in paths], axis=1
+        ).astype(float)
         yield (what, frame, child), measured, stamps[measured], values[measured]
 
 
@@ -211,15 +263,36 @@ def _read_transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece
     i = 0
     while (start := f"transforms.{i}") + ".child_frame_id" in layout.texts:
         i += 1
-        parent, child = (layout.texts[f"{start}.{name}"].strip("/") for name in ("header.frame_id", "child_frame_id"))
-        places = [f"{start}.transform.{name}" for name in _components("translation") + _components("rotation", "xyzw")]
-        values = np.concatenate([layout.read(table, path) for path in places], axis=1).astype(float)
-        yield ("tf", parent, child), slice(None), _read_stamps(layout, table, f"{start}.header.stamp"), values
+        parent, child = (
+            layout.texts[f"{start}.{name}"].strip("/")
+            for name in ("header.frame_id", "child_frame_id")
+        )
+        places = [
+            f"{start}.transform.{name}"
+            for name in _components("translation") + _components("rotation", "xyzw")
+        ]
+        values = np.concatenate(
+            [layout.read(table, path) for path in places], axis=1
+        ).astype(float)
+        yield (
+            ("tf", parent, child),
+            slice(None),
+            _read_stamps(layout, table, f"{start}.header.stamp"),
+            values,
+        )
 
 
-def _read_stamps(layout: Layout, table: NDArray[np.uint8], path: str) -> NDArray[np.int64]:
+def _read_stamps(
+    layout: Layout, table: NDArray[np.uint8], path: str
+) -> NDArray[np.int64]:
     """Stamps [ns] of messages; zeros where they carry none."""
-    if [layout.numbers.get(f"{path}.{part}", ("", 0, 0))[2] for part in ("sec", "nanosec")] != [1, 1]:
+    if [
+        layout.numbers.get(f"{path}.{part}", ("", 0, 0))[2]
+        for part in ("sec", "nanosec")
+    ] != [1, 1]:
         return np.zeros(len(table), dtype=np.int64)
-    seconds, nanoseconds = (layout.read(table, f"{path}.{part}")[:, 0].astype(np.int64) for part in ("sec", "nanosec"))
+    seconds, nanoseconds = (
+        layout.read(table, f"{path}.{part}")[:, 0].astype(np.int64)
+        for part in ("sec", "nanosec")
+    )
     return seconds * 1_000_000_000 + nanoseconds

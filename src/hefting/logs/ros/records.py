@@ -1,4 +1,5 @@
-"""ROS 1 bags and MCAP files read record by record from the start: an index or a footer is not needed.
+"""ROS 1 bags and MCAP files read record by record from the start: an index or a footer
+is not needed.
 
 Formats: http://wiki.ros.org/Bags/Format/2.0 and https://mcap.dev/spec.
 """
@@ -15,7 +16,8 @@ Message = tuple[Topic, int, bytes]
 """A message: its topic, the time it was logged at [ns], its bytes."""
 
 Declare = Callable[[Topic], Topic | None]
-"""Takes each topic as it is met; gives it back, or the same one met before, when its messages are wanted."""
+"""Takes each topic as it is met; gives it back, or the same one met before, when its
+messages are wanted."""
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 """First bytes of an MCAP file."""
@@ -27,11 +29,12 @@ RECORD = struct.Struct("<BQ")
 """Begin of an MCAP record: its kind and the length of the rest [bytes]."""
 
 MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Begin of an MCAP message: channel, sequence number, when it was logged and published [ns]."""
+"""Begin of an MCAP message: channel, sequence number, when it was logged and published
+[ns]."""
 
 CHUNK_HEAD = struct.Struct("<QQQII")
-"""Begin of an MCAP chunk: first and last time [ns], size when decompressed [bytes], CRC-32, length of the name of its
-compression [bytes]."""
+"""Begin of an MCAP chunk: first and last time [ns], size when decompressed [bytes],
+CRC-32, length of the name of its compression [bytes]."""
 
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END, FOOTER = 3, 4, 5, 6, 15, 2
 """Kinds of MCAP records that are read."""
@@ -56,7 +59,8 @@ def full_type(name: str) -> str:
 
 
 def scan_mcap(path: Path, budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of an MCAP file in the order they are stored. `Cut` where it cannot be read on."""
+    """Messages of an MCAP file in the order they are stored. `Cut` where it cannot be
+    read on."""
     with Source(path) as source:
         yield from _scan_mcap(source, budget, declare)
 
@@ -72,7 +76,9 @@ def _scan_mcap(source: Source, budget: Budget, declare: Declare) -> Iterator[Mes
         if op in (DATA_END, FOOTER):
             return
         if op == CHUNK:
-            yield from _mcap_records(_chunk(source, budget, length), schemas, channels, declare)
+            yield from _mcap_records(
+                _chunk(source, budget, length), schemas, channels, declare
+            )
             if source.position != start + RECORD.size + length:
                 raise Cut("is truncated")
         elif op in (SCHEMA, CHANNEL, MESSAGE):
@@ -102,7 +108,9 @@ def _chunk(source: Source, budget: Budget, length: int) -> bytes:
     return content
 
 
-def _mcap_records(data: bytes, schemas: dict, channels: dict, declare: Declare) -> Iterator[Message]:
+def _mcap_records(
+    data: bytes, schemas: dict, channels: dict, declare: Declare
+) -> Iterator[Message]:
     position, end = 0, len(data)
     while position + RECORD.size <= end:
         op, length = RECORD.unpack_from(data, position)
@@ -123,7 +131,9 @@ def _mcap_records(data: bytes, schemas: dict, channels: dict, declare: Declare) 
             number, schema = struct.unpack_from("<HH", data, begin)
             name, at = _text(data, begin + 4)
             kind, language, definition = schemas.get(schema, ("", "", ""))
-            channels[number] = declare(Topic(name, kind, _text(data, at)[0], definition, language))
+            channels[number] = declare(
+                Topic(name, kind, _text(data, at)[0], definition, language)
+            )
         else:
             raise Cut("is damaged (a chunk of something else than messages)")
     if position != end:
@@ -139,7 +149,8 @@ def _text(data: bytes, position: int) -> tuple[str, int]:
 
 
 def scan_bag(path: Path, budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of a ROS 1 bag in the order they are stored. `Cut` where it cannot be read on."""
+    """Messages of a ROS 1 bag in the order they are stored. `Cut` where it cannot be
+    read on."""
     with Source(path) as source:
         yield from _scan_bag(source, budget, declare)
 
@@ -148,7 +159,10 @@ def _scan_bag(source: Source, budget: Budget, declare: Declare) -> Iterator[Mess
     magic = source.take_most(len(BAG_MAGIC))
     if magic != BAG_MAGIC:
         old = magic.startswith(b"#ROSBAG V")
-        raise InputError("is a ROS bag of another version than 2.0" if old else "is not a ROS 1 bag", source.path)
+        raise InputError(
+            "is a ROS bag of another version than 2.0" if old else "is not a ROS 1 bag",
+            source.path,
+        )
     connections: dict[int, Topic | None] = {}
     indexed = False
     while source.left:
@@ -160,9 +174,13 @@ def _scan_bag(source: Source, budget: Budget, declare: Declare) -> Iterator[Mess
             stored = source.take_most(length)
             (size,) = U32.unpack(fields[b"size"])
             kind = fields[b"compression"].decode()
-            yield from _bag_records(budget.inflate(kind, stored, size), connections, declare)
+            yield from _bag_records(
+                budget.inflate(kind, stored, size), connections, declare
+            )
         elif op in (BAG_MESSAGE, BAG_CONNECTION):
-            record = U32.pack(len(header)) + header + U32.pack(length) + source.take(length)
+            record = (
+                U32.pack(len(header)) + header + U32.pack(length) + source.take(length)
+            )
             yield from _bag_records(record, connections, declare)
         else:
             if op == BAG_HEADER:
@@ -195,9 +213,16 @@ def _bag_records(data: bytes, connections: dict, declare: Declare) -> Iterator[M
                 yield topic, seconds * 1_000_000_000 + nanoseconds, data[begin:position]
         elif op == BAG_CONNECTION:
             content = _fields(data, begin, position)
-            kind, definition = content[b"type"].decode(), content.get(b"message_definition", b"")
+            kind, definition = (
+                content[b"type"].decode(),
+                content.get(b"message_definition", b""),
+            )
             topic = Topic(
-                fields[b"topic"].decode(), full_type(kind), "ros1", definition.decode(errors="replace"), "ros1msg"
+                fields[b"topic"].decode(),
+                full_type(kind),
+                "ros1",
+                definition.decode(errors="replace"),
+                "ros1msg",
             )
             connections[U32.unpack(fields[b"conn"])[0]] = declare(topic)
     if position != end:

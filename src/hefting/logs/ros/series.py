@@ -1,4 +1,5 @@
-"""Samples of one quantity as a bag holds them, and their tidying: stamps, order, repeats."""
+"""Samples of one quantity as a bag holds them, and their tidying: stamps, order,
+repeats."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +13,8 @@ from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array
 
 FAR_BACK = 1_000_000_000
-"""Stamps that go back by more than this are not messages out of order but another clock [ns]."""
+"""Stamps that go back by more than this are not messages out of order but another clock
+[ns]."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,9 @@ class Series:
 
     def __getitem__(self, index: slice | NDArray) -> Self:
         """The samples chosen by a slice, a mask or an index array."""
-        return type(self)(self.time[index], self.logged[index], self.rows[index], self.values[index])
+        return type(self)(
+            self.time[index], self.logged[index], self.rows[index], self.values[index]
+        )
 
     def order(self) -> NDArray[np.intp]:
         """Indices that put the samples in the order in which they were logged."""
@@ -42,17 +46,26 @@ class Series:
     @classmethod
     def joined(cls, parts: "list[Series]") -> "Series":
         """All samples of several series."""
-        columns = ([getattr(part, name) for part in parts] for name in ("time", "logged", "rows", "values"))
+        columns = (
+            [getattr(part, name) for part in parts]
+            for name in ("time", "logged", "rows", "values")
+        )
         return cls(*(np.concatenate(column) for column in columns))
 
 
 def tidy(
-    series: Series, what: str, where: str, tell: Callable[[Message], None], warn: Callable[[Message], None]
+    series: Series,
+    what: str,
+    where: str,
+    tell: Callable[[Message], None],
+    warn: Callable[[Message], None],
 ) -> Series:
-    """`series` with finite values and strictly increasing `time`; empty when no value is finite.
+    """`series` with finite values and strictly increasing `time`; empty when no value
+    is finite.
 
-    Messages without a stamp get the time they were logged at. `tell` and `warn` are told what was done to
-    `what`. Raises `InputError` when time goes back by more than a second.
+    Messages without a stamp get the time they were logged at. `tell` and `warn` are
+    told what was done to `what`. Raises `InputError` when time goes back by more than a
+    second.
     """
     finite = np.logical_and.reduce(np.isfinite(series.values), axis=1)
     if not finite.all():
@@ -64,7 +77,12 @@ def tidy(
         count = "" if unstamped.all() else f"{unstamped.sum()} of {len(unstamped)} "
         text = f"{count}messages of {what} have no stamp: the times they were logged at are used"
         warn(warning("messages-unstamped", text))
-        series = Series(np.where(unstamped, series.logged, series.time), series.logged, series.rows, series.values)
+        series = Series(
+            np.where(unstamped, series.logged, series.time),
+            series.logged,
+            series.rows,
+            series.values,
+        )
     series = series[series.order()]
     steps = np.diff(series.time)
     if len(steps) and steps.min() < -FAR_BACK:
@@ -75,14 +93,20 @@ def tidy(
             fix="cut the bag there, or record with one clock",
         )
     if (backward := int((steps < 0).sum())) > 0:
-        text = f"{backward} messages of {what} came out of order: sorted by their stamps"
+        text = (
+            f"{backward} messages of {what} came out of order: sorted by their stamps"
+        )
         warn(warning("messages-unordered", text))
         series = series[np.argsort(series.time, kind="stable")]
     repeated = np.append(False, np.diff(series.time) == 0)[: len(series)]
     if repeated.any():
         equal = np.append(False, (series.values[1:] == series.values[:-1]).all(axis=1))
         if exact := int((repeated & equal).sum()):
-            tell(note("messages-repeated", f"{exact} repeated messages of {what} dropped"))
+            tell(
+                note(
+                    "messages-repeated", f"{exact} repeated messages of {what} dropped"
+                )
+            )
         if other := int((repeated & ~equal).sum()):
             text = f"{other} messages of {what} have the stamp of the message before but other values: left out"
             warn(warning("messages-conflicting", text))

@@ -1,4 +1,5 @@
-"""Bytes of a bag read forward: every length is checked against what is there before it is believed."""
+"""Bytes of a bag read forward: every length is checked against what is there before it
+is believed."""
 
 import bz2
 import os
@@ -12,11 +13,13 @@ MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""
 
 MAX_RATIO = 200
-"""A file may decompress to so many times its size (beyond one chunk); sensor data reach about 20."""
+"""A file may decompress to so many times its size (beyond one chunk); sensor data reach
+about 20."""
 
 
 def printable(text: str) -> str:
-    """`text` fit to be shown: at most 200 characters, none of which controls a terminal."""
+    """`text` fit to be shown: at most 200 characters, none of which controls a
+    terminal."""
     return "".join(c if c.isprintable() else "?" for c in text[:200])
 
 
@@ -44,11 +47,13 @@ class Topic:
 
 
 class Cut(Exception):
-    """The file cannot be read beyond here; the text says why: "is truncated", "is damaged at byte 17"."""
+    """The file cannot be read beyond here; the text says why: "is truncated", "is
+    damaged at byte 17"."""
 
 
 class Source:
-    """A file read forward within its size. Reading beyond the end raises `Cut`, too much `InputError`."""
+    """A file read forward within its size. Reading beyond the end raises `Cut`, too
+    much `InputError`."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -100,16 +105,20 @@ class Budget:
         self.path, self.left = path, MAX_CHUNK + MAX_RATIO * size
 
     def inflate(self, kind: str, data: bytes, size: int = MAX_CHUNK) -> bytes:
-        """`data` decompressed, as far as it goes when it is not whole, to at most `size` bytes.
+        """`data` decompressed, as far as it goes when it is not whole, to at most
+        `size` bytes.
 
-        `kind` is the empty string or "none", "bz2", "lz4" or "zstd". `InputError` for another kind and for a
-        file that grows without measure, `Cut` when the data are damaged.
+        `kind` is the empty string or "none", "bz2", "lz4" or "zstd". `InputError` for
+        another kind and for a file that grows without measure, `Cut` when the data are
+        damaged.
         """
         if kind in ("", "none"):
             return data
         if size > MAX_CHUNK:
             raise InputError(
-                f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB", self.path, "record with smaller chunks"
+                f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB",
+                self.path,
+                "record with smaller chunks",
             )
         decompressor = _decompressor(kind, self.path)
         try:
@@ -125,7 +134,11 @@ class Budget:
         """Count `count` decompressed bytes; `InputError` when they are too many."""
         self.left -= count
         if self.left < 0:
-            raise InputError(f"decompresses to more than {MAX_RATIO} times its size", self.path, "decompress it first")
+            raise InputError(
+                f"decompresses to more than {MAX_RATIO} times its size",
+                self.path,
+                "decompress it first",
+            )
 
 
 def zstandard() -> Any:
@@ -155,4 +168,8 @@ def _decompressor(kind: str, path: Path) -> Any:
         except ImportError as error:
             raise MissingDependencyError("rosbags", "ros") from error
         return LZ4FrameDecompressor()
-    raise InputError(f"chunks are compressed as {kind[:20]!r}, which is not read", path, "use lz4, zstd, bz2 or none")
+    raise InputError(
+        f"chunks are compressed as {kind[:20]!r}, which is not read",
+        path,
+        "use lz4, zstd, bz2 or none",
+    )

@@ -15,17 +15,20 @@ MAGIC = b"SQLite format 3\0"
 """First bytes of an SQLite file."""
 
 ROW_BYTES = 8
-"""The least a row takes in the file [bytes]: a file with more rows than fit is damaged or made to harm."""
+"""The least a row takes in the file [bytes]: a file with more rows than fit is damaged
+or made to harm."""
 
 STEP = 100_000
-"""Virtual machine instructions between two checks that the database does not run in circles."""
+"""Virtual machine instructions between two checks that the database does not run in
+circles."""
 
 
 def scan_sqlite(path: Path, _budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of a .db3 file in the order they were written. `Cut` where it cannot be read on.
+    """Messages of a .db3 file in the order they were written. `Cut` where it cannot be
+    read on.
 
-    A file shorter than it says is read up to its end. What is still in a write-ahead log beside it is not read:
-    `Cut` after the last row tells.
+    A file shorter than it says is read up to its end. What is still in a write-ahead
+    log beside it is not read: `Cut` after the last row tells.
     """
     with Source(path) as source:
         header = source.take_most(32)
@@ -48,11 +51,16 @@ def scan_sqlite(path: Path, _budget: Budget, declare: Declare) -> Iterator[Messa
 
 def _scan(path: Path, declare: Declare) -> Iterator[Message]:
     size = path.stat().st_size
-    database = sqlite3.connect(f"file:{quote(str(path.resolve()))}?mode=ro&immutable=1", uri=True)
+    database = sqlite3.connect(
+        f"file:{quote(str(path.resolve()))}?mode=ro&immutable=1", uri=True
+    )
     try:
-        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(min(size, MAX_CHUNK), 10_000))
+        database.setlimit(
+            sqlite3.SQLITE_LIMIT_LENGTH, max(min(size, MAX_CHUNK), 10_000)
+        )
         database.execute("PRAGMA trusted_schema=OFF")
-        database.execute("PRAGMA writable_schema=ON")  # the only way to open a file that lost its end
+        # the only way to open a file that lost its end
+        database.execute("PRAGMA writable_schema=ON")
         steps = iter(range(100 + size // STEP * 10))
         database.set_progress_handler(lambda: next(steps, None) is None, STEP)
         yield from _rows(database, path, size, declare)
@@ -62,21 +70,34 @@ def _scan(path: Path, declare: Declare) -> Iterator[Message]:
         database.close()
 
 
-def _rows(database: sqlite3.Connection, path: Path, size: int, declare: Declare) -> Iterator[Message]:
+def _rows(
+    database: sqlite3.Connection, path: Path, size: int, declare: Declare
+) -> Iterator[Message]:
     database.text_factory = lambda text: text.decode(errors="replace")
-    tables = dict(database.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    tables = dict(
+        database.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'")
+    )
     if not {"topics", "messages"} <= set(tables):
-        raise InputError("is an SQLite file without the tables of a ROS 2 bag", where=path)
+        raise InputError(
+            "is an SQLite file without the tables of a ROS 2 bag", where=path
+        )
     if any("VIRTUAL" in str(tables[name]).upper() for name in ("topics", "messages")):
         raise InputError("holds virtual tables, which no ROS 2 bag does", where=path)
     definitions = {}
     if "message_definitions" in tables:
         query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-        definitions = {str(kind): (str(text), str(language)) for kind, language, text in database.execute(query)}
+        definitions = {
+            str(kind): (str(text), str(language))
+            for kind, language, text in database.execute(query)
+        }
     topics = {}
-    for number, name, kind, encoding in database.execute("SELECT id, name, type, serialization_format FROM topics"):
+    for number, name, kind, encoding in database.execute(
+        "SELECT id, name, type, serialization_format FROM topics"
+    ):
         definition, language = definitions.get(str(kind), ("", ""))
-        topic = declare(Topic(str(name), full_type(str(kind)), str(encoding), definition, language))
+        topic = declare(
+            Topic(str(name), full_type(str(kind)), str(encoding), definition, language)
+        )
         if topic is not None and isinstance(number, int):
             topics[number] = topic
     wanted = ",".join(str(number) for number in topics)
@@ -85,6 +106,11 @@ def _rows(database: sqlite3.Connection, path: Path, size: int, declare: Declare)
         f"SELECT topic_id, timestamp, data FROM messages NOT INDEXED WHERE topic_id IN ({wanted})"
     ):
         rows, data_bytes = rows + 1, data_bytes + len(data)
-        if rows * ROW_BYTES > size or data_bytes > size or not isinstance(logged, int) or not isinstance(data, bytes):
+        if (
+            rows * ROW_BYTES > size
+            or data_bytes > size
+            or not isinstance(logged, int)
+            or not isinstance(data, bytes)
+        ):
             raise Cut("is damaged")
         yield topics[number], logged, data

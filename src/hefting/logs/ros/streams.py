@@ -1,4 +1,5 @@
-"""From what a bag's topics gave to the streams of a recording: which topic, which frames, whose axes."""
+"""From what a bag's topics gave to the streams of a recording: which topic, which
+frames, whose axes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,17 +15,21 @@ from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
 
 WORLD, SENSOR = "world", "sensor"
-"""Names this library gives the two frames it writes: poses in the one are of the other."""
+"""Names this library gives the two frames it writes: poses in the one are of the
+other."""
 
 LEVER_ARM = 0.005
-"""An accelerometer further than this from the sensor's origin is not taken for one at it [m]."""
+"""An accelerometer further than this from the sensor's origin is not taken for one at
+it [m]."""
 
 
 class Streams:
-    """Builds the streams of a recording from the gathered topics of a bag, role by role.
+    """Builds the streams of a recording from the gathered topics of a bag, role by
+    role.
 
-    `named` maps roles to the topics asked for. Filled on the way: `series` by stream name, `notes`, `warnings`,
-    `joint_names`. Methods raise `InputError` where a choice is the user's to make.
+    `named` maps roles to the topics asked for. Filled on the way: `series` by stream
+    name, `notes`, `warnings`, `joint_names`. Methods raise `InputError` where a choice
+    is the user's to make.
     """
 
     def __init__(
@@ -74,10 +79,14 @@ class Streams:
         for topic in self.gathered:
             if topic.role == "tf":
                 for key, series in topic.series.items():
-                    merged.setdefault(key, []).append((topic.topic.name.endswith("static"), series))
+                    merged.setdefault(key, []).append(
+                        (topic.topic.name.endswith("static"), series)
+                    )
         for (_, parent, child), parts in merged.items():
             static = all(is_static for is_static, _ in parts)
-            raw = Series.joined([part for is_static, part in parts if is_static == static])
+            raw = Series.joined(
+                [part for is_static, part in parts if is_static == static]
+            )
             if parent == child:
                 continue
             if static:
@@ -94,19 +103,26 @@ class Streams:
             what = f"tf {raw.parent} -> {raw.child}"
             where = f"{self.path}, {what}"
             tidied = (
-                raw.series if raw.static else tidy(raw.series, what, where, self.notes.append, self.warnings.append)
+                raw.series
+                if raw.static
+                else tidy(
+                    raw.series, what, where, self.notes.append, self.warnings.append
+                )
             )
             chain.append((checked(raw, tidied, where), downward))
         return chain
 
     def pose(self) -> None:
-        """Orientation and position of the sensor: from the topic asked for, else from tf, else from a topic."""
+        """Orientation and position of the sensor: from the topic asked for, else from
+        tf, else from a topic."""
         if self.named.get("pose") is None and self._pose_from_tf():
             return
         topic = self._topic("pose")
         if topic is None:
             return
-        what = "pose" if any(key[0] == "pose" for key in topic.series) else "orientation"
+        what = (
+            "pose" if any(key[0] == "pose" for key in topic.series) else "orientation"
+        )
         frame, child, series = self._one_frame(topic, what)
         series = self._tidy(series, topic)
         if not len(series):
@@ -124,14 +140,15 @@ class Streams:
             self.world = self.world or frame
         else:
             if self.world not in (None, frame):
-                raise InputError(f"poses are in frame '{frame}', not '{self.world}'", f"{self.path}, {name}")
+                raise InputError(
+                    f"poses are in frame '{frame}', not '{self.world}'",
+                    f"{self.path}, {name}",
+                )
             self._note("pose" if what == "pose" else "orientation", topic, frame)
             self.world = frame
         if (not chain or not child) and (frame, self.sensor) != (WORLD, SENSOR):
             of = f" of {child}" if child else ""
-            what = (
-                f"nothing tells where the poses{of} of {name} are on the sensor: they are taken to be the sensor's own"
-            )
+            what = f"nothing tells where the poses{of} of {name} are on the sensor: they are taken to be the sensor's own"
             self._warn("pose-frame-assumed", what, "sensor_frame")
         self._split_pose(series)
 
@@ -154,38 +171,56 @@ class Streams:
             return False
         series = compose(chain, str(self.path), self.warnings.append)
         self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child
-        self.notes.append(note("pose-source", f"orientation and position from tf: {route(chain)}"))
+        self.notes.append(
+            note("pose-source", f"orientation and position from tf: {route(chain)}")
+        )
         self._split_pose(series)
         return True
 
     def _split_pose(self, series: Series) -> None:
         values = series.values
         if values.shape[1] == 7:
-            self.series["position"] = Series(series.time, series.logged, series.rows, values[:, :3])
-        self.series["orientation"] = Series(series.time, series.logged, series.rows, values[:, -4:])
+            self.series["position"] = Series(
+                series.time, series.logged, series.rows, values[:, :3]
+            )
+        self.series["orientation"] = Series(
+            series.time, series.logged, series.rows, values[:, -4:]
+        )
 
     def joints(self) -> None:
-        """Joint positions and velocities by name: of the largest set of joints that one message holds."""
+        """Joint positions and velocities by name: of the largest set of joints that one
+        message holds."""
         topic = self._topic("joint")
         if topic is None:
             return
         first = {key: series.rows.min() for key, series in topic.series.items()}
-        _, *names = max(first, key=lambda key: (len(key), -first[key]))  # the first such message gives the order
+        # the first such message gives the order
+        _, *names = max(first, key=lambda key: (len(key), -first[key]))
         if len(set(names)) != len(names):
-            raise InputError("a joint has two values in one message", f"{self.path}, {topic.topic.name}")
+            raise InputError(
+                "a joint has two values in one message",
+                f"{self.path}, {topic.topic.name}",
+            )
         others: set[str] = set()
         parts: dict[str, list[Series]] = {}
         for (what, *own), series in topic.series.items():
             if len(own) == len(names) and set(own) == set(names):
                 places = {name: i for i, name in enumerate(own)}
                 columns = series.values[:, [places[name] for name in names]]
-                parts.setdefault(what, []).append(Series(series.time, series.logged, series.rows, columns))
+                parts.setdefault(what, []).append(
+                    Series(series.time, series.logged, series.rows, columns)
+                )
             else:
                 others |= set(own)
         for what in JOINT_STREAMS:
             if what in parts:
                 merged = Series.joined(parts[what])
-                self._keep(what, merged[np.argsort(merged.rows, kind="stable")], topic, what.replace("_", " "))
+                self._keep(
+                    what,
+                    merged[np.argsort(merged.rows, kind="stable")],
+                    topic,
+                    what.replace("_", " "),
+                )
         self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:
@@ -193,7 +228,8 @@ class Streams:
             self.notes.append(note("joints-left-out", what))
 
     def imu(self) -> None:
-        """Gyroscope and accelerometer, turned into the sensor's axes where tf says how."""
+        """Gyroscope and accelerometer, turned into the sensor's axes where tf says
+        how."""
         topic = self._topic("imu")
         if topic is None:
             return
@@ -204,15 +240,24 @@ class Streams:
             if self.sensor and {frame, self.sensor} <= self.tree.frames:
                 chain = self._chain(self.sensor, frame)
             if any(not each.static for each, _ in chain):
-                self._warn("imu-left-out", f"{name} left out: its frame {frame} moves against {self.sensor}")
+                self._warn(
+                    "imu-left-out",
+                    f"{name} left out: its frame {frame} moves against {self.sensor}",
+                )
                 return
             if chain:
                 pose = compose(chain, str(self.path), self.warnings.append).values[0]
-                rotation, distance = Rotation.from_quat(pose[3:]), float(np.linalg.norm(pose[:3]))
+                rotation, distance = (
+                    Rotation.from_quat(pose[3:]),
+                    float(np.linalg.norm(pose[:3])),
+                )
                 accelerometer = distance <= LEVER_ARM
                 if not accelerometer:
                     far = f"{1000 * distance:.0f} mm from the origin of {self.sensor}"
-                    self._warn("accelerometer-left-out", f"accelerometer of {name} left out: it is {far}")
+                    self._warn(
+                        "accelerometer-left-out",
+                        f"accelerometer of {name} left out: it is {far}",
+                    )
             else:
                 what = f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
                 self._warn("imu-frame-assumed", what)
@@ -221,25 +266,50 @@ class Streams:
             if any(key[0] == what for key in topic.series):
                 series = self._one_frame(topic, what)[2]
                 if rotation is not None:
-                    series = Series(series.time, series.logged, series.rows, rotation.apply(series.values))
+                    series = Series(
+                        series.time,
+                        series.logged,
+                        series.rows,
+                        rotation.apply(series.values),
+                    )
                 self._keep(what, series, topic, what)
 
     def twist(self) -> None:
-        """Velocities in world axes: as they are, or turned by the orientation where given in the sensor's."""
+        """Velocities in world axes: as they are, or turned by the orientation where
+        given in the sensor's."""
         topic = self._topic("twist")
         if topic is None:
             return
         frame, _, series = self._one_frame(topic, "twist")
         series = self._tidy(series, topic)
         orientation = self.series.get("orientation")
-        if frame and frame == self.sensor and frame != self.world and orientation is not None and len(orientation) > 1:
+        if (
+            frame
+            and frame == self.sensor
+            and frame != self.world
+            and orientation is not None
+            and len(orientation) > 1
+        ):
             padded = np.pad(orientation.values, ((0, 0), (3, 0)))
-            turning = Link("", "", Series(orientation.time, orientation.logged, orientation.rows, padded), False)
+            turning = Link(
+                "",
+                "",
+                Series(orientation.time, orientation.logged, orientation.rows, padded),
+                False,
+            )
             series = series[turning.covers(series.time)]
             if len(series):
                 rotation = turning.at(series.time)[1]
-                turned = [rotation.apply(series.values[:, part]) for part in (slice(0, 3), slice(3, 6))]
-                series = Series(series.time, series.logged, series.rows, np.concatenate(turned, axis=1))
+                turned = [
+                    rotation.apply(series.values[:, part])
+                    for part in (slice(0, 3), slice(3, 6))
+                ]
+                series = Series(
+                    series.time,
+                    series.logged,
+                    series.rows,
+                    np.concatenate(turned, axis=1),
+                )
         elif not frame or frame != self.world:
             what = f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's"
             self._warn("velocities-left-out", what, "world_frame")
@@ -247,16 +317,28 @@ class Streams:
         if not len(series):
             return
         self._note("velocities", topic, frame)
-        for what, part in (("linear_velocity", slice(0, 3)), ("angular_velocity", slice(3, 6))):
-            self.series[what] = Series(series.time, series.logged, series.rows, series.values[:, part])
+        for what, part in (
+            ("linear_velocity", slice(0, 3)),
+            ("angular_velocity", slice(3, 6)),
+        ):
+            self.series[what] = Series(
+                series.time, series.logged, series.rows, series.values[:, part]
+            )
 
     def _topic(self, role: str) -> Gathered | None:
-        """The topic of a role; `InputError` when there are several, or the one asked for gave nothing."""
-        found = [topic for topic in self.gathered if topic.role == role and topic.series]
+        """The topic of a role; `InputError` when there are several, or the one asked
+        for gave nothing."""
+        found = [
+            topic for topic in self.gathered if topic.role == role and topic.series
+        ]
         if len(found) > 1:
-            fix = f"choose one with `{role}_topic`" + ("" if role == "wrench" else ", or none")
+            fix = f"choose one with `{role}_topic`" + (
+                "" if role == "wrench" else ", or none"
+            )
             names = ", ".join(str(topic.topic) for topic in found)
-            raise InputError(f"{len(found)} topics could be the {role}: {names}", self.path, fix)
+            raise InputError(
+                f"{len(found)} topics could be the {role}: {names}", self.path, fix
+            )
         if not found and self.named.get(role, "none") != "none":
             fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
             empty = next((topic for topic in self.gathered if topic.role == role), None)
@@ -265,12 +347,18 @@ class Streams:
                 raise InputError(what, self.path, fix)
             if not empty.messages:
                 raise InputError(f"topic {empty.topic} has no messages", self.path, fix)
-            raise InputError(f"no {role} can be read from topic {empty.topic}", self.path, fix)
+            raise InputError(
+                f"no {role} can be read from topic {empty.topic}", self.path, fix
+            )
         return found[0] if found else None
 
     def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
-        """Frame, child frame and samples of a topic; `InputError` when its messages are in several frames."""
-        keys = sorted((key for key in topic.series if key[0] == what), key=lambda key: topic.series[key].rows.min())
+        """Frame, child frame and samples of a topic; `InputError` when its messages are
+        in several frames."""
+        keys = sorted(
+            (key for key in topic.series if key[0] == what),
+            key=lambda key: topic.series[key].rows.min(),
+        )
         if len(keys) > 1:
             k = 1 if keys[0][1] != keys[1][1] else 2
             raise InputError(
@@ -283,16 +371,31 @@ class Streams:
     def _tidy(self, series: Series, topic: Gathered, what: str | None = None) -> Series:
         name = topic.topic.name
         label = f"{name} ({what})" if what else name
-        return tidy(series, label, f"{self.path}, {name}", self.notes.append, self.warnings.append)
+        return tidy(
+            series,
+            label,
+            f"{self.path}, {name}",
+            self.notes.append,
+            self.warnings.append,
+        )
 
-    def _keep(self, stream: str, series: Series, topic: Gathered, what: str | None = None) -> None:
+    def _keep(
+        self, stream: str, series: Series, topic: Gathered, what: str | None = None
+    ) -> None:
         series = self._tidy(series, topic, what)
         if len(series):
             self.series[stream] = series
 
-    def _note(self, what: str, topic: Gathered, detail: str, kind: str = "frame ") -> None:
+    def _note(
+        self, what: str, topic: Gathered, detail: str, kind: str = "frame "
+    ) -> None:
         detail = f", {kind}{detail}" if detail else ""
-        self.notes.append(note(f"{what}-source", f"{what} from {topic.topic.name} ({topic.topic.type}{detail})"))
+        self.notes.append(
+            note(
+                f"{what}-source",
+                f"{what} from {topic.topic.name} ({topic.topic.type}{detail})",
+            )
+        )
 
     def _warn(self, code: str, text: str, argument: str | None = None) -> None:
         self.warnings.append(warning(code, text, argument))

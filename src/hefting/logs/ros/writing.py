@@ -1,4 +1,5 @@
-"""Writing a recording as a ROS 1 bag, a ROS 2 bag or an MCAP file, with the writers of `rosbags`."""
+"""Writing a recording as a ROS 1 bag, a ROS 2 bag or an MCAP file, with the writers of
+`rosbags`."""
 
 import os
 import shutil
@@ -18,7 +19,8 @@ from hefting.logs.ros.layout import lay_out
 from hefting.logs.ros.streams import SENSOR, WORLD
 
 EPOCH = 1_000_000_000
-"""Stamp of a recording's first sample [ns]: a stamp of zero would say that there is none."""
+"""Stamp of a recording's first sample [ns]: a stamp of zero would say that there is
+none."""
 
 VECTORS = {
     "position": ("pose.position", "xyz"),
@@ -28,7 +30,8 @@ VECTORS = {
     "gyroscope": ("angular_velocity", "xyz"),
     "accelerometer": ("linear_acceleration", "xyz"),
 }
-"""Streams of vectors: the field of the message that holds each, and the names of its components."""
+"""Streams of vectors: the field of the message that holds each, and the names of its
+components."""
 
 
 @dataclass(frozen=True)
@@ -47,43 +50,64 @@ class Messages:
 
 
 def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
-    """Write `recording` by suffix: .bag (ROS 1), .mcap (MCAP file with ROS 2 messages), none (ROS 2 bag folder).
+    """Write `recording` by suffix: .bag (ROS 1), .mcap (MCAP file with ROS 2 messages),
+    none (ROS 2 bag folder).
 
-    Written are /wrench (WrenchStamped), /pose (PoseStamped) or else /orientation (QuaternionStamped), /twist
-    (TwistStamped), /joint_states (JointState) and /imu (Imu), in frames "world" and "sensor". `read_bag` gives
-    the same numbers, and times rounded to nanoseconds that start at 0. Returned are the streams ROS has no
-    message for, which were left out.
+    Written are /wrench (WrenchStamped), /pose (PoseStamped) or else /orientation
+    (QuaternionStamped), /twist (TwistStamped), /joint_states (JointState) and /imu
+    (Imu), in frames "world" and "sensor". `read_bag` gives the same numbers, and times
+    rounded to nanoseconds that start at 0. Returned are the streams ROS has no message
+    for, which were left out.
 
-    Whole or not at all: a file is replaced, a folder must not exist. Raises `InputError` where it cannot be
-    written, for another suffix and for static poses, which have no times.
+    Whole or not at all: a file is replaced, a folder must not exist. Raises
+    `InputError` where it cannot be written, for another suffix and for static poses,
+    which have no times.
     """
     target = Path(path).resolve()
     if target.suffix not in (".bag", ".mcap", ""):
-        raise InputError(f"'{target.suffix}' is not a bag that is written", path, "use .bag, .mcap or no suffix")
+        raise InputError(
+            f"'{target.suffix}' is not a bag that is written",
+            path,
+            "use .bag, .mcap or no suffix",
+        )
     if recording.static:
-        raise InputError("static poses have no times, which messages need", path, "write .csv or .parquet")
+        raise InputError(
+            "static poses have no times, which messages need",
+            path,
+            "write .csv or .parquet",
+        )
     if target.is_dir() or (target.exists() and not target.suffix):
         raise InputError("exists already", path, "choose another name")
     groups = list(_build_messages(recording))
     try:
         folder = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
         try:
-            os.replace(_write(groups, folder / (target.stem or "bag"), target.suffix), target)
+            os.replace(
+                _write(groups, folder / (target.stem or "bag"), target.suffix), target
+            )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror or error})", where=path) from error
+        raise InputError(
+            f"cannot be written ({error.strerror or error})", where=path
+        ) from error
     written = {name for group in groups for name in _streams_of(group)}
     return tuple(name for name in recording.streams if name not in written)
 
 
 def _build_messages(recording: Recording) -> Iterator[Messages]:
     streams, start = recording.streams, recording.start
-    time = {name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64) for name, stream in streams.items()}
+    time = {
+        name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64)
+        for name, stream in streams.items()
+    }
 
     def vector(name: str, index: Any = slice(None)) -> dict[str, Array]:
         place, axes = VECTORS[name]
-        return {f"{place}.{axis}": streams[name].values[index, i : i + 1] for i, axis in enumerate(axes)}
+        return {
+            f"{place}.{axis}": streams[name].values[index, i : i + 1]
+            for i, axis in enumerate(axes)
+        }
 
     def together(*names: str) -> bool:
         return recording.has(*names) and np.array_equal(time[names[0]], time[names[1]])
@@ -97,31 +121,65 @@ def _build_messages(recording: Recording) -> Iterator[Messages]:
         pattern = np.stack([np.isin(every, time[name]) for name in present], axis=1)
         for combination in np.unique(pattern, axis=0):
             chosen = every[(pattern == combination).all(axis=1)]
-            yield [name for name, there in zip(present, combination, strict=True) if there], chosen
+            yield (
+                [
+                    name
+                    for name, there in zip(present, combination, strict=True)
+                    if there
+                ],
+                chosen,
+            )
 
     if recording.has("wrench"):
         wrench = streams["wrench"].values
-        places = [f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"]
+        places = [
+            f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"
+        ]
         fields = {place: wrench[:, i : i + 1] for i, place in enumerate(places)}
-        yield Messages("/wrench", "geometry_msgs/msg/WrenchStamped", SENSOR, time["wrench"], fields)
+        yield Messages(
+            "/wrench", "geometry_msgs/msg/WrenchStamped", SENSOR, time["wrench"], fields
+        )
     if together("position", "orientation"):
         fields = vector("position") | vector("orientation")
-        yield Messages("/pose", "geometry_msgs/msg/PoseStamped", WORLD, time["position"], fields)
+        yield Messages(
+            "/pose", "geometry_msgs/msg/PoseStamped", WORLD, time["position"], fields
+        )
     elif recording.has("orientation"):
         values = streams["orientation"].values
-        fields = {f"quaternion.{axis}": values[:, i : i + 1] for i, axis in enumerate("xyzw")}
-        yield Messages("/orientation", "geometry_msgs/msg/QuaternionStamped", WORLD, time["orientation"], fields)
+        fields = {
+            f"quaternion.{axis}": values[:, i : i + 1] for i, axis in enumerate("xyzw")
+        }
+        yield Messages(
+            "/orientation",
+            "geometry_msgs/msg/QuaternionStamped",
+            WORLD,
+            time["orientation"],
+            fields,
+        )
     if together("linear_velocity", "angular_velocity"):
         fields = vector("linear_velocity") | vector("angular_velocity")
-        yield Messages("/twist", "geometry_msgs/msg/TwistStamped", WORLD, time["linear_velocity"], fields)
+        yield Messages(
+            "/twist",
+            "geometry_msgs/msg/TwistStamped",
+            WORLD,
+            time["linear_velocity"],
+            fields,
+        )
     for names, when in measured("joint_positions", "joint_velocities"):
-        labels = recording.joint_names or column_names("joint_positions", streams[names[0]].values.shape[1])
+        labels = recording.joint_names or column_names(
+            "joint_positions", streams[names[0]].values.shape[1]
+        )
         fields = {
             field: streams[name].values[np.searchsorted(time[name], when)]
-            for name, field in (("joint_positions", "position"), ("joint_velocities", "velocity"))
+            for name, field in (
+                ("joint_positions", "position"),
+                ("joint_velocities", "velocity"),
+            )
             if name in names
         }
-        yield Messages("/joint_states", "sensor_msgs/msg/JointState", "", when, fields, labels)
+        yield Messages(
+            "/joint_states", "sensor_msgs/msg/JointState", "", when, fields, labels
+        )
     for names, when in measured("gyroscope", "accelerometer"):
         unmeasured = np.tile([-1.0, *[0.0] * 8], (len(when), 1))  # REP 145
         fields = {"orientation_covariance": unmeasured}
@@ -138,8 +196,13 @@ def _streams_of(group: Messages) -> list[str]:
     if group.topic in ("/wrench", "/orientation"):
         return [group.topic[1:]]
     if group.topic == "/joint_states":
-        return [f"joint_{'positions' if name == 'position' else 'velocities'}" for name in group.fields]
-    return [name for name, (place, _) in VECTORS.items() if f"{place}.x" in group.fields]
+        return [
+            f"joint_{'positions' if name == 'position' else 'velocities'}"
+            for name in group.fields
+        ]
+    return [
+        name for name, (place, _) in VECTORS.items() if f"{place}.x" in group.fields
+    ]
 
 
 def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
@@ -152,24 +215,39 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
     ros1 = suffix == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     plugin = rosbag2.StoragePlugin.MCAP if suffix else rosbag2.StoragePlugin.SQLITE3
-    writer = rosbag1.Writer(path) if ros1 else rosbag2.Writer(path, version=8, storage_plugin=plugin)
+    writer = (
+        rosbag1.Writer(path)
+        if ros1
+        else rosbag2.Writer(path, version=8, storage_plugin=plugin)
+    )
     with writer:
         connections: dict[str, Any] = {}
         for group in groups:
             if group.topic not in connections:
-                connections[group.topic] = writer.add_connection(group.topic, group.type, typestore=store)
-        tables = [_serialise(group, store, "ros1" if ros1 else "cdr") for group in groups]
-        which = np.concatenate([np.full(len(group.time), i) for i, group in enumerate(groups)])
+                connections[group.topic] = writer.add_connection(
+                    group.topic, group.type, typestore=store
+                )
+        tables = [
+            _serialise(group, store, "ros1" if ros1 else "cdr") for group in groups
+        ]
+        which = np.concatenate(
+            [np.full(len(group.time), i) for i, group in enumerate(groups)]
+        )
         index = np.concatenate([np.arange(len(group.time)) for group in groups])
         time = np.concatenate([group.time for group in groups])
         for k in np.argsort(time, kind="stable"):
             group = groups[which[k]]
-            writer.write(connections[group.topic], int(time[k]), tables[which[k]][index[k]].tobytes())
+            writer.write(
+                connections[group.topic],
+                int(time[k]),
+                tables[which[k]][index[k]].tobytes(),
+            )
     return path / f"{path.name}.mcap" if suffix == ".mcap" else path
 
 
 def _serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
-    """The messages' bytes (N, size): the first serialised, the numbers of the others put in their places."""
+    """The messages' bytes (N, size): the first serialised, the numbers of the others
+    put in their places."""
     message = _blank_message(store, group.type)
     message.header.frame_id = group.frame
     if group.texts:
@@ -177,11 +255,15 @@ def _serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
         for field, values in group.fields.items():
             setattr(message, field, np.zeros(values.shape[1]))
     data = bytes(
-        store.serialize_ros1(message, group.type) if encoding == "ros1" else store.serialize_cdr(message, group.type)
+        store.serialize_ros1(message, group.type)
+        if encoding == "ros1"
+        else store.serialize_cdr(message, group.type)
     )
     layout = lay_out(data, group.type, store.fielddefs, encoding)
     table = np.tile(np.frombuffer(data, np.uint8), (len(group.time), 1))
-    for part, values in zip(("sec", "nanosec"), np.divmod(group.time, 1_000_000_000), strict=True):
+    for part, values in zip(
+        ("sec", "nanosec"), np.divmod(group.time, 1_000_000_000), strict=True
+    ):
         layout.write(table, f"header.stamp.{part}", values[:, None])
     for path, values in group.fields.items():
         layout.write(table, path, values)
@@ -198,5 +280,9 @@ def _blank_message(store: Any, kind: str) -> Any:
             values.append(_blank_message(store, detail))
         else:
             (_, (name, _)), count = detail
-            values.append([] if name == "string" else np.zeros(count if node == 3 else 0, dtype=name))
+            values.append(
+                []
+                if name == "string"
+                else np.zeros(count if node == 3 else 0, dtype=name)
+            )
     return store.types[kind](*values)
