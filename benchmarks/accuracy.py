@@ -256,7 +256,10 @@ def _show_coverage(found: "dict[tuple[str, float], list[Run]]") -> None:
             )
         )
     columns = ("motion", "rad/s", "mean over PMD's", "95 % hold", THREE)
-    title = f"Eight objects: Bayes' mean errors over PMD's ({THREE}), and how many of its 95 % intervals hold the truth [%]"
+    title = (
+        f"Eight objects: Bayes' mean errors over PMD's ({THREE}), "
+        "and how many of its 95 % intervals hold the truth [%]"
+    )
     table(title, columns, rows)
 
 

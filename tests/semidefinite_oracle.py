@@ -241,7 +241,10 @@ def case(seed: int) -> Case:
     elif known == "covariance":
         root = rng.normal(size=(6, 6)) * (0.1, 0.1, 0.1, 0.005, 0.005, 0.005)
         noise = root.T @ root + np.diag(np.repeat((1e-3, 1e-6), 3))
-    label = f"case {seed}: {layout}, {mass:.2g} kg, {size:.2g} m, {K} samples at speed {speed:.2g}, noise {level} ({known})"
+    label = (
+        f"case {seed}: {layout}, {mass:.2g} kg, {size:.2g} m, "
+        f"{K} samples at speed {speed:.2g}, noise {level} ({known})"
+    )
     return Case(f"{label}, bias {bias}", z, body, Shape(points), noise, bias)
 
 

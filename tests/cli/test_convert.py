@@ -252,11 +252,14 @@ def test_with_a_robot_a_bag_gives_no_poses_and_the_sensor_frame_is_the_robot_s(
         for k in range(1, 9)
         for topic, kind in kinds.items()
     ]
-    angles = lambda k: {
-        "stamp": k,
-        "name": ["wrist", "other"],
-        "position": np.array([0.01 * k, 9.0]),
-    }
+
+    def angles(k):
+        return {
+            "stamp": k,
+            "name": ["wrist", "other"],
+            "position": np.array([0.01 * k, 9.0]),
+        }
+
     entries += [
         ("/joints", "sensor_msgs/JointState", k, angles(k)) for k in range(1, 9)
     ]

@@ -334,9 +334,10 @@ def test_mcap_without_chunks_with_ros_1_messages_and_with_json(tmp_path):
 
 def bad(what):
     two = basic(wrench, pose, lambda k: wrench(k, "/other/wrench"))
-    link = lambda k, parent, child: transform(
-        k, (parent, child, (k, 0, 0), (0, 0, 0, 1))
-    )
+
+    def link(k, parent, child):
+        return transform(k, (parent, child, (k, 0, 0), (0, 0, 0, 1)))
+
     tf = [link(k, "a", "ft") for k in range(N)]
     tf_and_wrench = [*basic(lambda k: wrench(k, frame="ft")), *tf]
     return {

@@ -52,9 +52,10 @@ def test_imu_axes_and_lever_arm(tmp_path):
     alone = read(tmp_path, basic(wrench, pose, lambda k: imu(k, "elsewhere")), "db3")
     assert "nothing links frame 'elsewhere' of /imu" in alone.warnings[0]
     assert (alone["accelerometer"].values == [[4, 5, 6]] * N).all()
-    unmeasured = lambda k: imu(
-        k, linear_acceleration_covariance=np.array([-1.0] + 8 * [0])
-    )
+
+    def unmeasured(k):
+        return imu(k, linear_acceleration_covariance=np.array([-1.0] + 8 * [0]))
+
     assert not read(tmp_path, basic(wrench, pose, unmeasured), "mcap").has(
         "accelerometer"
     )
@@ -89,12 +90,15 @@ def test_velocities_of_odometry_are_in_its_child_frame_and_not_turned_across_gap
         "twist.twist.linear": values[:3],
         "twist.twist.angular": values[3:],
     }
-    odometry = lambda k: (
-        "/odom",
-        "nav_msgs/Odometry",
-        stamp(k),
-        {"stamp": stamp(k), "frame": "world", **fields},
-    )
+
+    def odometry(k):
+        return (
+            "/odom",
+            "nav_msgs/Odometry",
+            stamp(k),
+            {"stamp": stamp(k), "frame": "world", **fields},
+        )
+
     poses = [pose(k) for k in range(N) if not 20 < k < 44]
     got = read(
         tmp_path,

@@ -98,7 +98,10 @@ def test_imports_point_one_way(path):
 
 def test_imports_of_every_kind_are_seen():
     """The check itself: nested, plain, and from-imports all count."""
-    source = "import hefting.logs\nfrom hefting import demo\ndef f():\n    from hefting.cli.app import x\n    import numpy\n"
+    source = (
+        "import hefting.logs\nfrom hefting import demo\n"
+        "def f():\n    from hefting.cli.app import x\n    import numpy\n"
+    )
     assert imported(ast.parse(source)) == {"logs", "demo", "cli"}
 
 

@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from hefting.shapes import Shape
-from hefting.shapes.sampling import points_inside
 from hefting.shapes.solid import solid_from_mesh
+from hefting.shapes.winding import points_inside
 from solids import SOLIDS, winding
 
 # inside

@@ -245,23 +245,18 @@ def _identify(
 ) -> "tuple[Comparison | None, dict[str, Estimate]]":
     """Estimates by method; with their comparison, where several were asked for."""
     settings = _hyperparameters(a)
-    names = (
-        [name.strip() for name in a.method.split(",")]
-        if a.method is not None
-        else [None]
-    )
-    if len(names) > 1 or (names[0] or "").lower() == "all":
+    names = [name.strip() for name in (a.method or "").split(",")]
+    if len(names) > 1 or names[0].lower() == "all":
         from hefting.identification.compare import compare
 
         comparison = compare(
             recording, shape, names, hyperparameters=settings, **reading
-        )  # type: ignore[arg-type]
+        )
         return comparison, comparison.results
     from hefting.identification import identify
 
-    estimate = identify(
-        recording, shape, method=names[0], **reading, **settings
-    ).estimate
+    method = None if a.method is None else names[0]
+    estimate = identify(recording, shape, method=method, **reading, **settings).estimate
     return None, {estimate.method: estimate}
 
 

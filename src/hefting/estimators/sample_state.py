@@ -98,9 +98,12 @@ class SampleState:
         state = self
         for first in range(0, len(measurements), CHUNK):
             part = slice(first, first + CHUNK)
-            state = state.fold(
-                measurements[part], weight[part] if np.ndim(weight) == 1 else weight
-            )  # type: ignore[index]
+            own = (
+                weight[part]
+                if isinstance(weight, np.ndarray) and weight.ndim
+                else weight
+            )
+            state = state.fold(measurements[part], own)
         return state
 
     def merge(self, other: "SampleState") -> Self:

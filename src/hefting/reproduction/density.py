@@ -11,19 +11,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
-from hefting.plots.style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    figure_of,
-    settled,
-    style,
-)
 from hefting.reproduction.c1 import VALUES
-from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -38,7 +26,8 @@ from hefting.shapes import Shape
 from hefting.simulation import paper_points
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
+from hefting.reproduction.density_figures import accuracy_figure, times_figure
 
 DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 """points/cm³"""
@@ -259,8 +248,8 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         ),
     )
     figures = {
-        "accuracy": _accuracy_figure(densities, found),
-        "times": _times_figure(timed),
+        "accuracy": accuracy_figure(densities, found),
+        "times": times_figure(timed, COUNTS),
     }
     return Report(tables, figures, (*_notes(grids, found, claims), _growth(timed)))
 
@@ -356,86 +345,6 @@ def _growth(timed: list[tuple[Job, Result]]) -> str:
         f"{many['solve'][-1] / few['solve'][-1]:.1f} times as long. In the paper the time grows with both, as the "
         "published problem has twelve rows an observation and a column a point."
     )
-
-
-def _accuracy_figure(
-    densities: list[float], found: dict[str, dict[str, np.ndarray]]
-) -> "Figure":
-    """Mean over the objects, with its standard error, of each series."""
-    panels = {
-        "mass": "mass error [%]",
-        "center_of_mass": "COM error [%]",
-        "inertia_at_origin": "inertia error [%]",
-    }
-    lines = (
-        ("moderate", 0, VERMILION, "o", "moderate noise, 1.5 s"),
-        ("moderate, lambda kept", 0, ORANGE, "D", "the same, lambda kept"),
-        ("moderate", 1, BLUE, "^", "moderate noise, 35 s"),
-        ("noise-free", 1, GREEN, "s", "noise-free, 35 s"),
-    )
-    with style():
-        figure = figure_of(4.2)
-        for axes, (name, label) in zip(
-            figure.subplots(3, 1, sharex=True), panels.items(), strict=True
-        ):
-            for k, (series, time_index, colour, marker, what) in enumerate(lines):
-                values = found[series][name][:, time_index]
-                error = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-                shown = {
-                    "color": colour,
-                    "marker": marker,
-                    "markersize": 3.0,
-                    "linewidth": 1.0,
-                    "elinewidth": 0.6,
-                }
-                place = np.array(densities) * 1.03 ** (k - 1.5)
-                axes.errorbar(
-                    place,
-                    np.maximum(values.mean(axis=0), 1e-12),
-                    error,
-                    label=what,
-                    **shown,
-                )
-            axes.set(xscale="log", yscale="log", ylabel=label)
-        axes.set_xlabel("points/cm³")
-        axes.set_xticks(densities, [f"{d:g}" for d in densities])
-        axes.set_xticks([], minor=True)
-        figure.align_ylabels()
-        legend_above(figure, axes, 2)
-        return settled(figure)
-
-
-def _times_figure(timed: list[tuple[Job, Result]]) -> "Figure":
-    colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
-    with style():
-        figure = figure_of(2.6)
-        left, right = figure.subplots(1, 2, sharey=True)
-        for k, (_, result) in enumerate(timed):
-            line = {
-                "color": colours[k],
-                "marker": "os^Dv*"[k],
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
-            left.plot(
-                COUNTS,
-                1e3 * np.array(result["solve"]),
-                label=f"{result['points']} points",
-                **line,
-            )
-            right.plot(COUNTS, 1e3 * np.array(result["whole"]), **line)
-        left.set(
-            ylim=(0.0, None),
-            ylabel="time [ms]",
-            xlabel="observations",
-            title="estimate from the moments",
-        )
-        right.set(xlabel="observations", title="all folded, then estimated")
-        for axes in (left, right):
-            axes.set_xlim(0, 1.03 * COUNTS[-1])
-            axes.set_xticks([0, 1000, 2000, 3000])
-        legend_above(figure, left, 3)
-        return settled(figure)
 
 
 EXPERIMENT = Experiment(

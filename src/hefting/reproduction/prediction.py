@@ -111,7 +111,10 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         "force %",
         "torque %",
     )
-    title = f"Predicted minus true wrench over {DURATION:g} s: root mean square, of the vectors and of the torque's axes"
+    title = (
+        f"Predicted minus true wrench over {DURATION:g} s: root mean square, "
+        "of the vectors and of the torque's axes"
+    )
     tables = (Table("prediction", title, columns, tuple(rows)),)
     shown = next(result for job, result in results if job["object"] == SHOWN)
     share = {

@@ -8,26 +8,24 @@ import io
 import json
 import struct
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, nearest
-from hefting.core.messages import Message, warning
-from hefting.core.spatial import Array, inverse_pose
-from hefting.shapes.sampling import MAX_POINTS
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
+from hefting.shapes.ply import (
+    PLY_ORDERS,
+    read_bytes,
+    read_ply_header,
+    read_ply_vertices,
+)
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
-MAX_BYTES = 200_000_000
-"""Largest file read."""
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-"""Length units [m] of a shape's file."""
 
 STL_HEADER = 84
 """Bytes of a binary STL file before its triangles: a comment of 80, and their
@@ -36,29 +34,6 @@ STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
 """A triangle of a binary STL file."""
-
-PLY_TYPES = {
-    **{
-        "char": "i1",
-        "uchar": "u1",
-        "short": "i2",
-        "ushort": "u2",
-        "int": "i4",
-        "uint": "u4",
-    },
-    **{
-        "int8": "i1",
-        "uint8": "u1",
-        "int16": "i2",
-        "uint16": "u2",
-        "int32": "i4",
-        "uint32": "u4",
-    },
-    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
-}
-PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
-PlyKind = str | tuple[str, str]
-"""Type of a property of a PLY file; of a list those of its length and its items."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -69,7 +44,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     name. Raises `InputError` for a file that is missing, too big, of another kind, or
     damaged.
     """
-    suffix, data = _contents(path, MESH_SUFFIXES, "a mesh")
+    suffix, data = read_bytes(path, MESH_SUFFIXES, "a mesh")
     if suffix == ".stl" and _is_binary_stl(data):
         return _binary_stl(data, path)
     if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
@@ -120,7 +95,7 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
     any other."""
     try:
         form, ((vertex, count, properties), (face, number, entries)), start = (
-            _ply_header(data)
+            read_ply_header(data)
         )
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
@@ -201,7 +176,7 @@ def _as_utf8(data: bytes) -> bytes:
 def read_cloud(path: str | Path) -> Array:
     """Points (n, 3) in the unit of the file: .xyz, .txt or .csv (x, y, z first or
     named), .npy, .ply."""
-    suffix, data = _contents(path, CLOUD_SUFFIXES, "a point cloud")
+    suffix, data = read_bytes(path, CLOUD_SUFFIXES, "a point cloud")
     if suffix == ".ply":
         return read_ply_vertices(path).positions
     try:
@@ -246,201 +221,3 @@ def _text_table(text: str) -> Array:
     return np.loadtxt(
         lines, delimiter=separator, usecols=columns, ndmin=2, comments=None
     )
-
-
-@dataclass(frozen=True)
-class PlyVertices:
-    """Vertices of a PLY file."""
-
-    columns: dict[str, Array]
-    """Every vertex property by its name, (n,)."""
-    has_faces: bool
-    """Whether the file also lists faces."""
-
-    @property
-    def positions(self) -> Array:
-        """(n, 3) in the unit of the file."""
-        return np.column_stack([self.columns[axis] for axis in "xyz"]).astype(float)
-
-
-def read_ply_vertices(path: str | Path) -> PlyVertices:
-    """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a
-    damaged one."""
-    _, data = _contents(path, (".ply",), "a PLY file")
-    fix = "export it again as ASCII or binary PLY"
-    if not data.startswith(b"ply") or _ply_body(data) == 0:
-        raise InputError("not a PLY file", path, fix)
-    try:
-        form, elements, start = _ply_header(data)
-        name, count, properties = elements[0]
-        names = [n for n, _ in properties]
-        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names):
-            raise ValueError("no vertices")
-        if not all(isinstance(kind, str) for _, kind in properties):
-            raise ValueError("lists among the vertices")
-        if form == "ascii":
-            if count * (2 * len(names) - 1) > len(data) - start:
-                raise ValueError("truncated")
-            lines = [
-                line
-                for line in data[start:].decode("ascii").splitlines()
-                if line.strip()
-            ][:count]
-            table = np.loadtxt(lines, ndmin=2, comments=None)
-            if table.shape != (count, len(names)):
-                raise ValueError("truncated")
-            columns = dict(zip(names, table.T, strict=True))
-        else:
-            record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]
-            table = np.frombuffer(data, record, count=count, offset=start)
-            columns = {n: table[n].astype(float) for n in names}
-    except (ValueError, KeyError, IndexError) as error:
-        raise InputError(
-            "damaged PLY file, or one without x, y, z of vertices first", path, fix
-        ) from error
-    return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
-
-
-def _ply_body(data: bytes) -> int:
-    """Where the header of a PLY file has ended; 0 if it does not."""
-    end = data.find(b"end_header", 0, 100_000)
-    return 0 if end < 0 else data.find(b"\n", end) + 1
-
-
-def _ply_header(
-    data: bytes,
-) -> tuple[str, list[tuple[str, int, list[tuple[str, PlyKind]]]], int]:
-    """Form, elements (name, number, properties with their types) and length of the
-    header of a PLY file.
-
-    Raises ValueError, KeyError or IndexError for one that is none.
-    """
-    form, elements, start = "", [], _ply_body(data)
-    for words in (
-        line.split() for line in data[:start].decode("ascii", "replace").splitlines()
-    ):
-        match words:
-            case ["format", form, _]:
-                pass
-            case ["element", name, count]:
-                elements.append((name, int(count), []))
-            case ["property", "list", length, kind, name]:
-                elements[-1][2].append((name, (PLY_TYPES[length], PLY_TYPES[kind])))
-            case ["property", kind, name]:
-                elements[-1][2].append((name, PLY_TYPES[kind]))
-    return form, elements, start
-
-
-def _contents(
-    path: str | Path, suffixes: tuple[str, ...], kind: str
-) -> tuple[str, bytes]:
-    """Suffix and bytes of a file of an expected kind and bearable size."""
-    file, suffix = Path(path), Path(path).suffix.lower()
-    if suffix not in suffixes:
-        raise InputError(
-            f"'{suffix}' is not {kind} this can read",
-            path,
-            f"use one of {', '.join(suffixes)}",
-        )
-    try:
-        if not file.is_file():
-            raise InputError("no such file", path, "check the path")
-        if file.stat().st_size > MAX_BYTES:
-            raise InputError(
-                f"larger than {MAX_BYTES // 1_000_000} MB",
-                path,
-                "simplify or downsample it",
-            )
-        data = file.read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(
-            "the file cannot be read", path, "check its permissions"
-        ) from error
-    if not data.strip():
-        raise InputError("the file is empty", path, "export it again")
-    if (
-        data[:512]
-        .lstrip()
-        .lower()
-        .startswith((b"<!doctype", b"<html", b"version https://git-lfs"))
-    ):
-        raise InputError(
-            f"a web page or a placeholder, not {kind}", path, "download the file itself"
-        )
-    return suffix, data
-
-
-def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh),
-    else None."""
-    vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
-    if vertices is None or faces is None:
-        return None
-    return np.asarray(vertices, dtype=float), np.asarray(faces, dtype=np.int64)
-
-
-def unit_scale(unit: str | None) -> float:
-    """Metres per `unit`."""
-    if unit is None:
-        return 1.0
-    if unit not in UNITS:
-        raise InputError(
-            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}",
-            fix=f"use one of {', '.join(UNITS)}",
-        )
-    return UNITS[unit]
-
-
-def positive(value: float, name: str) -> float:
-    """`value` if it is a positive number, else `InputError`."""
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(f"{name} must be positive, not {value}")
-    return float(value)
-
-
-def point_count(points: int) -> int:
-    """`points` if it is a sensible number of points, else `InputError`."""
-    if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
-        raise InputError(
-            f"the number of points must be 1 to {MAX_POINTS}, not {points!r}"
-        )
-    return int(points)
-
-
-def point_array(points: Any, where: Any = None) -> Array:
-    """`points` as a finite array (n, 3), else `InputError`."""
-    try:
-        p = np.asarray(points, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "a point cloud is an array (n, 3) of numbers", where
-        ) from error
-    if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
-        raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
-    if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
-        raise InputError(
-            "the point cloud has values that are not finite",
-            where,
-            "remove those points",
-        )
-    return p
-
-
-def suspicions(
-    low: Array, extents: Array, pose: Array, unit: str | None
-) -> tuple[Message, ...]:
-    """Warnings about a bounding box (lower corner and sides in object axes) unlikely
-    for a held object."""
-    longest, found = float(extents.max()), []
-    if longest > 3:
-        what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
-        found.append(warning("shape-long", what, "unit"))
-    if longest < 1e-3:
-        what = f"the shape is only {longest * 1e3:.3g} mm long: is `unit`='{unit or 'm'}' too small?"
-        found.append(warning("shape-small", what, "unit"))
-    origin = inverse_pose(pose)[:3, 3]
-    distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
-    if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
-        what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
-        found.append(warning("shape-far", what, "pose"))
-    return tuple(found)

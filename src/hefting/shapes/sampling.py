@@ -13,6 +13,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, median
 from hefting.shapes.solid import Solid
+from hefting.shapes.winding import winding_numbers
 
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""
@@ -28,8 +29,6 @@ FEWEST, MOST = 0.9, 1.3
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the
 bounding box."""
-PAIRS_AT_ONCE = 500_000
-"""Ray-triangle pairs tested at once; bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -330,152 +329,3 @@ def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
         round(score, 6) if close else other
         for score, close, other in zip(scores.tolist(), near, far.tolist(), strict=True)
     ]
-
-
-def winding_numbers(
-    triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
-) -> np.ndarray:
-    """Winding numbers of equally spaced points on rays along z.
-
-    Parameters
-    ----------
-    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another one).
-    rays : (R, 2) x and y of every ray.
-    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count - 1), step > 0.
-
-    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
-    oriented outward, 0 outside. Each is the signed number of triangles above the point.
-    Edges follow a half-open rule evaluated from the same two numbers for both triangles
-    that share them, so a ray through an edge or a corner is counted exactly once and no
-    tolerance is needed.
-    """
-    slot = np.concatenate(([0], np.cumsum(count + 1)))
-    tally = np.zeros(slot[-1], dtype=np.int32)
-    a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    order, first, last, rows = _candidates(low, high, rays)
-    pairs = np.concatenate(([0], np.cumsum(last - first)))
-    (x_low, y_low), (x_high, y_high), (x, y) = (
-        low.T.copy(),
-        high.T.copy(),
-        rays.T.copy(),
-    )
-    position = 0
-    while position < len(rows):
-        stop = max(
-            int(np.searchsorted(pairs, pairs[position] + PAIRS_AT_ONCE, "right")) - 1,
-            position + 1,
-        )
-        length = last[position:stop] - first[position:stop]
-        ray = order[_ranges(first[position:stop], length)]
-        triangle = np.repeat(rows[position:stop], length)
-        near = (x_low[triangle] <= x[ray]) & (x[ray] <= x_high[triangle])
-        near &= (y_low[triangle] <= y[ray]) & (y[ray] <= y_high[triangle])
-        ray, height, sign = _crossings(triangles, rays, ray[near], triangle[near])
-        below = np.clip(
-            np.ceil((height - start[ray]) / step[ray]), 0, count[ray]
-        ).astype(np.int64)
-        np.add.at(tally, slot[ray] + below, sign)
-        position = stop
-    # sums to zero over each ray, so rays do not mix
-    above = np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally
-    keep = np.ones(len(tally), dtype=bool)
-    keep[slot[1:] - 1] = False
-    return above[keep]
-
-
-def points_inside(triangles: Array, points: Array) -> np.ndarray:
-    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of
-    triangles (F, 3, 3)."""
-    one = np.ones(len(points))
-    return (
-        winding_numbers(
-            triangles, points[:, :2], points[:, 2], one, one.astype(np.int64)
-        )
-        != 0
-    )
-
-
-def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one
-    array."""
-    before = np.concatenate(([0], np.cumsum(length)[:-1]))
-    return np.arange(length.sum()) + np.repeat(first - before, length)
-
-
-def _candidates(box_low: Array, box_high: Array, rays: Array):
-    """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
-    over the rays.
-
-    Returns the rays in order of their bins, and for every (triangle, row of bins) the
-    range of that order which the triangle's bounding box covers, with the triangle's
-    index.
-    """
-    low, high = rays.min(axis=0), rays.max(axis=0)
-    size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
-    nx, ny = np.ceil(
-        np.clip(np.sqrt(len(rays) * size / size[::-1]), 1, 4 * np.sqrt(len(rays)))
-    ).astype(np.int64)
-
-    def column(x):
-        return np.clip((x - low[0]) * (nx / size[0]), 0, nx - 1).astype(np.int64)
-
-    def row(y):
-        return np.clip((y - low[1]) * (ny / size[1]), 0, ny - 1).astype(np.int64)
-
-    flat = row(rays[:, 1]) * nx + column(rays[:, 0])
-    order = np.argsort(
-        flat.astype(np.uint16) if nx * ny <= 2**16 else flat, kind="stable"
-    )
-    begin = np.concatenate(([0], np.cumsum(np.bincount(flat, minlength=nx * ny))))
-    over = (box_low[:, 0] <= high[0]) & (box_high[:, 0] >= low[0])
-    index = np.flatnonzero(
-        over & (box_low[:, 1] <= high[1]) & (box_high[:, 1] >= low[1])
-    )
-    (x_low, y_low), (x_high, y_high) = box_low[index].T, box_high[index].T
-    bottom = row(y_low)
-    tall = row(y_high) - bottom + 1
-    line = _ranges(bottom, tall) * nx
-    first, last = (
-        begin[line + np.repeat(column(x_low), tall)],
-        begin[line + np.repeat(column(x_high), tall) + 1],
-    )
-    some = np.flatnonzero(last > first)
-    return order, first[some], last[some], np.repeat(index, tall)[some]
-
-
-def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of the given pairs: rays that do cross their triangle, the height z there, the
-    sign (+1 upward).
-
-    The line y = const of a ray meets the triangle where one corner is on the other side
-    of it than the two others: at the two edges of that corner.
-    """
-    y = rays[ray, 1]
-    x_of, y_of, z_of = triangles.reshape(-1, 3).T.copy()
-    under = [y_of[3 * triangle + k] <= y for k in range(3)]
-    meets = np.flatnonzero((under[0] != under[1]) | (under[1] != under[2]))
-    ray, first, y = ray[meets], 3 * triangle[meets], y[meets]
-    u, v, w = (each[meets] for each in under)
-    alone = np.where(v == w, 0, np.where(u == w, 1, 2))
-    is_low = np.where(alone == 0, u, np.where(alone == 1, v, w))
-    x = rays[ray, 0]
-    # to the next corner and to the last: its lower and its higher end, and how far up
-    # the line meets it
-    edges = []
-    for step in (1, 2):
-        one, other = first + alone, first + (alone + step) % 3
-        low, high = np.where(is_low, one, other), np.where(is_low, other, one)
-        share = (y - y_of[low]) / (y_of[high] - y_of[low])
-        edges.append((low, high, share, x_of[low] + share * (x_of[high] - x_of[low])))
-    ahead, last_ahead = (x < edge_x for *_, edge_x in edges)
-    hit = np.flatnonzero(ahead != last_ahead)
-    ahead = ahead[hit]
-    (next_x, next_z), (last_x, last_z) = (
-        (edge_x[hit], z_of[low[hit]] + share[hit] * (z_of[high[hit]] - z_of[low[hit]]))
-        for low, high, share, edge_x in edges
-    )
-    left_x, right_x = np.where(ahead, last_x, next_x), np.where(ahead, next_x, last_x)
-    left_z, right_z = np.where(ahead, last_z, next_z), np.where(ahead, next_z, last_z)
-    height = left_z + (x[hit] - left_x) / (right_x - left_x) * (right_z - left_z)
-    return ray[hit], height, np.where(ahead == is_low[hit], 1, -1).astype(np.int32)

@@ -12,21 +12,20 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, tensor_to_vector
-from hefting.shapes.clouds import convex_hull, voxel_representatives
-from hefting.shapes.reading import (
-    CLOUD_SUFFIXES,
+from hefting.shapes.checks import (
     arrays_of,
     point_array,
     point_count,
     positive,
-    read_cloud,
-    read_mesh,
-    read_ply_vertices,
     suspicions,
     unit_scale,
 )
+from hefting.shapes.clouds import convex_hull, voxel_representatives
+from hefting.shapes.hull import Hull
+from hefting.shapes.ply import read_ply_vertices
+from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
-from hefting.shapes.solid import Hull, Solid, solid_from_mesh
+from hefting.shapes.solid import Solid, solid_from_mesh
 
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""

@@ -15,7 +15,8 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
 from hefting.shapes import Shape
-from hefting.shapes.reading import read_mesh, unit_scale
+from hefting.shapes.checks import unit_scale
+from hefting.shapes.reading import read_mesh
 from hefting.shapes.solid import Solid, solid_from_mesh
 from hefting.simulation.objects import SECTIONS, Assembly
 from hefting.simulation.wield import truth
@@ -78,12 +79,8 @@ class HeldObject:
             surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(surfaces)
         )
         name = "+".join(Path(path).stem for path, _ in parts)
-        return cls(
-            name,
-            reduce(add, bodies),
-            surface,
-            np.eye(4) if pose is None else frozen(pose),
-        )  # type: ignore[arg-type]
+        place = np.eye(4) if pose is None else frozen(pose)
+        return cls(name, reduce(add, bodies), surface, place)  # type: ignore[arg-type]
 
     @cached_property
     def parameters(self) -> InertialParameters:

@@ -148,7 +148,10 @@ class Streams:
             self.world = frame
         if (not chain or not child) and (frame, self.sensor) != (WORLD, SENSOR):
             of = f" of {child}" if child else ""
-            what = f"nothing tells where the poses{of} of {name} are on the sensor: they are taken to be the sensor's own"
+            what = (
+                f"nothing tells where the poses{of} of {name} are on the sensor: "
+                "they are taken to be the sensor's own"
+            )
             self._warn("pose-frame-assumed", what, "sensor_frame")
         self._split_pose(series)
 

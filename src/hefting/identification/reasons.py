@@ -1,0 +1,288 @@
+"""Reasons: why a motion leaves a parameter open, read off gravity's directions and the accelerations."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
+from hefting.estimators.sample_state import SampleState
+from hefting.ingest.free_fit import FreeFit
+
+AXES = "xyz"
+
+
+STILL = 0.01
+"""Root-mean-square turn of gravity [rad] up to which it kept its direction."""
+
+
+NARROW = 0.2
+"""The same [rad] up to which it turned by only a little."""
+
+
+IDLE = 0.005
+"""Root-mean-square angular acceleration [rad/s²] up to which there was none."""
+
+
+IDLE_SHARE = 0.02
+"""The same relative to that about the axis of most."""
+
+
+@dataclass(frozen=True)
+class _Finding:
+    """One open parameter: `subject` "COM z" and the reason, or how much too large its
+    standard deviation is."""
+
+    subject: str
+    reason: str = ""
+    excess: float = 0.0
+    """standard deviation over what would do, where noise is the reason"""
+    yardstick: str = ""
+    """what would do"""
+    remedy: str = ""
+    """what to do, with {} in the place of axes"""
+    axes: str = ""
+    """any of which would do"""
+
+
+def _sentence(group: list[_Finding]) -> str:
+    """One sentence on findings of one reason."""
+    first, one = group[0], len(group) == 1
+    subjects = ", ".join(dict.fromkeys(finding.subject for finding in group))
+    if first.reason:
+        return f"{subjects} not observable: {first.reason}"
+    excess = max(finding.excess for finding in group)
+    names = sorted(set("".join(finding.axes for finding in group)))
+    axes = (" or " if one else " and ").join(
+        (*[", ".join(names[:-1])] * (len(names) > 1), *names[-1:])
+    )
+    return (
+        f"{subjects} {'is' if one else 'are'} lost in the noise: {'its' if one else 'the largest'} standard deviation "
+        f"is {excess:.2g} times {first.yardstick}; {first.remedy.format(axes)}"
+    )
+
+
+def _joined(findings: Iterable[_Finding]) -> tuple[str, ...]:
+    groups: dict[tuple[str, str], list[_Finding]] = {}
+    for finding in findings:
+        groups.setdefault((finding.reason, finding.yardstick), []).append(finding)
+    return tuple(_sentence(group) for group in groups.values())
+
+
+class _Reasons:
+    """Facts of one motion, and the reasons that follow from them."""
+
+    def __init__(self, z: Measurements, fit: FreeFit, size: float):
+        self._z, self._fit, self._size = z, fit, size
+        self._weights = np.ones(len(z)) if z.weights is None else z.weights
+        self._biased = fit.bias is not None
+        self._std = np.sqrt(fit.covariance.diagonal()[:10])
+        g = z.gravity / np.maximum(
+            np.linalg.norm(z.gravity, axis=1, keepdims=True), 1e-300
+        )
+        self._gravity = g - self._mean(g) if self._biased else g
+        self._turn = self._rms(g - self._mean(g))
+
+    def found(self) -> dict[str, _Finding]:
+        names = self._fit.open_parameters(self._size)
+        if not names:
+            return {}
+        com, idle = self._open_com_directions(), self._idle_directions()
+        found = {"m": self._mass()} if "m" in names else {}
+        found |= {
+            name: self._com(axis, com)
+            for axis, name in enumerate(PARAMETERS[1:4])
+            if name in names
+        }
+        return found | {
+            name: self._inertia(entry, idle)
+            for entry, name in enumerate(PARAMETERS[4:])
+            if name in names
+        }
+
+    # mass and centre of mass: where gravity pointed
+
+    def _mass(self) -> _Finding:
+        reason = (self._gravity_reason() if self._biased else None) or self._unknown(0)
+        if reason is not None:
+            return _Finding("mass", reason)
+        mass = abs(float(self._fit.vector[0]))
+        excess = 3.0 * float(self._std[0]) / max(mass, 1e-300)
+        return _Finding(
+            "mass",
+            "",
+            excess,
+            f"a third of the {mass:.2g} kg found",
+            "is anything held?",
+        )
+
+    def _com(self, axis: int, open_directions: Array) -> _Finding:
+        # the part of the axis that is open
+        direction = open_directions.T @ open_directions[:, axis]
+        length = float(np.linalg.norm(direction))
+        direction = _snapped(
+            direction / length if length > 1e-3 else open_directions[-1]
+        )
+        name = _name(direction)
+        subject = f"COM {name}" if len(name) == 1 else f"COM along {name}"
+        reason = self._gravity_reason(direction) or self._unknown(1 + axis)
+        if reason is not None:
+            return _Finding(subject, reason)
+        limit = abs(float(self._fit.vector[0])) * self._size / 2.0
+        remedy = f"turn sensor {{}} further {'over' if self._biased else 'from the vertical'}, or record longer"
+        excess = float(self._std[1 + axis]) / limit
+        return _Finding(
+            f"COM {AXES[axis]}",
+            "",
+            excess,
+            f"half of {self._size:g} m",
+            remedy,
+            AXES[axis],
+        )
+
+    def _gravity_reason(self, direction: Array | None = None) -> str | None:
+        """Why gravity does not show the mass, or the COM along `direction` (3,); None
+        where it is not the reason."""
+        if not self._z.gravity.any():
+            return (
+                "without gravity only acceleration shows it, and there was too little"
+            )
+        if not self._biased:
+            assert direction is not None
+            tilt, name = self._across(direction), _name(direction)
+            what = f"sensor {name}" if len(name) == 1 else "this direction"
+            if tilt < STILL:
+                return f"{what} never left the vertical"
+            return (
+                f"{what} stayed within about {_degrees(tilt)} of the vertical"
+                if tilt < NARROW
+                else None
+            )
+        if self._turn < STILL:
+            return "gravity kept its direction in sensor axes, so a bias cannot be told from weight"
+        if direction is not None and self._across(direction) < 0.3 * self._turn:
+            return f"gravity in sensor axes changed along {_name(direction)} only, and a constant torque may be bias"
+        if self._turn < NARROW:
+            turn = _degrees(self._turn)
+            return f"gravity turned by only about {turn} in sensor axes, so a bias can hardly be told from weight"
+        return None
+
+    def _open_com_directions(self) -> Array:
+        """(k, 3) orthonormal directions in which m c is open, whatever the other
+        parameters are; k >= 1."""
+        R = stacked_factor(SampleState.of(self._z), self._fit.noise, self._biased)
+        A = R[6:, 6:16] if self._biased else R[:, :10]
+        others = np.delete(A, (1, 2, 3), axis=1)
+        U, S, _ = np.linalg.svd(others, full_matrices=False)
+        U = U[:, RANK_TOLERANCE * S[0] < S]
+        seen = A[:, 1:4] - U @ (U.T @ A[:, 1:4])
+        _, S, V = np.linalg.svd(seen, full_matrices=False)
+        limit = abs(float(self._fit.vector[0])) * self._size / 2.0
+        known = (RANK_TOLERANCE * float(np.linalg.norm(A, 2)) < S) & (
+            limit * S >= np.sqrt(self._fit.autocorrelation)
+        )
+        return V[~known] if not known.all() else V[-1:]
+
+    # inertia: about which axes the sensor was accelerated
+
+    def _inertia(self, entry: int, idle: Array) -> _Finding:
+        name, axes = PARAMETERS[4 + entry], (TENSOR_ROWS[entry], TENSOR_COLUMNS[entry])
+        if len(idle) and all(np.linalg.norm(idle[:, axis]) > 0.05 for axis in axes):
+            return _Finding(name, self._idle_reason(idle))
+        reason = self._unknown(4 + entry)
+        if reason is not None:
+            return _Finding(name, reason)
+        limit = abs(float(self._fit.vector[0])) * self._size**2 / 12.0
+        yardstick, remedy = (
+            f"what a body of {self._size:g} m would have",
+            "turn faster or longer about {}",
+        )
+        return _Finding(
+            name, "", float(self._std[4 + entry]) / limit, yardstick, remedy, name[1:]
+        )
+
+    def _idle_directions(self) -> Array:
+        """(k, 3) orthonormal directions about which there was no angular acceleration,
+        k = 0 to 3.
+
+        None means: less than would show the inertia of a body of the given size through
+        the torque's noise, and as little as its own known noise, `IDLE_SHARE`, or
+        `IDLE`; the latter unless all of the motion is lost in noise, as one axis is
+        then no worse than the others.
+        """
+        alpha = (
+            self._z.angular_acceleration
+            * np.sqrt(self._weights / self._weights.mean())[:, None]
+        )
+        _, S, V = np.linalg.svd(
+            np.vstack((alpha, np.zeros((3, 3)))) / np.sqrt(len(alpha)),
+            full_matrices=False,
+        )
+        mass = self._rms(self._z.force) / max(self._rms(self._z.gravity), 1e-300)
+        if not self._fit.mass_is_open:
+            mass = abs(float(self._fit.vector[0]))
+        noise = self._fit.noise.torque * np.sqrt(self._fit.autocorrelation / len(alpha))
+        needed = noise / max(mass * self._size**2 / 12.0, 1e-300)
+        known = self._z.noise.angular_acceleration if self._z.noise is not None else 0.0
+        most = float(S[0])
+        idle = 0.0 if IDLE < most < needed else IDLE
+        return V[min(needed, max(idle, IDLE_SHARE * most, 1.2 * known)) > S]
+
+    def _idle_reason(self, idle: Array) -> str:
+        if not self._z.angular_acceleration.any():
+            return "no angular acceleration in poses taken as static"
+        if len(idle) == 3:
+            return "no angular acceleration about any axis"
+        if len(idle) == 1:
+            return f"no angular acceleration about {_name(_snapped(idle[0]))}"
+        name = _name(_snapped(np.cross(*idle)))
+        if len(name) == 1:
+            return f"no angular acceleration about {' or '.join(axis for axis in AXES if axis != name)}"
+        return f"angular acceleration about {name} only"
+
+    def _unknown(self, index: int) -> str | None:
+        """Why a parameter is open that the motion excites, where noise is not the
+        reason."""
+        if index and self._fit.mass_is_open:
+            return "the mass itself is not known"
+        if np.isfinite(self._std[index]):
+            return None
+        others = "other parameters or a bias" if self._biased else "other parameters"
+        samples = f"{len(self._z)} sample{'s' * (len(self._z) != 1)}"
+        return f"in {'this motion' if len(self._z) > 3 else samples} {others} explain the wrench as well"
+
+    def _across(self, direction: Array) -> float:
+        """Root-mean-square part of gravity's directions (with a bias: of what changed
+        of them) across `direction`."""
+        return self._rms(self._gravity - np.outer(self._gravity @ direction, direction))
+
+    def _mean(self, values: Array) -> Array:
+        return np.average(values, axis=0, weights=self._weights)
+
+    def _rms(self, values: Array) -> float:
+        """Root-mean-square length of vectors (K, 3)."""
+        return float(
+            np.sqrt(np.average((values * values).sum(axis=1), weights=self._weights))
+        )
+
+
+def _snapped(direction: Array) -> Array:
+    """The sensor axis within 6° of a unit vector (3,), else the vector, its largest
+    component positive."""
+    largest = int(np.argmax(np.abs(direction)))
+    if abs(direction[largest]) > 0.995:
+        return np.eye(3)[largest]
+    return direction * np.sign(direction[largest])
+
+
+def _name(direction: Array) -> str:
+    """As it is written: "z" for an axis, else "(0.71, 0, 0.71)"."""
+    if np.count_nonzero(direction) == 1:
+        return AXES[int(np.argmax(direction))]
+    return "(" + ", ".join(f"{round(float(x), 2) + 0.0:g}" for x in direction) + ")"
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.2g}°"

@@ -1,0 +1,89 @@
+"""Checks of what shapes are made of: units, numbers and arrays, and what is suspicious about a size."""
+
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError, nearest
+from hefting.core.messages import Message, warning
+from hefting.core.spatial import Array, inverse_pose
+from hefting.shapes.sampling import MAX_POINTS
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+"""Length units [m] of a shape's file."""
+
+
+def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
+    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh),
+    else None."""
+    vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
+    if vertices is None or faces is None:
+        return None
+    return np.asarray(vertices, dtype=float), np.asarray(faces, dtype=np.int64)
+
+
+def unit_scale(unit: str | None) -> float:
+    """Metres per `unit`."""
+    if unit is None:
+        return 1.0
+    if unit not in UNITS:
+        raise InputError(
+            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}",
+            fix=f"use one of {', '.join(UNITS)}",
+        )
+    return UNITS[unit]
+
+
+def positive(value: float, name: str) -> float:
+    """`value` if it is a positive number, else `InputError`."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be positive, not {value}")
+    return float(value)
+
+
+def point_count(points: int) -> int:
+    """`points` if it is a sensible number of points, else `InputError`."""
+    if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
+        raise InputError(
+            f"the number of points must be 1 to {MAX_POINTS}, not {points!r}"
+        )
+    return int(points)
+
+
+def point_array(points: Any, where: Any = None) -> Array:
+    """`points` as a finite array (n, 3), else `InputError`."""
+    try:
+        p = np.asarray(points, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "a point cloud is an array (n, 3) of numbers", where
+        ) from error
+    if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
+        raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
+    if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
+        raise InputError(
+            "the point cloud has values that are not finite",
+            where,
+            "remove those points",
+        )
+    return p
+
+
+def suspicions(
+    low: Array, extents: Array, pose: Array, unit: str | None
+) -> tuple[Message, ...]:
+    """Warnings about a bounding box (lower corner and sides in object axes) unlikely
+    for a held object."""
+    longest, found = float(extents.max()), []
+    if longest > 3:
+        what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
+        found.append(warning("shape-long", what, "unit"))
+    if longest < 1e-3:
+        what = f"the shape is only {longest * 1e3:.3g} mm long: is `unit`='{unit or 'm'}' too small?"
+        found.append(warning("shape-small", what, "unit"))
+    origin = inverse_pose(pose)[:3, 3]
+    distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
+    if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
+        what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
+        found.append(warning("shape-far", what, "pose"))
+    return tuple(found)

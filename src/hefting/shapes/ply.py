@@ -1,0 +1,158 @@
+"""PLY files: their header, and the columns of their vertices."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
+
+MAX_BYTES = 200_000_000
+"""Largest file read."""
+PlyKind = str | tuple[str, str]
+"""Type of a property of a PLY file; of a list those of its length and its items."""
+PLY_TYPES = {
+    **{
+        "char": "i1",
+        "uchar": "u1",
+        "short": "i2",
+        "ushort": "u2",
+        "int": "i4",
+        "uint": "u4",
+    },
+    **{
+        "int8": "i1",
+        "uint8": "u1",
+        "int16": "i2",
+        "uint16": "u2",
+        "int32": "i4",
+        "uint32": "u4",
+    },
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+
+
+PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass(frozen=True)
+class PlyVertices:
+    """Vertices of a PLY file."""
+
+    columns: dict[str, Array]
+    """Every vertex property by its name, (n,)."""
+    has_faces: bool
+    """Whether the file also lists faces."""
+
+    @property
+    def positions(self) -> Array:
+        """(n, 3) in the unit of the file."""
+        return np.column_stack([self.columns[axis] for axis in "xyz"]).astype(float)
+
+
+def read_ply_vertices(path: str | Path) -> PlyVertices:
+    """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a
+    damaged one."""
+    _, data = read_bytes(path, (".ply",), "a PLY file")
+    fix = "export it again as ASCII or binary PLY"
+    if not data.startswith(b"ply") or _ply_body(data) == 0:
+        raise InputError("not a PLY file", path, fix)
+    try:
+        form, elements, start = read_ply_header(data)
+        name, count, properties = elements[0]
+        names = [n for n, _ in properties]
+        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names):
+            raise ValueError("no vertices")
+        if not all(isinstance(kind, str) for _, kind in properties):
+            raise ValueError("lists among the vertices")
+        if form == "ascii":
+            if count * (2 * len(names) - 1) > len(data) - start:
+                raise ValueError("truncated")
+            lines = [
+                line
+                for line in data[start:].decode("ascii").splitlines()
+                if line.strip()
+            ][:count]
+            table = np.loadtxt(lines, ndmin=2, comments=None)
+            if table.shape != (count, len(names)):
+                raise ValueError("truncated")
+            columns = dict(zip(names, table.T, strict=True))
+        else:
+            record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]
+            table = np.frombuffer(data, record, count=count, offset=start)
+            columns = {n: table[n].astype(float) for n in names}
+    except (ValueError, KeyError, IndexError) as error:
+        raise InputError(
+            "damaged PLY file, or one without x, y, z of vertices first", path, fix
+        ) from error
+    return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
+
+
+def _ply_body(data: bytes) -> int:
+    """Where the header of a PLY file has ended; 0 if it does not."""
+    end = data.find(b"end_header", 0, 100_000)
+    return 0 if end < 0 else data.find(b"\n", end) + 1
+
+
+def read_ply_header(
+    data: bytes,
+) -> tuple[str, list[tuple[str, int, list[tuple[str, PlyKind]]]], int]:
+    """Form, elements (name, number, properties with their types) and length of the
+    header of a PLY file.
+
+    Raises ValueError, KeyError or IndexError for one that is none.
+    """
+    form, elements, start = "", [], _ply_body(data)
+    for words in (
+        line.split() for line in data[:start].decode("ascii", "replace").splitlines()
+    ):
+        match words:
+            case ["format", form, _]:
+                pass
+            case ["element", name, count]:
+                elements.append((name, int(count), []))
+            case ["property", "list", length, kind, name]:
+                elements[-1][2].append((name, (PLY_TYPES[length], PLY_TYPES[kind])))
+            case ["property", kind, name]:
+                elements[-1][2].append((name, PLY_TYPES[kind]))
+    return form, elements, start
+
+
+def read_bytes(
+    path: str | Path, suffixes: tuple[str, ...], kind: str
+) -> tuple[str, bytes]:
+    """Suffix and bytes of a file of an expected kind and bearable size."""
+    file, suffix = Path(path), Path(path).suffix.lower()
+    if suffix not in suffixes:
+        raise InputError(
+            f"'{suffix}' is not {kind} this can read",
+            path,
+            f"use one of {', '.join(suffixes)}",
+        )
+    try:
+        if not file.is_file():
+            raise InputError("no such file", path, "check the path")
+        if file.stat().st_size > MAX_BYTES:
+            raise InputError(
+                f"larger than {MAX_BYTES // 1_000_000} MB",
+                path,
+                "simplify or downsample it",
+            )
+        data = file.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(
+            "the file cannot be read", path, "check its permissions"
+        ) from error
+    if not data.strip():
+        raise InputError("the file is empty", path, "export it again")
+    if (
+        data[:512]
+        .lstrip()
+        .lower()
+        .startswith((b"<!doctype", b"<html", b"version https://git-lfs"))
+    ):
+        raise InputError(
+            f"a web page or a placeholder, not {kind}", path, "download the file itself"
+        )
+    return suffix, data
