@@ -87,10 +87,9 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     """One of `KINDS`: the same motion and noise for the same seed, whatever the kind.
 
     drift: bias of 20 N and 1 N m that drifts by 0.5 N and 0.025 N m; offset: wrench 30
-        ms late; tilt: base tilted by 15°; spikes: 5 % of the samples, of 20 N and 1 N
-        m; dropped: 10 % of poses and of wrenches; contact: see `contact`;
-    all: all of these, and the other sign; coloured: wrench noise correlated by 0.9 from
-        sample to sample.
+    ms late; tilt: base tilted by 15°; spikes: 5 % of the samples, of 20 N and 1 N m;
+    dropped: 10 % of poses and of wrenches; contact: see `contact`; all: all of these,
+    and the other sign; coloured: wrench noise correlated by 0.9 from sample to sample.
     """
     motion, thing, rng = (
         UR5.motion(random_smooth(duration, 100.0, 1.0, seed)),

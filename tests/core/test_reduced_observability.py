@@ -95,9 +95,8 @@ def test_any_regularization_makes_the_solution_unique(seed, regularization):
     """Two starts at the shape's opposite ends lead to the same masses.
 
     Between any two masses of lengths at most L, |m| at the middle is (|d|² - e²) / 8 L
-    or more below its mean, d their
-    difference and e that of their lengths: so |d|² <= e² + 8 L (mean objective - lower
-        bound) / lambda.
+    or more below its mean, d their difference and e that of their lengths: so |d|² <=
+    e² + 8 L (mean objective - lower bound) / lambda.
     """
     pmd, state, z, _ = reduced_problem(seed, regularization)
     points = pmd.shape.positions

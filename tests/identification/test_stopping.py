@@ -162,9 +162,8 @@ def test_what_was_asked_for_holds():
     """In 20 streams of which none is like another, for each of the three.
 
     With 95 % for each stream, fewer than 16 of 20 are a matter of 0.3 %; stopping when
-    the claim is at its most
-    optimistic costs some. Nor is it too late: the errors are no small part of what is
-        allowed.
+    the claim is at its most optimistic costs some. Nor is it too late: the errors are
+    no small part of what is allowed.
     """
     limits = np.array((0.003, 0.001, 0.3))
     bayes = Bayes(shape(), noise=NOISE, until=UNTIL)

@@ -113,10 +113,9 @@ def test_rtls_has_the_lowest_asymptotic_error_if_it_knows_the_noise():
     accelerations too; as published, hardly.
 
     Low noise, 4 rad/s, 40 recordings of 35 s as one. COM and inertia: 0.004 and 0.04
-    and still falling where it
-    knows them. The others stand still: as published, all entries of regressor and
-        wrench equally noisy, at 0.018 and 0.42; OLS at 0.016 and 0.45; those with a
-        shape at 0.02 to 0.2 and 0.6 to 4.
+    and still falling where it knows them. The others stand still: as published, all
+    entries of regressor and wrench equally noisy, at 0.018 and 0.42; OLS at 0.016 and
+    0.45; those with a shape at 0.02 to 0.2 and 0.6 to 4.
     """
     rows = asymptotic(METHODS, 4.0, "low", recordings=40)
     table("low noise, 4 rad/s, 1400 s", rows)
@@ -195,10 +194,9 @@ def test_geo_beats_rtls_under_high_noise_and_is_always_consistent():
     and long.
 
     High noise, COM and inertia at 1, 2, 4 rad/s: 2.6, 3.3, 1.3 and 26, 24, 8 against
-        RTLS's 6.9, 9.2, 3.2 and 700, 730, 36 after 1.5 s; 1.3, 1.5, 0.5 and 17, 15, 4
-        against 3.4, 4.7, 0.9 and 360, 200, 12 after 10 s. Inertia
-    after 35 s at 4 rad/s: 3.5 against 2.2 of RTLS that knows the noise. All answers are
-        bodies.
+    RTLS's 6.9, 9.2, 3.2 and 700, 730, 36 after 1.5 s; 1.3, 1.5, 0.5 and 17, 15, 4
+    against 3.4, 4.7, 0.9 and 360, 200, 12 after 10 s. Inertia after 35 s at 4 rad/s:
+    3.5 against 2.2 of RTLS that knows the noise. All answers are bodies.
     """
     cases = [(t, s) for t in (1.5, 10.0) for s in (1.0, 2.0, 4.0)]
     rows = {
@@ -373,10 +371,9 @@ def test_pmd_needs_shape_and_pose():
     will do.
 
     Moderate noise, 10 s at 2 rad/s, COM and inertia: 2.2 and 30 at the right pose, the
-        same when off by 1 cm or 5 degrees; 5 and 38 at 2 cm, 20 and 105 at 5 cm, 2.2
-        and 38 at 10 degrees, 6.6 and 117 at 45; 0.6 and 24 with the
-    bounding box: noise in the accelerations makes inertia seem smaller, and less shape
-        distorts the COM less.
+    same when off by 1 cm or 5 degrees; 5 and 38 at 2 cm, 20 and 105 at 5 cm, 2.2 and 38
+    at 10 degrees, 6.6 and 117 at 45; 0.6 and 24 with the bounding box: noise in the
+    accelerations makes inertia seem smaller, and less shape distorts the COM less.
     """
 
     def wrong(millimetres: float, degrees: float) -> Score:

@@ -41,9 +41,12 @@ class NotIdentifiableError(InputError):
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:
-    """``" (did you mean 'x'?)"`` when a choice resembles `name`, else an empty
-    string."""
+    """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else
+    an empty string."""
     import difflib
 
-    match = difflib.get_close_matches(name.lower(), list(choices), n=1, cutoff=0.5)
-    return f" (did you mean '{match[0]}'?)" if match else ""
+    by_letters = {choice.lower(): choice for choice in choices}
+    found = difflib.get_close_matches(
+        name[:100].lower(), list(by_letters), n=1, cutoff=0.5
+    )
+    return f" (did you mean '{by_letters[found[0]][:40]}'?)" if found else ""

@@ -30,13 +30,11 @@ class Consistency:
 
     margins: dict[str, float]
     """``mass``: sign of the mass. ``inertia``: smallest principal moment at the COM
-    over the largest.
-    ``triangle``: slack of the triangle inequality, smallest of (J1 + J2 - J3) over the
-        largest moment.
-    ``pseudo_inertia``: smallest eigenvalue of the second-moment matrix at the COM over
-        the largest, times the
-    sign of the mass. ``hull``, where the shape is known: depth of the COM in its convex
-        hull over its largest side."""
+    over the largest. ``triangle``: slack of the triangle inequality, smallest of (J1 +
+    J2 - J3) over the largest moment. ``pseudo_inertia``: smallest eigenvalue of the
+    second-moment matrix at the COM over the largest, times the sign of the mass.
+    ``hull``, where the shape is known: depth of the COM in its convex hull over its
+    largest side."""
 
     @property
     def violated(self) -> str | None:
@@ -80,9 +78,8 @@ class InertialParameters:
     axes.
 
     ``vector`` (10,) is [m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz] in kg, kg m, kg m²
-    (`spatial.PARAMETERS`).
-    Nothing is assumed of the values: a least-squares result may be unphysical, which
-        `consistency` tells.
+    (`spatial.PARAMETERS`). Nothing is assumed of the values: a least-squares result may
+    be unphysical, which `consistency` tells.
     """
 
     vector: Array

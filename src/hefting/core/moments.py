@@ -3,10 +3,10 @@ triangular factor.
 
 Every estimator works on sums over samples of quadratic forms in the features x of
 `hefting.core.regressor`. Those sums depend on the K x 22 matrix X of all features only
-through X'X = R'R, so the rows of the triangular factor R serve
-as 22 *virtual samples*: regressors, noise weights and bias columns built from them give
-    the same sums. R is updated by orthogonal transformations and X'X is never formed,
-    which keeps full precision (Golub & Van Loan, *Matrix Computations*, sec. 6.5).
+through X'X = R'R, so the rows of the triangular factor R serve as 22 *virtual samples*:
+regressors, noise weights and bias columns built from them give the same sums. R is
+updated by orthogonal transformations and X'X is never formed, which keeps full
+precision (Golub & Van Loan, *Matrix Computations*, sec. 6.5).
 """
 
 from dataclasses import dataclass

@@ -148,11 +148,10 @@ class _Rows:
     """Both models' equations in triangular form, and the same with the bias taken out.
 
     The rows [bias columns | A | b] of each model are reduced to a triangular factor; as
-    the bias columns are one
-    multiple of the identity for each sample, they stay so: c I6 in the first six rows,
-        c² the sum of squared weights. A dual point must be orthogonal to them, (c0 u0 +
-        c1 u1) = 0 in those rows, which one unknown in place of two
-    satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
+    the bias columns are one multiple of the identity for each sample, they stay so: c
+    I6 in the first six rows, c² the sum of squared weights. A dual point must be
+    orthogonal to them, (c0 u0 + c1 u1) = 0 in those rows, which one unknown in place of
+    two satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
     """
 
     reduced: Array

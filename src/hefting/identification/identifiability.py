@@ -2,9 +2,8 @@
 
 Ranks and condition numbers speak of the motion alone; which parameters are open depends
 on the noise and on a free bias as well, so that is taken from unconstrained least
-squares (`hefting.ingest.free_fit.FreeFit`). The reasons are
-read off the motion: where gravity pointed in sensor axes, and about which axes the
-    sensor was accelerated.
+squares (`hefting.ingest.free_fit.FreeFit`). The reasons are read off the motion: where
+gravity pointed in sensor axes, and about which axes the sensor was accelerated.
 """
 
 from dataclasses import dataclass
@@ -50,18 +49,16 @@ def condition_number(
     where they are rank-deficient.
 
     Columns are multiplied by a-priori magnitudes of their parameters (Gautier & Khalil,
-    IJRR 11(4), 1992), here those
-    of 1 kg with a radius of gyration of `size` [m]: 1, size, size²; torques are counted
-        in force times `size`. So the figure is the same in any unit of length, and
-        falls as the rotation comes to weigh as much as gravity: for slow motion it is
-        about |g| / (size · angular acceleration).
+    IJRR 11(4), 1992), here those of 1 kg with a radius of gyration of `size` [m]: 1,
+    size, size²; torques are counted in force times `size`. So the figure is the same in
+    any unit of length, and falls as the rotation comes to weigh as much as gravity: for
+    slow motion it is about |g| / (size · angular acceleration).
 
     This is the reading of "scaled" that comes nearest to Nadeau et al. 2022 (147, 68.4,
-    58.0 at 1, 1.5, 2 rad/s, for
-    an object of 0.2 x 0.3 m): their motion over 35 s gives 258, 106, 59.5 at a size of
-        0.15 m and 193, 79.3, 44.3 at 0.2 m. Newtons beside newton-metres (torques not
-        divided) give 1671, 640, 328 at 0.15 m; columns scaled to one length, which
-        hides how little a slow motion excites, 4.3, 3.8, 3.3.
+    58.0 at 1, 1.5, 2 rad/s, for an object of 0.2 x 0.3 m): their motion over 35 s gives
+    258, 106, 59.5 at a size of 0.15 m and 193, 79.3, 44.3 at 0.2 m. Newtons beside
+    newton-metres (torques not divided) give 1671, 640, 328 at 0.15 m; columns scaled to
+    one length, which hides how little a slow motion excites, 4.3, 3.8, 3.3.
 
     Raises `InputError` for another model or a size that is not positive.
     """

@@ -2,11 +2,11 @@
 
 The rule was chosen among several by what it cost beside the best method of each case,
 on simulated recordings with the right shape, a bounding box, a shape 20 % too large and
-one misplaced by 5 mm and 5°, and on grossly wrong shapes. A
-shape that is nearly right is worth more than a perfect fit: noise of the accelerations
-    alone makes least squares contradict the true body. Only where the data determine
-    everything do they overrule the shape. Bayes, where it explains the wrench, was the
-    closest of all in the median in each of the four, COM and inertia alike.
+one misplaced by 5 mm and 5°, and on grossly wrong shapes. A shape that is nearly right
+is worth more than a perfect fit: noise of the accelerations alone makes least squares
+contradict the true body. Only where the data determine everything do they overrule the
+shape. Bayes, where it explains the wrench, was the closest of all in the median in each
+of the four, COM and inertia alike.
 
 What a method may be recommended for, its class says (`hefting.estimators.base.ROLES`).
 """

@@ -31,8 +31,8 @@ LARGEST_TAYLOR_STEP = {True: (8e-3, 2e-3), False: (2e-3, 1e-5)}
 (during the iteration, at its end).
 
 Key True: a smooth motion. The third-order remainder for a signal of f Hz over t is (2
-    pi f t)³ / 6, at 2 Hz 2e-4 and
-3e-6. Key False: a motion that contains the vibrations a sensor measured.
+pi f t)³ / 6, at 2 Hz 2e-4 and 3e-6. Key False: a motion that contains the vibrations a
+sensor measured.
 """
 RESIDUAL_SCALE_FLOOR = 1e-9
 """Smallest residual scale, as a share of the wrench's root mean square."""

@@ -29,13 +29,12 @@ or ``joint_positions``. Further keys are the streams of
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.logs.layout import (
     LAYOUT_KEYS,
     Layout,
@@ -141,14 +140,6 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
         quantities,
         nan_is_blank(content, path),
     )
-
-
-def suggest(name: str, choices: Iterable[str]) -> str:
-    """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else
-    an empty string."""
-    by_letters = {choice.lower(): choice for choice in choices}
-    found = get_close_matches(name[:100].lower(), list(by_letters), n=1, cutoff=0.5)
-    return f" (did you mean '{by_letters[found[0]][:40]}'?)" if found else ""
 
 
 def _load_toml(path: str | Path) -> dict[str, Any]:
@@ -398,5 +389,5 @@ def _check_combination(
 def _check_known(name: str, known: Sequence[str], where: str, what: str) -> None:
     if name not in known:
         raise InputError(
-            f"unknown {what}{suggest(name, known)}", where, f"use {', '.join(known)}"
+            f"unknown {what}{nearest(name, known)}", where, f"use {', '.join(known)}"
         )

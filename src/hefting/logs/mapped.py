@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.core.messages import note
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.logs.column_map import ColumnMap, Quantity, suggest
+from hefting.logs.column_map import ColumnMap, Quantity
 from hefting.logs.orientations import (
     check_matrices,
     in_sensor_axes,
@@ -111,7 +111,7 @@ def _find_columns(
             continue
         count = table.names.count(column)
         if count == 0:
-            what = f"{table.source} has no column {column[:40]!r}{suggest(column, filter(None, table.names))}"
+            what = f"{table.source} has no column {column[:40]!r}{nearest(column, filter(None, table.names))}"
             named = [repr(name[:40]) for name in table.names if name]
             fix = (
                 f"its columns are {summarize_list(named)}"

@@ -1,9 +1,8 @@
 """Live motion: a Kalman filter on poses, read out a little late.
 
 Each component of the position, and of the orientation's quaternion, is four integrators
-of white snap (order
-"snap") or three of white jerk (order "acceleration": the constant-acceleration model of
-    Farsoni et al. 2017).
+of white snap (order "snap") or three of white jerk (order "acceleration": the
+constant-acceleration model of Farsoni et al. 2017).
 """
 
 from dataclasses import dataclass, replace

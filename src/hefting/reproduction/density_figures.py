@@ -70,6 +70,7 @@ def accuracy_figure(
 
 
 def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]) -> "Figure":
+    """Time to a solution over the number of samples (`counts`), one line a density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with style():
         figure = figure_of(2.6)

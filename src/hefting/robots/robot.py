@@ -143,9 +143,9 @@ class Robot:
         frame.
 
         `q` (K, n) holds the positions of `joints` in that order, [rad] or [m].
-        Orientations are unit quaternions
-        x, y, z, w, continuous in q: they do not jump to their opposites. Raises
-            `InputError` for another shape, and when a pose is not finite.
+        Orientations are unit quaternions x, y, z, w, continuous in q: they do not jump
+        to their opposites. Raises `InputError` for another shape, and when a pose is
+        not finite.
         """
         values = np.asarray(q, dtype=float)
         if values.ndim != 2 or values.shape[1] != len(self.joints):

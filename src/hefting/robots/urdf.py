@@ -1,10 +1,9 @@
 """Reading the kinematic tree of a URDF: its links, its joints, and nothing else.
 
 Source: the URDF XML specification (https://wiki.ros.org/urdf/XML). Meshes, inertias and
-    extensions are skipped.
-The file is hostile until shown otherwise: it is read by `hefting.core.files.parse_xml`,
-    its numbers must be finite, its links must form one tree, and whatever is wrong is
-    one line.
+extensions are skipped. The file is hostile until shown otherwise: it is read by
+`hefting.core.files.parse_xml`, its numbers must be finite, its links must form one
+tree, and whatever is wrong is one line.
 """
 
 from collections.abc import Iterable

@@ -57,6 +57,18 @@ class _Box:
     whitening: Array  # (3, 3) W with W second_moment W' = I
 
 
+def sample(solid: Solid, count: int, sampling: str, seed: int) -> Samples:
+    """About `count` points in a solid, in a ``"grid"`` or at ``"random"`` by a seed.
+
+    Raises `InputError` for another `sampling`.
+    """
+    if sampling == "grid":
+        return grid_points(solid, count)
+    if sampling == "random":
+        return random_points(solid, count, seed)
+    raise InputError(f"unknown sampling '{sampling}'", fix="use 'grid' or 'random'")
+
+
 def grid_points(solid: Solid, target: int) -> Samples:
     """Regular grid of cell centres inside a solid, about `target` of them.
 

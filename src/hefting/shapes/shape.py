@@ -12,6 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, tensor_to_vector
+from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
     arrays_of,
     point_array,
@@ -21,21 +22,15 @@ from hefting.shapes.checks import (
     unit_scale,
 )
 from hefting.shapes.clouds import convex_hull, voxel_representatives
+from hefting.shapes.counts import DEFAULT_POINTS, count_of_points
 from hefting.shapes.hull import Hull
 from hefting.shapes.ply import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
-from hefting.shapes.sampling import MAX_POINTS, grid_points, random_points
+from hefting.shapes.sampling import sample
 from hefting.shapes.solid import Solid, solid_from_mesh
 
-DEFAULT_POINTS = 56
-"""Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
 ROUGH = 0.2
 """`Shape.shape_std` of a box or a hull that is only known to hold the object."""
-BOX_FACES = (
-    *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
-    *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
-)
-"""Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
 
@@ -46,10 +41,9 @@ class Shape:
     mass m_i >= 0.
 
     ``Shape(positions)`` takes (n, 3) in the sensor frame [m]; the factories read
-    shapes. The inertial
-    parameters about the sensor origin are linear in the masses: phi = ``matrix`` @ m
-        (Nadeau et al. 2022). Raises `InputError` for arrays of the wrong shape or
-        values that are not finite.
+    shapes. The inertial parameters about the sensor origin are linear in the masses:
+    phi = ``matrix`` @ m (Nadeau et al. 2022). Raises `InputError` for arrays of the
+    wrong shape or values that are not finite.
     """
 
     positions: Array
@@ -274,9 +268,8 @@ class Shape:
         about `points` in all.
 
         `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the
-        surface alone puts all
-        mass on the surface: use `from_hull` for it. Other parameters and errors as for
-            `from_mesh`.
+        surface alone puts all mass on the surface: use `from_hull` for it. Other
+        parameters and errors as for `from_mesh`.
         """
         where = cloud if isinstance(cloud, str | Path) else None
         p = point_array(
@@ -361,26 +354,7 @@ class Shape:
     ) -> Self:
         """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1)
         [m]: a `ROUGH` shape."""
-        low, high = (
-            np.array([x0, y0, z0], dtype=float),
-            np.array([x1, y1, z1], dtype=float),
-        )
-        if not (
-            np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()
-        ):
-            raise InputError(
-                "a box needs x0 < x1, y0 < y1, z0 < z1",
-                "box",
-                "give X0,X1,Y0,Y1,Z0,Z1 in metres",
-            )
-        if max(-low.min(), high.max()) > 1e3:
-            raise InputError(
-                "a box is at most a kilometre from the sensor",
-                "box",
-                "give its sides in metres",
-            )
-        corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-        solid = solid_from_mesh(corners, BOX_FACES, "box")
+        solid = box_solid((x0, y0, z0), (x1, y1, z1))
         shape = cls._from_solid(
             solid, "m", None, points, points_per_cm3, sampling, seed, "box"
         )
@@ -399,27 +373,8 @@ class Shape:
         where: Any,
     ) -> Self:
         matrix = np.eye(4) if pose is None else check_pose(pose)
-        if points is not None and points_per_cm3 is not None:
-            raise InputError(
-                "points and points_per_cm3 are both given", fix="give one of them"
-            )
-        if points_per_cm3 is not None:
-            exact = positive(points_per_cm3, "points_per_cm3") * solid.volume * 1e6
-            if exact > MAX_POINTS:
-                volume = f"{solid.volume * 1e6:.4g} cm³"
-                what = f"{points_per_cm3:g} points/cm³ in {volume} are over {MAX_POINTS} points"
-                raise InputError(what, where, "check the unit, or ask for fewer")
-            points = max(1, round(exact))
-        count = point_count(DEFAULT_POINTS if points is None else points)
-        if sampling not in ("grid", "random"):
-            raise InputError(
-                f"unknown sampling '{sampling}'", fix="use 'grid' or 'random'"
-            )
-        samples = (
-            grid_points(solid, count)
-            if sampling == "grid"
-            else random_points(solid, count, seed)
-        )
+        count = count_of_points(solid, points, points_per_cm3, where)
+        samples = sample(solid, count, sampling, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
         if solid.cap_fraction > 0.02:
             what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"

@@ -106,9 +106,8 @@ class Bayes(Estimator):
     (`Shape.shape_std`)."""
     noise: WrenchNoise = None
     """Known white noise of the wrench: levels, with those of the accelerations where
-    samples do not tell them
-    (`Measurements.motion_noise`), or a covariance (6, 6). None: found from the
-        residuals, with its colour."""
+    samples do not tell them (`Measurements.motion_noise`), or a covariance (6, 6).
+    None: found from the residuals, with its colour."""
     systematic: Array | None = None
     """Covariance (10, 10) of an error in the parameters that more samples do not
     lessen: that of a tool whose wrench was subtracted, or of gravity's direction."""

@@ -7,9 +7,8 @@ over the time scales. Two doubts widen it afterwards, so that they do not give t
 more weight:
 
 - time scales at which the wrench answers with another gain than on the whole
-  (`response_errors`);
-- stretches of the record that contradict each other by more than
-  `LARGEST_STRETCH_DISAGREEMENT`.
+(`response_errors`); - stretches of the record that contradict each other by more than
+`LARGEST_STRETCH_DISAGREEMENT`.
 """
 
 from dataclasses import dataclass
@@ -186,10 +185,9 @@ class TimeSamples:
         (Birge 1932).
 
         About 1 where all is as modelled; 0 where there are too few stretches. What
-        stretches differ by must not excuse
-        them: their noise is what the residuals tell without it, for a series as long as
-            one of them. A difference in the body has energy at the time scales where
-            the motion has.
+        stretches differ by must not excuse them: their noise is what the residuals tell
+        without it, for a series as long as one of them. A difference in the body has
+        energy at the time scales where the motion has.
         """
         n = len(self.stretches.counts)
         # a claim that does not hold is no measure

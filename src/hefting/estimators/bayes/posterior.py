@@ -15,9 +15,8 @@ from hefting.estimators.bayes.prior import Prior
 
 CONTRADICTING_SHAPE_DISTANCE = 30.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
-nearest body in the shape above
-which the shape contradicts the wrench: about five standard deviations more than
-    expected."""
+nearest body in the shape above which the shape contradicts the wrench: about five
+standard deviations more than expected."""
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
 maximum of the likelihood above which the shape contradicts the wrench."""

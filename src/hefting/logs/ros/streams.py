@@ -393,12 +393,8 @@ class Streams:
         self, what: str, topic: Gathered, detail: str, kind: str = "frame "
     ) -> None:
         detail = f", {kind}{detail}" if detail else ""
-        self.notes.append(
-            note(
-                f"{what}-source",
-                f"{what} from {topic.topic.name} ({topic.topic.type}{detail})",
-            )
-        )
+        source = f"{what} from {topic.topic.name} ({topic.topic.type}{detail})"
+        self.notes.append(note(f"{what}-source", source))
 
     def _warn(self, code: str, text: str, argument: str | None = None) -> None:
         self.warnings.append(warning(code, text, argument))
