@@ -1,4 +1,5 @@
-"""Reading JSON: bounded, UTF-8 wherever it runs, and whatever is wrong in one line."""
+"""Reading JSON and XML: bounded, UTF-8 wherever it runs, and whatever is wrong in one
+line."""
 
 import json
 import os
@@ -7,7 +8,7 @@ import pytest
 
 from hefting.core import files
 from hefting.core.errors import InputError
-from hefting.core.files import read_json
+from hefting.core.files import parse_xml, read_json
 
 
 def test_json_is_read_as_utf_8_in_any_locale(tmp_path):
@@ -44,3 +45,27 @@ def test_json_that_cannot_be_read_is_one_line(tmp_path, monkeypatch):
     if os.path.exists("/dev/zero"):  # its size does not say how long it is
         with pytest.raises(InputError, match="larger than"):
             read_json("/dev/zero")
+
+
+def test_xml_is_read_to_its_depth_and_no_deeper():
+    """10,000 elements in each other, with the offset of each tag."""
+    started, ended = [], []
+
+    def parse(depth):
+        started.clear()
+        ended.clear()
+        data = b"<a>" * depth + b"</a>" * depth
+        parse_xml(
+            data,
+            "deep",
+            lambda _, __, at: started.append(at),
+            lambda _, at: ended.append(at),
+        )
+
+    parse(10_000)
+    assert started == list(range(0, 30_000, 3))
+    assert ended == list(range(30_000, 70_000, 4))
+    with pytest.raises(
+        InputError, match="deep: has elements nested deeper than 10,000"
+    ):
+        parse(10_001)

@@ -342,6 +342,19 @@ def test_nothing_is_no_body():
 # values
 
 
+def test_margins_of_a_point_mass_at_the_origin_are_zero():
+    """No inertia at all: on the edge of each condition, not undefined."""
+    margins = (
+        InertialParameters.from_points(np.zeros((1, 3)), [2.0]).consistency().margins
+    )
+    assert margins == {
+        "mass": 1.0,
+        "inertia": 0.0,
+        "triangle": 0.0,
+        "pseudo_inertia": 0.0,
+    }
+
+
 def test_values_are_copied_read_only_and_compared_whole():
     values = np.arange(10.0)
     body = InertialParameters(values)

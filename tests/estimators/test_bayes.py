@@ -18,6 +18,8 @@ from hefting.estimators.bayes.mixture import INTERVAL_QUANTITIES
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.shapes import Shape
 from hefting.simulation import hammer
+from random_problems import with_wrench
+from restricted_motions import at_rest
 
 ROWS, COLUMNS = np.triu_indices(3)
 
@@ -124,6 +126,29 @@ def test_noise_found_is_as_good_as_noise_given():
     np.testing.assert_allclose(ratio, 1.0, atol=0.1)
 
 
+@pytest.mark.parametrize("poses", [2, 4])
+def test_a_few_poses_claim_no_more_than_they_tell(poses):
+    """Twenty times in poses a second apart: mass and first moment are off by what the
+    deviations say.
+
+    Residuals of so few samples are smaller than the noise in most directions, by which
+    it would seem nearly none.
+    """
+    truth, squares = hammer().parameters, []
+    for seed in range(20):
+        rng = np.random.default_rng([seed, poses])
+        directions = rng.normal(size=(poses, 3))
+        still = replace(
+            at_rest(*directions, each=1), time=np.arange(poses, dtype=float)
+        )
+        found = Bayes(shape()).fit(with_wrench(still, truth, 0.0, rng, 0.1, 0.005))
+        off = found.parameters.vector[:4] - truth.vector[:4]
+        squares.append(off**2 / found.covariance.diagonal()[:4])
+    # 0.6 to 1.1 over thirty: the prior has a part in it; of 80 numbers in groups known
+    # to some 15 %
+    assert 0.3 < np.mean(squares) ** 0.5 < 1.7
+
+
 def test_white_noise_is_found_from_differences():
     found, K = white_noise(noisy(6)), 1000
     for name in ("force", "torque", "linear_acceleration", "angular_acceleration"):
@@ -146,6 +171,16 @@ def test_residuals_beyond_the_noise_claimed_are_told_and_widen_the_intervals():
     assert "times the noise that was given" in bold.warnings[0]
     ratio = np.sqrt(bold.covariance[0, 0] / honest.covariance[0, 0])
     assert ratio == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize(("part", "told"), [(1.0, False), (0.8, True)])
+def test_noise_claimed_a_fifth_too_small_is_contradicted(part, told):
+    """A thousand samples know their residuals' size to two hundredths."""
+    claimed = Noise(*(part * getattr(NOISE, n) for n in NOISE.__dataclass_fields__))
+    assert (
+        "noise-exceeds-claim"
+        in codes(Bayes(shape(), noise=claimed).fit(noisy(7)).warnings)
+    ) is told
 
 
 def test_a_bias_is_found_beside_the_body():
@@ -220,6 +255,10 @@ def test_what_cannot_be_is_refused():
         Bayes(shape()).fit(exact(10)[:0])
     with pytest.raises(NotIdentifiableError, match="nothing beside a bias"):
         Bayes(shape(), noise=Noise(0.1, 0.005), bias="estimate").fit(exact(1))
+    for share in (-0.01, 1.01):
+        with pytest.raises(InputError, match="share from 0 to 1"):
+            Bayes(shape(), shape_std=share)
+    assert [Bayes(shape(), shape_std=share).shape_std for share in (0, 1)] == [0, 1]
 
 
 def test_a_body_elsewhere_than_the_shape_is_told():

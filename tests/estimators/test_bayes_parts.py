@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import norm
 
 from hammers import exact, noisy, shape
@@ -13,6 +14,7 @@ from hefting.core.estimate import com_jacobian
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor, predict_wrench
+from hefting.core.spatial import tensor_to_vector, vector_to_tensor
 from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes.distortion import affine
 from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
@@ -89,7 +91,87 @@ def test_a_shell_is_one_of_the_bodies_expected():
     assert growth[1] > 3.0 * growth[0]
 
 
+def test_how_likely_each_body_is():
+    """Four spreads of the density, even bodies and shells, three ways for the inertia:
+    independent of each other."""
+    prior = Prior.of(box(points=56))
+    expected = np.einsum("i,j,k->ijk", np.full(4, 0.25), (0.5, 0.5), (0.3, 0.4, 0.3))
+    np.testing.assert_allclose(
+        np.exp(prior.log_weight).reshape(4, 2, 3), expected, rtol=1e-12
+    )
+    # without a shell, the centre of mass scatters by the density's spread alone
+    T = affine(np.eye(3), -box().homogeneous.center_of_mass)
+    even = (T @ prior.spread).reshape(4, 2, 3, 10, 10)[:, 0, :, 1:4, 1:]
+    scatter = np.sqrt((even**2).sum(axis=(2, 3)))
+    np.testing.assert_allclose(
+        scatter / scatter[0],
+        np.array((1.0, 3.0, 7.0, 14.0))[:, None] * np.ones(3),
+        rtol=1e-9,
+    )
+
+
+def test_voxels_fill_their_cells_whatever_way_these_are_turned():
+    """Cells askew to the shape's own axes: the voxels of each have its mean and its
+    inertia."""
+    solid, R = box(points=56), Rotation.from_rotvec((0.4, -0.7, 0.2)).as_matrix()
+    assert solid.cell_inertia is not None
+    turned = Shape(
+        solid.positions @ R.T,
+        cell_inertia=tensor_to_vector(R @ vector_to_tensor(solid.cell_inertia) @ R.T),
+        volumes=solid.volumes,
+    )
+    for each in (solid, turned):
+        middle = affine(np.eye(3), each.homogeneous.center_of_mass)
+        # rounding
+        np.testing.assert_allclose(
+            middle @ Voxels.of(each).points, each.cell_matrix, atol=1e-12
+        )
+
+
 # likelihood
+
+
+@pytest.mark.parametrize("free_bias", [False, True])
+def test_residuals_have_the_covariance_of_a_sample(free_bias):
+    """About their mean where a bias is free, which takes one of eight samples; about
+    zero where it is not."""
+    z = noisy(3, 8, Noise(0.1, 0.005))
+    samples, phi = (
+        Samples.of(OLS().update(OLS().start(), z), free_bias),
+        0.9 * hammer().parameters.vector,
+    )
+    r = z.wrench - predict_wrench(z, phi)
+    expected = np.cov(r.T) if free_bias else r.T @ r / 8
+    np.testing.assert_allclose(
+        samples.residual_covariance(phi, spent=0.0), expected, rtol=1e-7, atol=1e-12
+    )
+
+
+def test_a_rough_mass_is_force_over_acceleration():
+    """In step with it, or by its size beyond the noise, or three deviations of the
+    noise; signs do not matter."""
+    z, mass = exact(50), hammer().parameters.mass
+    still = replace(
+        z, angular_velocity=0.0 * z.gravity, angular_acceleration=0.0 * z.gravity
+    )
+    felt = still.linear_acceleration - still.gravity
+
+    def rough(force, std):
+        filled = replace(still, force=force, torque=0.0 * force)
+        return Samples.of(OLS().update(OLS().start(), filled), False).mass_scale(std)
+
+    assert rough(mass * felt, 0.0) == pytest.approx(mass, rel=1e-9)
+    assert rough(-mass * felt, 0.0) == pytest.approx(mass, rel=1e-9)
+    across = np.cross(felt, (0.3, -0.5, 0.8))
+    assert rough(across, 0.0) == pytest.approx(
+        np.linalg.norm(across) / np.linalg.norm(felt), rel=1e-9
+    )
+    # of 150 numbers' squares, 0.09 each are noise
+    less = (np.sum(across**2) - 150 * 0.09) ** 0.5
+    assert rough(across, 0.3) == pytest.approx(less / np.linalg.norm(felt), rel=1e-9)
+    assert rough(0.01 * felt, 0.5) == pytest.approx(
+        1.5 / np.linalg.norm(felt), rel=1e-9
+    )
 
 
 def test_the_likelihood_is_weighted_least_squares_where_the_motion_is_exact():
@@ -248,6 +330,8 @@ def test_mean_and_covariance_are_those_of_draws():
         mixture.covariance / np.outer(scale, scale),
         atol=0.03,
     )
+    # six deviations
+    assert mixture.mass_std == pytest.approx(draws[:, 0].std(), rel=0.01)
 
 
 def test_levels_that_are_none_are_refused():
@@ -281,6 +365,53 @@ def test_the_projection_is_that_of_non_negative_least_squares(seed):
     # the evenness counts for a ten thousandth
     assert float(off @ off) <= least**2 * (1.0 + 1e-3) + 0.05
     assert distance == pytest.approx(float(off @ off), rel=2e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_projection_is_the_most_even_of_its_parameters(seed):
+    """By its optimality: what the masses are more or less than even is linear in each
+    point's parameters, and where that would leave less than nothing there is
+    nothing."""
+    rng, prior = np.random.default_rng(seed), Prior.of(shape())
+    masses = prior.shares * rng.exponential(size=shape().n) ** (1 + seed % 4)
+    phi = prior.cells @ (masses * (rng.random(shape().n) < (1.0, 0.5, 0.3)[seed % 3]))
+    root = np.diag(1e-3 * np.abs(phi)) @ np.linalg.qr(rng.normal(size=(10, 10)))[0]
+    found, _ = projected(phi, root @ root.T, prior.cells, prior.shares, float(phi[0]))
+    more, held = found / (phi[0] * prior.shares) - 1.0, found > 0.0
+    M = (prior.cells / np.abs(phi)[:, None]).T
+    z = np.linalg.lstsq(M[held], more[held], rcond=None)[0]
+    # as near as the search for it goes on
+    np.testing.assert_allclose(M[held] @ z, more[held], atol=1e-6)
+    assert (M[~held] @ z <= -1.0 + 1e-6).all()
+
+
+def test_the_projection_of_the_even_body_is_even():
+    prior = Prior.of(shape())
+    phi = 2.0 * prior.mean
+    std = 1e-3 * np.repeat(
+        (2.0, np.abs(phi[1:4]).max(), np.abs(phi[4:]).max()), (1, 3, 6)
+    )
+    found, distance = projected(phi, np.diag(std**2), prior.cells, prior.shares, 2.0)
+    np.testing.assert_allclose(found, 2.0 * prior.shares, rtol=1e-6)
+    assert distance < 1e-9
+
+
+def test_the_projection_leaves_out_what_is_certain_to_be_nothing():
+    """Points in a plane: what they have no part in is known without error, and asks
+    nothing of them."""
+    rng = np.random.default_rng(0)
+    points = np.column_stack((rng.uniform(-0.1, 0.2, (30, 2)), np.zeros(30)))
+    cells = np.column_stack(
+        [InertialParameters.from_points(p[None], [1.0]).vector for p in points]
+    )
+    phi = cells @ rng.exponential(size=30)
+    std = 0.01 * np.abs(phi)  # zero for mc_z, Jxz and Jyz
+    assert (std == 0.0).sum() == 3
+    found, distance = projected(
+        phi, np.diag(std**2), cells, np.full(30, 1.0 / 30.0), float(phi[0])
+    )
+    np.testing.assert_allclose(cells @ found, phi, atol=1e-4 * np.abs(phi).max())
+    assert distance < 1e-4
 
 
 def test_distances_to_the_surface_are_scipys():

@@ -123,6 +123,8 @@ def test_a_small_weight_gives_lmi(distance):
         LMI(noise=NOISE).fit(z),
         GEO(prior=random_body(rng), distance=distance, gamma=1e-9, noise=NOISE).fit(z),
     )
+    assert free.certificate.converged
+    assert found.certificate.converged
     # the optimum rises by no more than gamma D, and the parameters move by its root in
     # units of their deviation
     assert found.certificate.objective == pytest.approx(

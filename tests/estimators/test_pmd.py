@@ -339,6 +339,24 @@ def test_a_wrench_twice_as_large_is_twice_the_mass(shape, z, factor, bias):
     )
 
 
+@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("regularization", [0.0, 0.1])
+def test_the_wrench_s_unit_is_nothing_to_the_solver(shape, z, regularization, exact):
+    """Times a power of two every number is the same but for its exponent: the same
+    steps to the very same masses."""
+    seen = with_wrench(z, InertialParameters(shape.homogeneous.vector)) if exact else z
+    pmd = PMD(shape, c1=10.0, regularization=regularization)
+    expected = pmd.fit(seen)
+    for factor in (2.0**-30, 2.0**30):
+        found = pmd.fit(
+            replace(seen, force=factor * seen.force, torque=factor * seen.torque)
+        )
+        assert found.certificate.iterations == expected.certificate.iterations
+        np.testing.assert_array_equal(
+            found.point_masses, factor * expected.point_masses
+        )
+
+
 def test_weights_scale_both_models_and_so_against_lambda(shape, z):
     """Weights of four are residuals doubled: the same as a lambda halved."""
     weighted = replace(z, weights=np.full(len(z), 4.0))

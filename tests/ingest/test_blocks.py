@@ -93,6 +93,12 @@ def test_averages_tell_as_much_as_the_samples():
     fit = fit_freely(replace(every, weights=weights / weights.mean()), True)
     assert len(found.measurements) < 0.11 * len(every)
     assert found.counts.sum() == len(every)
+    # where an estimator weighs samples against something else, an average counts as all
+    # of its samples
+    assert found.measurements.weights is not None
+    assert found.weighted_by_count.weights is not None
+    assert found.measurements.weights.sum() == pytest.approx(len(found.measurements))
+    assert found.weighted_by_count.weights.sum() == pytest.approx(len(every))
     std = np.sqrt(fit.covariance.diagonal()[:10])
     assert (np.abs(found.fit.vector - fit.vector) < 0.1 * std).all()
     # a dozen of powers

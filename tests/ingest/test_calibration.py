@@ -14,6 +14,7 @@ from hefting.estimators.sample_state import SampleState
 from hefting.identification import identify
 from hefting.ingest.bias import load_bias, tare
 from hefting.ingest.condition import autocorrelation_time
+from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import fit_freely, lever, residuals
 from hefting.ingest.free_fit import wrench_sign as sign_of_fits
 from hefting.simulation import UR5, hammer, random_smooth, simulate
@@ -72,6 +73,13 @@ def test_one_orientation_leaves_the_sign_uncertain_beside_a_bias():
         assert sign.on_object is on_object  # the likelier way
         assert wrench_sign(measurements, False).certain
     assert not fit_freely(z, True).bias_is_significant
+
+
+@pytest.mark.parametrize(
+    ("t", "certain"), [(10.1, True), (-10.1, True), (9.9, False), (-9.9, False)]
+)
+def test_a_sign_is_certain_from_ten_deviations_on(t, certain):
+    assert WrenchSign(t > 0.0, t).certain is certain
 
 
 def test_nothing_in_hand_leaves_the_sign_uncertain():

@@ -62,6 +62,17 @@ def test_numbers_of_knots_to_try():
     assert candidates(10.0, 0.0) == (1, 2)
     assert candidates(180.0, 0.0) == (1, 2, 3, 5, 9, 16)
     assert candidates(180.0, 60.0) == (1, 2, 3, 4)  # 180 s in three lines, no more
+    for duration, numbers in (
+        (7.9, (1,)),
+        (8.0, (1, 2)),
+        (12.0, (1, 2)),
+        (24.0, (1, 2, 3)),
+        (36.0, (1, 2, 3, 4)),
+    ):
+        # of 12 s and more each, once the drift may bend
+        assert candidates(duration, 0.0) == numbers
+    assert candidates(48.0, 0.0) == (1, 2, 3, 5)
+    assert candidates(1e5, 0.0) == (1, 2, 3, 5, 9, 17, 33, 65, 81)
 
 
 def problem(seed=0, **changes):
@@ -265,6 +276,25 @@ def test_time_begins_anywhere():
     )
 
 
+@pytest.mark.parametrize(
+    ("kind", "degrees"),
+    [("clean", None), ("drift", None), ("contact", 0.0), ("tilt", 15.0)],
+)
+def test_gravity_is_in_doubt_where_little_is_explained_or_much_left_out(kind, degrees):
+    """15° off, a quarter of the force's changes is left over, of samples that are all
+    kept; what touches the object is left out, and the rest explained."""
+    found = condition(disturbed(kind, 1.5, 1).recording)
+    if degrees is None:
+        assert found.tilted is None
+        return
+    assert (found.rejected.mean() > 0.1) == (kind == "contact")
+    assert found.tilted is not None
+    assert found.tilted.suspected
+    # a thousand samples of 0.1 N, at 15 N: a hundredth of a degree, and the poses'
+    # errors
+    assert np.degrees(found.tilted.angle(GRAVITY)) == pytest.approx(degrees, abs=0.1)
+
+
 # motion from other sources
 
 
@@ -289,6 +319,13 @@ def test_no_drift_is_no_drift():
         condition(disturbed("clean", 1.5, 0, duration=30.0).recording).bias.kind
         == "constant"
     )
+
+
+@pytest.mark.parametrize(("seconds", "kind"), [(7.99, "constant"), (8.0, "linear")])
+def test_a_drift_takes_eight_seconds_to_tell(seconds, kind):
+    recording = disturbed("drift", 1.5, 0, duration=seconds + 0.01).recording
+    assert np.ptp(recording["wrench"].time) == pytest.approx(seconds)
+    assert condition(recording).bias.kind == kind
 
 
 def test_columns_may_be_late_too():

@@ -1,0 +1,52 @@
+"""The fit's normal equations: inverted in what they determine, with what they do not
+said."""
+
+import numpy as np
+import pytest
+
+from hefting.ingest.normal_equations import invert
+
+SIZES = 10.0 ** np.arange(-3.0, 4.0)
+"""Units of seven unknowns: they do not matter."""
+
+
+def normal_matrix(least):
+    """(7, 7) in those units, of eigenvalues 1 and, along (1, -1, 0 ..), `least`."""
+    direction = np.array((1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0)) / np.sqrt(2.0)
+    return (np.eye(7) - (1.0 - least) * np.outer(direction, direction)) * np.outer(
+        SIZES, SIZES
+    )
+
+
+@pytest.mark.parametrize("least", [1.0, 1e-3, 1e-8])
+def test_determined_equations_are_inverted(least):
+    N = normal_matrix(least)
+    inverse, undetermined = invert(N)
+    assert not undetermined.any()
+    # rounding, times the conditioning
+    np.testing.assert_allclose(
+        (N @ inverse) / np.outer(SIZES, 1.0 / SIZES), np.eye(7), atol=1e-14 / least
+    )
+
+
+@pytest.mark.parametrize("least", [1e-13, 0.0, -1e-15])
+def test_what_equations_leave_open_is_left_out(least):
+    """A direction that only rounding tells: its two unknowns are open, the others as if
+    these were not there."""
+    inverse, undetermined = invert(normal_matrix(least))
+    np.testing.assert_array_equal(np.flatnonzero(undetermined), [0, 1])
+    expected = np.eye(7)
+    expected[:2, :2] = 0.5  # its own inverse along (1, 1), where its eigenvalue is 1
+    np.testing.assert_allclose(inverse * np.outer(SIZES, SIZES), expected, atol=1e-9)
+
+
+def test_an_unknown_without_a_column_is_open():
+    N = normal_matrix(0.5)
+    N[3], N[:, 3] = 0.0, 0.0
+    inverse, undetermined = invert(N)
+    np.testing.assert_array_equal(np.flatnonzero(undetermined), [3])
+    rest = np.delete(np.arange(7), 3)
+    np.testing.assert_allclose(
+        inverse[np.ix_(rest, rest)] @ N[np.ix_(rest, rest)], np.eye(6), atol=1e-8
+    )
+    assert not inverse[3].any()

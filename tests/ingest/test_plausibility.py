@@ -1,0 +1,89 @@
+"""Plausibility: where the lines are between what is said, what is refused, and what
+passes."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Noise
+from hefting.core.messages import codes
+from hefting.core.spatial import pose_matrix
+from hefting.identification import identify
+from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.plausibility import com_warnings
+from hefting.shapes import Shape
+from hefting.simulation import UR5, random_smooth, simulate
+
+SIDES = np.array((0.2, 0.04, 0.1))
+POSE = pose_matrix([0.1, -0.2, 0.05, *Rotation.from_rotvec((0.3, -1.0, 0.6)).as_quat()])
+BOX = Shape.from_mesh(trimesh.creation.box(SIDES), pose=POSE)
+"""About the origin of its own frame, which stands askew."""
+
+
+def told(local, std, mass=2.0):
+    """Whether a COM at `local` (3,) in the box's frame, known to `std` [m], counts as
+    outside."""
+    com = POSE[:3, :3] @ local + POSE[:3, 3]
+    covariance = np.diag(
+        np.concatenate(
+            ([(0.01 * mass) ** 2], np.full(3, (mass * std) ** 2), np.full(6, 1e-6))
+        )
+    )
+    vector = np.concatenate(([mass], mass * com, np.zeros(6)))
+    return codes(
+        com_warnings(FreeFit(vector, None, covariance, Noise(), np.ones(16)), BOX)
+    ) == {"com-outside-shape"}
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_com_is_outside_from_three_quarters_of_the_sides_and_three_deviations_on(
+    axis, side
+):
+    outward = side * np.eye(3)[axis]
+    limit = 0.75 * SIDES[axis]
+    assert not told(0.98 * limit * outward, 1e-6)
+    assert told(1.02 * limit * outward, 1e-6)
+    assert not told((limit + 2.9 * 0.004) * outward, 0.004)
+    assert told((limit + 3.1 * 0.004) * outward, 0.004)
+    assert not told(1.02 * limit * outward, np.inf)
+
+
+@pytest.mark.parametrize("share", [0.7, 0.8])
+def test_a_com_outside_is_told_of_a_recording(share):
+    """A body whose COM is known to a tenth of a millimetre, by so much of the box's
+    longest side beside its middle."""
+    com = POSE[:3, :3] @ (share * SIDES * (1.0, 0.0, 0.0)) + POSE[:3, 3]
+    log = simulate(
+        UR5.motion(random_smooth(4.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(1.0, com, 1e-3 * np.eye(3)),
+        noise=Noise(0.01, 0.0005),
+        exact=True,
+    )
+    assert (
+        "com-outside-shape" in codes(identify(log, BOX, method="OLS").estimate.warnings)
+    ) == (share > 0.75)
+
+
+@pytest.mark.parametrize("denser", [0.95, 1.05])
+def test_a_shape_holds_no_more_than_osmium(denser):
+    """23,000 kg/m³ in all of the bounding box: more is a wrong unit, and said to be."""
+    mass = denser * 23_000.0 * float(np.prod(SIDES))
+    log = simulate(
+        UR5.motion(random_smooth(4.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(mass, POSE[:3, 3], 0.1 * np.eye(3)),
+        noise=Noise(0.01, 0.0005),
+        exact=True,
+    )
+    if denser > 1.0:
+        with pytest.raises(
+            InputError, match="in a shape of at most 800 cm³; give force in newtons"
+        ):
+            identify(log, BOX, method="OLS")
+    else:
+        assert identify(
+            log, BOX, method="OLS"
+        ).estimate.parameters.mass == pytest.approx(mass, rel=1e-3)
