@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, NotIdentifiableError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, warning
+from hefting.core.messages import warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
-from hefting.identification.identifiability import identifiability
+from hefting.identification.checks import Checked, warnings_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
-from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
+from hefting.ingest.free_fit import inflated
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.ingest.plausibility import com_warnings, misfit_warnings, require_object
+from hefting.ingest.plausibility import require_object
 from hefting.motion.measure import Source
 from hefting.shapes import Shape
 
@@ -235,7 +235,6 @@ def with_diagnostics(
 
     Raises `NotIdentifiableError` when its mass is not positive.
     """
-    fit = found.fit
     negative = (
         estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
     )
@@ -266,13 +265,8 @@ def with_diagnostics(
         residual=rms,
         provenance=provenance,
     )
-    warnings = [*found.warnings, *com_warnings(fit, shape)]
-    warnings += [*(shape.warnings if shape is not None else ()), *estimate.warnings]
-    warnings += [
-        *misfit_warnings(estimate, rms, found),
-        *_doubts(estimate, estimator, shape, found),
-    ]
-    return replace(estimate, warnings=tuple(warnings))
+    checked = Checked(estimate, rms, estimator, found, shape)
+    return replace(estimate, warnings=warnings_of(checked))
 
 
 def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
@@ -300,38 +294,3 @@ def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
         if tool is None or tool.covariance is None
         else covariance + tool.covariance
     )
-
-
-def _doubts(
-    estimate: Estimate, estimator: Estimator, shape: Shape | None, found: Ingested
-) -> list[Message]:
-    """What the estimate owes to assumptions, and what is wrong with it."""
-    doubts: list[Message] = []
-    if estimator.needs != "nothing" and shape is not None:
-        free = found.fit.open_parameters(float(np.linalg.norm(shape.extents)))
-        names = " and ".join(
-            n
-            for n, c in (("the COM", "m"), ("the inertia", "J"))
-            if any(f[0] == c for f in free)
-        )
-        if free:
-            what = f"the motion leaves {names} open: what is shown follows from {estimator.assumes}"
-            doubts.append(warning("open-without-shape", what))
-    else:
-        summary = identifiability(found.measurements, found.fit, TYPICAL_SIZE).summary
-        doubts.extend(warning("not-identifiable", line) for line in summary)
-    certificate = estimate.certificate
-    if certificate is not None and not certificate.converged:
-        doubts.append(
-            warning(
-                "not-converged",
-                f"the solver stopped {certificate.gap:.2g} above its lower bound",
-            )
-        )
-    if not estimate.physically_consistent:
-        doubts.append(
-            warning(
-                "not-physical", f"no body has these parameters: {estimate.consistency}"
-            )
-        )
-    return doubts
