@@ -339,8 +339,10 @@ def _shifted(problem: ConeProblem, v: Array) -> Array:
     slack = problem.M.T @ (problem.A.T @ v)
     # above rounding
     excess = max(0.0, -float(slack.min())) + 1e-14 * float(np.abs(slack).max())
-    push = np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0]
-    moved = np.asarray(v + push, dtype=float)
+    push = np.asarray(
+        np.linalg.lstsq(problem.A.T, 2.0 * excess * e, rcond=1e-12)[0], dtype=float
+    )
+    moved = v + push
     if np.min(problem.M.T @ (problem.A.T @ moved)) < 0.0:
         return np.zeros_like(v)
     return moved / max(1.0, *np.sqrt(problem.K @ (moved * moved)).tolist())

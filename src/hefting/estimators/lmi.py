@@ -82,10 +82,10 @@ class LMI(Estimator):
         T = PARAMETERS_OF @ congruence(G)
         solution = solve(problem.A @ T, problem.b, half_space=half_space)
         vector = T @ solution.q
-        open_ = problem.svd.open
+        open_: list[int] = problem.svd.open.tolist()
         warnings = ()
-        if len(open_):
-            names = ", ".join(PARAMETERS[i] for i in open_.tolist())
+        if open_:
+            names = ", ".join(PARAMETERS[i] for i in open_)
             warnings = (
                 f"the motion does not determine {names}: shown are those of a compact body",
             )

@@ -84,9 +84,10 @@ class LeastSquares:
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on what is undetermined, if anything is."""
-        if not len(self.free):
+        free: list[int] = self.free.tolist()
+        if not free:
             return ()
-        names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in self.free.tolist())
+        names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in free)
         return (
             f"the motion does not determine {names}: shown are the smallest values that fit",
         )

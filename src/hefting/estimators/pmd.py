@@ -131,7 +131,7 @@ class PMD(Estimator):
 
 def _homogeneous(problem: ConeProblem) -> Array:
     """Equal masses (n,) that fit the wrench best in scale: where the solver starts."""
-    n = problem.M.shape[1]
+    n: int = problem.M.shape[1]
     predicted = problem.A @ problem.M.sum(axis=1)
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0

@@ -80,7 +80,7 @@ def stacked_factor(
     Without a free bias its six columns and rows are left out: (11, 11).
     """
     W, first = whitening(noise), 0 if free_bias else 6
-    parts = []
+    parts: list[Array] = []
     for moments, equations in ((state.full, FULL_EQUATIONS), (state.reduced, _REDUCED)):
         if moments.samples:
             chosen = equations[first:]

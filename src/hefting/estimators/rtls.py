@@ -98,10 +98,11 @@ class RTLS(Estimator):
         if svd is not None:
             solution[exact] = svd.solve(b - A @ y)
         vector = solution[n:]
-        open_ = ScaledSVD.of(R[:, :-1]).open
+        unknowns: list[int] = ScaledSVD.of(R[:, :-1]).open.tolist()
+        open_ = [i - n for i in unknowns if i >= n]
         warnings = ()
-        if (open_ >= n).any():
-            names = ", ".join(PARAMETERS[i - n] for i in open_.tolist() if i >= n)
+        if open_:
+            names = ", ".join(PARAMETERS[i] for i in open_)
             warnings = (
                 f"the motion does not determine {names}: shown are the smallest values that fit",
             )

@@ -73,7 +73,8 @@ class TimeScales:
         samples.
         """
         factors, counts = list(self.factors), list(self.counts)
-        total, number = None, 0
+        total: Array | None = None
+        number = 0
         for level, waiting in enumerate(self.pending):
             if waiting is None:
                 continue
@@ -87,7 +88,7 @@ class TimeScales:
                 (number**0.5 * total + size**0.5 * waiting) / both,
                 number + size,
             )
-            at = round(0.5 * np.log2((number - size) * size))
+            at: int = round(0.5 * np.log2((number - size) * size))
             while at >= len(factors):
                 factors.append(np.zeros((FEATURES, FEATURES)))
                 counts.append(0)
@@ -102,7 +103,8 @@ class TimeScales:
         """With those of samples that are not known to follow: no detail spans the
         two."""
         size = max(len(self.factors), len(later.factors))
-        factors, counts = [], []
+        factors: list[Array] = []
+        counts: list[int] = []
         for level in range(size):
             both = [part for part in (self, later) if level < len(part.factors)]
             factors.append(

@@ -252,8 +252,9 @@ class Bayes(Estimator):
         data = Data(samples, TimeSamples.of(state, free_bias), known, motion)
         steps = Passes(data, self._prior, self.systematic)
         current, rough_mass = steps.first_pass(start)
-        distortion_change = 0.0
-        for passes in range(1, MOST_PASSES_UNCERTAIN_SHAPE + 1):
+        passes = 0
+        while True:
+            passes += 1
             before = current.excess * current.covariance
             scale = float(
                 np.clip(

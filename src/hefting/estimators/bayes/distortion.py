@@ -74,7 +74,7 @@ class Distortions:
         """(10, d) change of parameters `body` (10,) by each, to first order about the
         distortion of these scores."""
         there = self.by(scores)
-        changes = []
+        changes: list[Array] = []
         for B, u in zip(self.gradients, self.shifts, strict=True):
             t = u - B @ self.center
             changes.append(

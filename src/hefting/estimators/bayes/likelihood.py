@@ -106,7 +106,7 @@ class Samples:
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A = (self.A * scale[:, None]).reshape(-1, 10)
-        units = np.sqrt((A * A).sum(axis=0))
+        units: Array = np.sqrt((A * A).sum(axis=0))
         units[units < 1e-13 * units.max()] = np.inf
         return (
             np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units

@@ -208,7 +208,7 @@ def _normal_below(t: Array, bell: Array) -> Array:
         + k * (-0.356563782 + k * (1.781477937 + k * (-1.821255978 + k * 1.330274429)))
     )
     tail *= bell * (0.5 / np.pi) ** 0.5
-    return np.where(t < 0.0, tail, 1.0 - tail)
+    return np.asarray(np.where(t < 0.0, tail, 1.0 - tail), dtype=float)
 
 
 @lru_cache

@@ -111,7 +111,7 @@ def contradiction(posterior: Posterior, distance: float) -> float:
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
     """A sentence for each doubt; `distance` is squared, as in `Nearest`."""
-    warnings = []
+    warnings: list[str] = []
     if not posterior.noise_known:
         warnings.append(
             warning(

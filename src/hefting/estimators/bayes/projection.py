@@ -15,6 +15,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
+from hefting.estimators.nonnegative import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
 """Weight of the distance from the parameters, relative to the evenness of the mass
@@ -91,9 +92,7 @@ def projected(
 def _nearest(M: Array, target: Array, C: Array) -> Array:
     """The same without regard to how even they are: non-negative least squares, for
     when rounding stops Newton."""
-    from scipy.optimize import nnls
-
     values, vectors = np.linalg.eigh(C)
     W = (vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T
     scale = float(np.abs(W @ target).max()) or 1.0
-    return nnls(W @ M / scale, W @ target / scale, maxiter=100 * M.shape[1])[0]
+    return nonnegative_least_squares(W @ M / scale, W @ target / scale)

@@ -1,7 +1,7 @@
 """Voxels: the points of a shape as a solid, each point's cell cut into small boxes."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -50,8 +50,9 @@ class Voxels:
         n = shape.n
         axes, sides = _cell(shape)
         cuts = _cuts(sides, TARGET_VOXELS / n)
-        grids = [
-            sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(cuts)
+        numbers: list[int] = cuts.tolist()
+        grids: list[Array] = [
+            sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(numbers)
         ]
         offsets = np.stack(
             [g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1
@@ -136,9 +137,9 @@ def _spacing(shape: Shape) -> float:
 
     if shape.n == 1:
         return 1e-3
+    tree: Any = KDTree(shape.positions)
     distance = np.asarray(
-        KDTree(shape.positions).query(shape.positions[: 100 * MOST_CELLS], k=2)[0],
-        dtype=float,
+        tree.query(shape.positions[: 100 * MOST_CELLS], k=2)[0], dtype=float
     )[:, 1]
     return float(np.median(distance)) or 1e-3 * (
         float(np.linalg.norm(shape.extents)) or 1.0
@@ -161,7 +162,7 @@ def _cuts(sides: Array, wanted: float) -> Indices:
 def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
     """(N,) share of the volume that is less deep below the surface of all voxels
     together."""
-    low = positions.min(axis=0)
+    low: Array = positions.min(axis=0)
     step = np.maximum(step, np.ptp(positions, axis=0) / 1000.0)
     while True:
         index = np.round((positions - low) / step).astype(int) + 1
@@ -215,10 +216,12 @@ def _stretch(from_: Array, to: Array) -> Array:
     return back @ ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T) @ back
 
 
-def _gathered(x: Array, number: int) -> np.ndarray:
+def _gathered(x: Array, number: int) -> Indices:
     """Cell (n,) of each of points x (n, 3): about `number` of them, cubes."""
-    low, sides = x.min(axis=0), np.maximum(np.ptp(x, axis=0), 1e-9)
-    pitch = (np.prod(np.maximum(sides, 0.02 * sides.max())) / number) ** (1.0 / 3.0)
+    low: Array = x.min(axis=0)
+    sides: Array = np.maximum(np.ptp(x, axis=0), 1e-9)
+    sides = np.maximum(sides, 0.02 * sides.max())
+    pitch = (np.prod(sides) / number) ** (1.0 / 3.0)
     while True:
         index = np.floor((x - low) / pitch).astype(np.int64)
         size = index.max(axis=0) + 1

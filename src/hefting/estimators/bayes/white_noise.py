@@ -42,7 +42,7 @@ def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
     `LARGEST_LEVEL_DIFFERENCE`.
     """
     z = measurements
-    levels = []
+    levels: list[float] = []
     for series in (z.linear_acceleration, z.angular_acceleration):
         level, coarser = _level(series), _level(series, DIFFERENCE_ORDER - 1)
         levels.append(
