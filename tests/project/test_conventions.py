@@ -188,3 +188,33 @@ def test_public_names_do_not_depend_on_what_was_imported_before():
     """A name that is also a submodule's would be the module once something has imported
     that."""
     assert not {part(path) for path in FILES} & public_names()
+
+
+def modules() -> dict[str, set[str]]:
+    """Every module, and those of the package that it imports anywhere inside."""
+    names = {
+        ".".join(
+            ("hefting", *path.relative_to(ROOT).with_suffix("").parts)
+        ).removesuffix(".__init__"): path
+        for path in FILES
+    }
+    found = {}
+    for name, path in names.items():
+        wanted = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                wanted |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    inner = f"{node.module}.{alias.name}"
+                    wanted.add(inner if inner in names else node.module)
+        found[name] = wanted & set(names) - {name, "hefting"}
+    return found
+
+
+def test_no_files_import_each_other_in_a_circle():
+    """Imports inside functions count: they hide a circle, and do not undo it."""
+    left = modules()
+    while free := {name for name, wanted in left.items() if not wanted & set(left)}:
+        left = {name: wanted for name, wanted in left.items() if name not in free}
+    assert not left

@@ -1,41 +1,21 @@
 """Estimate: what an estimator found, how sure it is, and how it can be checked."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import numpy as np
 
+from hefting import __version__
 from hefting.core.accuracy import Accuracy
+from hefting.core.certificate import Certificate as Certificate
 from hefting.core.errors import InputError
+from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
+from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """Evidence, independent of the solver, of how close an estimate is to the optimum
-    of its own problem.
-
-    For every admissible answer the objective is at least ``bound``; so ``gap`` =
-    objective - bound limits what a perfect solver could still gain.
-    """
-
-    objective: float
-    """Objective at the estimate, computed anew from the data."""
-    bound: float
-    """Lower bound on the optimum: a dual-feasible value."""
-    iterations: int = 0
-    """Linear systems solved."""
-    converged: bool = True
-    """Whether the gap met the solver's own tolerance."""
-
-    @property
-    def gap(self) -> float:
-        """Objective minus bound, in the objective's units."""
-        return self.objective - self.bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,24 +102,62 @@ class Estimate:
     def to_dict(self) -> dict[str, Any]:
         """The estimate as JSON-ready values; keys as documented for ``hefting identify
         --json``."""
-        from hefting.core.estimate_json import to_json
-
-        return to_json(self)
+        p, certificate = self.parameters, self.certificate
+        notes = (
+            note
+            for note in self.provenance.get("notes", ())
+            if isinstance(note, Message)
+        )
+        return json_ready(
+            {
+                "schema": SCHEMA,
+                "version": __version__,
+                "method": self.method,
+                "frame": "sensor",
+                "mass": p.mass,
+                "center_of_mass": p.center_of_mass,
+                "inertia_at_com": p.inertia_at_com,
+                "inertia_at_origin": p.inertia_at_origin,
+                "vector": p.vector,
+                "covariance": self.covariance,
+                "intervals": self.intervals,
+                "accuracy": None if self.accuracy is None else asdict(self.accuracy),
+                "sufficient": self.sufficient,
+                "std": self.std
+                or {"mass": None, "center_of_mass": None, "inertia_at_com": None},
+                "physically_consistent": self.physically_consistent,
+                "consistency": {
+                    "margins": self.consistency.margins,
+                    "violated": self.consistency.violated,
+                },
+                "certificate": None
+                if certificate is None
+                else asdict(certificate) | {"gap": certificate.gap},
+                "bias": self.bias,
+                "residual": self.residual,
+                "point_masses": self.point_masses,
+                "samples": self.samples,
+                "duration": self.duration,
+                "warnings": list(self.warnings),
+                "messages": [
+                    coded(message).to_dict() for message in (*self.warnings, *notes)
+                ],
+                "provenance": self.provenance,
+            }
+        )
 
     def save(self, path: str | Path) -> None:
         """Write as JSON that `load` reads back; the file appears whole or not at
         all."""
         write_atomically(path, json.dumps(self.to_dict(), indent=1) + "\n")
 
-    @staticmethod
-    def load(path: str | Path) -> "Estimate":
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
         """Read an estimate written by `save` or ``hefting identify --json``.
 
         Raises `InputError` when the file cannot be read, is no estimate, or holds
         numbers that do not fit.
         """
-        from hefting.core.estimate_json import SCHEMA, from_json
-
         content: Any = read_json(path)
         data = cast(dict[str, Any], content) if isinstance(content, dict) else {}
         if data.get("schema") != SCHEMA:
@@ -149,7 +167,7 @@ class Estimate:
                 fix="write one with hefting identify --output FILE.json",
             )
         try:
-            return from_json(data)
+            return cls(**fields_of(data))
         except (
             KeyError,
             TypeError,

@@ -3,40 +3,16 @@ beside the published ones."""
 
 import time
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
 from hefting.reproduction.experiment import Experiment, Report, Table
+from hefting.reproduction.experiments import EXPERIMENTS
 from hefting.reproduction.page import write_page
 from hefting.reproduction.progress import Bars
 from hefting.reproduction.runner import run_experiments
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
-
-FILES = (
-    "objects",
-    "gravity",
-    "condition",
-    "density",
-    "c1",
-    "noise",
-    "observations",
-    "stop_and_go",
-    "robot",
-    "prediction",
-)
-"""The file of each experiment, in the order of the page; each ends with its
-`EXPERIMENT`."""
-
-
-def _by_name(files: Sequence[str]) -> dict[str, Experiment]:
-    experiments = [import_module(f"{__name__}.{file}").EXPERIMENT for file in files]
-    return {experiment.name: experiment for experiment in experiments}
-
-
-EXPERIMENTS: dict[str, Experiment] = _by_name(FILES)
-"""By name, in the order of the page."""
 
 
 def reproduce(

@@ -96,7 +96,7 @@ def do(name: str, job: Job, source: str | None = None) -> Result:
     `HeftingError` when a `source` is given that is not this process's: its result would
     pass for one of that source.
     """
-    from hefting.reproduction import EXPERIMENTS
+    from hefting.reproduction.experiments import EXPERIMENTS
 
     if source not in (None, source_version()):
         raise HeftingError(

@@ -8,14 +8,14 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
+from hefting.logs.bag_files import BAG_OPTIONS, BAG_SUFFIXES, is_bag
 from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.messages import Collector, same_name
 from hefting.logs.ros.streams import Streams
-from hefting.logs.ros_bag import BAG_OPTIONS, BAG_SUFFIXES, is_bag
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
-"""Names that are public here, some of them from `hefting.logs.ros_bag`."""
+"""Names that are public here, some of them from `hefting.logs.bag_files`."""
 
 
 def read_bag(

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hefting.core.errors import InputError
+from hefting.logs.bag_files import storage_files
 from hefting.logs.ros.records import Declare, Message, scan_bag, scan_mcap
 from hefting.logs.ros.source import Budget, Cut, Source, Topic, zstandard
 from hefting.logs.ros.sqlite import scan_sqlite
-from hefting.logs.ros_bag import storage_files
 
 SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
 """The reader of each suffix; any other is MCAP."""
