@@ -81,9 +81,8 @@ def known_columns(
     is there, and a header without wrench, where it is needed, or without orientation
     and joints.
     """
-    named = [name for name in names if name]
+    named = _check_names(names, source)
     present = set(named)
-    _check_names(names, named, present, source)
     groups = _group_columns(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
     unknown = [name for name in named if name not in expected]
@@ -100,21 +99,22 @@ def known_columns(
     return found, _warn_about_ignored(names, unknown, absent)
 
 
-def _check_names(
-    names: Sequence[str], named: Sequence[str], present: set[str], source: str | Path
-) -> None:
-    """`InputError` for a header of too many columns, or with a name that repeats."""
+def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
+    """The names that are not blank; `InputError` for too many, and for a repeated
+    one."""
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source
         )
-    if len(present) < len(named):
+    named = [name for name in names if name]
+    if len(set(named)) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
         raise InputError(
             f"column {quote_name(twice)} is there {named.count(twice)} times",
             source,
             "keep one of them",
         )
+    return named
 
 
 def _check_whole(
