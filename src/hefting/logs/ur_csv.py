@@ -72,9 +72,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     fields = _find_fields(table)
     _check_fields(table, fields, wrench_needed)
     record, values, warnings = _read_record(table, fields)
-    raw = RAW in values and (
-        FORCE not in values or bool(np.ptp(values[RAW], axis=0).any())
-    )
+    raw = _has_raw_wrench(values)
     notes = [note("log-format", "UR real-time record; world is the robot's base")]
     if FORCE in values and not raw:
         warnings += _check_payload(record, values, table.source)
@@ -136,6 +134,13 @@ def _read_record(
     ends = np.cumsum([len(columns) for columns in fields.values()])
     values = dict(zip(fields, np.split(record.values, ends[:-1], axis=1), strict=True))
     return record, values, [*warnings, *about_time]
+
+
+def _has_raw_wrench(values: dict[str, Array]) -> bool:
+    """Whether the sensor's own wrench is there, and not blanked where another is."""
+    return RAW in values and (
+        FORCE not in values or bool(np.ptp(values[RAW], axis=0).any())
+    )
 
 
 def _find_motion_and_wrench(
