@@ -20,6 +20,7 @@ from hefting.cli.options import (
     quantities,
     read_recording,
 )
+from hefting.cli.report.results import Results, print_json, print_results
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -164,77 +165,49 @@ def run(arguments: argparse.Namespace) -> None:
     with progress("identifying ..."):
         recording = read_recording(a)
         shape = _shape(a, pose) if a.shape is not None else None
-        reading = {
-            "gravity": gravity,
-            "wrench": a.wrench,
-            "bias": _bias(a.bias, recording),
-            "motion": a.motion,
-            "start": a.start,
-            "duration": a.duration,
-            "tool": _tool(a.tool) if a.tool else None,
-        }
+        reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
-    made = (
-        {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose}
-        if a.shape
-        else {}
-    )
-    estimates = {
-        k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()
-    }
+    estimates = _note_shape(a, estimates)
     errors = (
         {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
         if known
         else {}
     )
     best = comparison.recommended if comparison else next(iter(estimates))
-    texts = _write(a.output, estimates[best], flange) if a.output else []
+    written = _write(a.output, estimates[best], flange) if a.output else []
+    truth = known.parameters if known else None
+    results = Results(estimates, best, comparison, truth, errors, written)
     if a.json:
-        import json
-
-        from hefting.core.estimate_json import coded, json_ready
-
-        results = {k: e.to_dict() for k, e in estimates.items()}
-        for name, found in errors.items():
-            results[name]["errors"] = json_ready(found.to_dict())
-        for path, exported in texts:
-            for line in exported.warnings:
-                text = f"{path}: {line}"
-                results[best]["warnings"].append(text)
-                results[best]["messages"].append(coded(line).to_dict() | {"text": text})
-        out = results[best]
-        if comparison:
-            out = {
-                "results": [
-                    r | {"seconds": comparison.seconds[name]}
-                    for name, r in results.items()
-                ],
-                "recommended": best,
-                "reason": comparison.reason,
-                "skipped": comparison.skipped,
-            }
-        print(render(json.dumps(out)))
-        return
-    if comparison:
-        from hefting.cli.report.methods import comparison_report
-        from hefting.cli.report.printing import print_report
-
-        print_report(comparison_report(comparison, errors), render)
+        print_json(results, render)
     else:
-        from hefting.cli.report.estimate import estimate_report, print_lines
+        print_results(results, render)
 
-        print_lines(
-            estimate_report(
-                estimates[best], known.parameters if known else None, errors.get(best)
-            ),
-            render,
-        )
-    for path, exported in texts:
-        print(
-            f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)"
-        )
-        for line in exported.warnings:
-            print(f"warning: {render(line)}")
+
+def _reading(
+    a: argparse.Namespace, gravity: "list[float] | str", recording: "Recording"
+) -> dict[str, Any]:
+    """How the recording is to be read, as arguments of `hefting.identify`."""
+    return {
+        "gravity": gravity,
+        "wrench": a.wrench,
+        "bias": _bias(a.bias, recording),
+        "motion": a.motion,
+        "start": a.start,
+        "duration": a.duration,
+        "tool": _tool(a.tool) if a.tool else None,
+    }
+
+
+def _note_shape(
+    a: argparse.Namespace, estimates: "dict[str, Estimate]"
+) -> "dict[str, Estimate]":
+    """The estimates, with the file of the shape in their provenance."""
+    made = (
+        {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose}
+        if a.shape
+        else {}
+    )
+    return {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
 
 
 def _identify(

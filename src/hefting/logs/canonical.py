@@ -81,42 +81,66 @@ def known_columns(
     is there, and a header without wrench, where it is needed, or without orientation
     and joints.
     """
+    named = _check_names(names, source)
+    present = set(named)
+    groups = _group_columns(present)
+    expected = {"time", *(column for columns in groups.values() for column in columns)}
+    unknown = [name for name in named if name not in expected]
+    candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
+    absent = [name for name in candidates if name not in present]
+
+    for columns in groups.values():
+        _check_whole(columns, present, unknown, source)
+    _check_misspelled(unknown, absent, source)
+    _check_required(present, unknown, source, wrench_needed)
+    found = {
+        stream: columns for stream, columns in groups.items() if columns[0] in present
+    }
+    return found, _warn_about_ignored(names, unknown, absent)
+
+
+def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
+    """The names that are not blank; `InputError` for too many, and for a repeated
+    one."""
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source
         )
     named = [name for name in names if name]
-    present = set(named)
-    if len(present) < len(named):
+    if len(set(named)) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
         raise InputError(
             f"column {quote_name(twice)} is there {named.count(twice)} times",
             source,
             "keep one of them",
         )
+    return named
 
-    groups = _group_columns(present)
-    expected = {"time", *(column for columns in groups.values() for column in columns)}
-    unknown = [name for name in named if name not in expected]
-    absent = [
-        name
-        for name in dict.fromkeys((*EXPECTED, *sorted(expected)))
-        if name not in present
-    ]
 
-    for columns in groups.values():
-        missing = [column for column in columns if column not in present]
-        if missing and len(missing) < len(columns):
-            there = " ".join(column for column in columns if column in present)
-            resembling = (
-                f"; unknown: {quote_name(name)}{guess}"
-                for name in unknown
-                if (guess := nearest(name, missing))
-            )
-            what = (
-                f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
-            )
-            raise InputError(what, source, f"give all of {' '.join(columns)}")
+def _check_whole(
+    columns: Sequence[str],
+    present: set[str],
+    unknown: Sequence[str],
+    source: str | Path,
+) -> None:
+    """`InputError` for a stream of which only some `columns` are there."""
+    missing = [column for column in columns if column not in present]
+    if not missing or len(missing) == len(columns):
+        return
+    there = " ".join(column for column in columns if column in present)
+    resembling = (
+        f"; unknown: {quote_name(name)}{guess}"
+        for name in unknown
+        if (guess := nearest(name, missing))
+    )
+    what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
+    raise InputError(what, source, f"give all of {' '.join(columns)}")
+
+
+def _check_misspelled(
+    unknown: Sequence[str], absent: Sequence[str], source: str | Path
+) -> None:
+    """`InputError` for an unknown column that surely stands for an absent one."""
     for name in unknown:
         if match := _guess_column(name, absent):
             unit = ", in seconds" if match == "time" else ""
@@ -127,6 +151,14 @@ def known_columns(
                 f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)",
             )
 
+
+def _check_required(
+    present: set[str],
+    unknown: Sequence[str],
+    source: str | Path,
+    wrench_needed: bool,
+) -> None:
+    """`InputError` where a stream is absent that must be there."""
     for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
         if not present & {FIXED[stream][0], *others}:
             guesses = summarize_list(
@@ -137,22 +169,20 @@ def known_columns(
                 source,
                 fix,
             )
-    found = {
-        stream: columns for stream, columns in groups.items() if columns[0] in present
-    }
+
+
+def _warn_about_ignored(
+    names: Sequence[str], unknown: Sequence[str], absent: Sequence[str]
+) -> tuple[Message, ...]:
+    """A warning about the columns that are not read, if any."""
     ignored = [quote_name(name) + nearest(name, absent) for name in unknown]
     ignored += [
         f"number {i} without a name" for i, name in enumerate(names, 1) if not name
     ]
     if not ignored:
-        return found, ()
-    return found, (
-        warning(
-            "columns-ignored",
-            f"ignored unknown columns: {summarize_list(ignored)}",
-            "column_map",
-        ),
-    )
+        return ()
+    what = f"ignored unknown columns: {summarize_list(ignored)}"
+    return (warning("columns-ignored", what, "column_map"),)
 
 
 def quote_name(name: str) -> str:

@@ -17,6 +17,7 @@ from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
+from hefting.logs.csv_header import NUMBER, read_header
 from hefting.logs.layout import Layout
 from hefting.logs.registry import Format
 from hefting.logs.table import Block, label
@@ -31,9 +32,6 @@ BLOCK = 8 * 2**20
 READ = 2**20
 """Text that is read at a time [bytes]: it stays in the processor's cache."""
 
-MAX_HEADER = 1_000_000
-"""Longest header [bytes]."""
-
 SHORT = 1_000_000
 """Bytes of a file up to which NumPy reads its numbers: six times slower than pyarrow,
 which takes longer to import."""
@@ -43,13 +41,6 @@ PLAIN = b"0123456789.eE+-,\n"
 
 BLANKS = [" " * n for n in range(33)]
 """Cells that pyarrow takes for blank: up to 32 spaces."""
-
-NUMBER = re.compile(
-    r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
-    re.IGNORECASE,
-)
-"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
-around it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,52 +245,8 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
     layout = layout or Layout()
-    text = next(texts(path), b"")
-    lead = re.match(rb"(?:[ \t]*+\n)*+", text)
-    if lead is None or len(lead[0]) == len(text):
-        raise InputError("the file is empty", where=path)
-    row = layout.header or 1 + (0 if layout.header == 0 else lead[0].count(b"\n"))
-    lines = text.split(b"\n", row)
-    if len(lines) < row:
-        raise InputError(f"there is no line {row} with the column names", where=path)
-    where = f"{path}, row {row}"
-    if len(lines[row - 1]) > MAX_HEADER:
-        raise InputError(
-            f"the header has more than {MAX_HEADER:,} bytes",
-            where,
-            "export the log as CSV",
-        )
-    try:
-        line = lines[row - 1].decode().strip(" \r")
-        separator = layout.separator or _guess_separator(line)
-        line = re.sub(" +", " ", line) if separator == " " else line
-        names = [
-            name.strip()
-            for name in next(
-                csv.reader([re.sub(r"^#\s*", "", line)], delimiter=separator), []
-            )
-        ]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            "is not CSV text in UTF-8", path, "export the log as CSV"
-        ) from error
-    if len(names) < 2:
-        raise InputError(
-            f"the header {line[:40]!r} is one column",
-            where,
-            "put commas between columns",
-        )
-    if layout.header == 0:
-        return CsvTable(
-            str(path), ("",) * len(names), separator, 1 + layout.skip, layout.decimal
-        )
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise InputError(
-            "is numbers, not column names", where, "give a header row: time,qx,qy,..."
-        )
-    return CsvTable(
-        str(path), tuple(names), separator, row + 1 + layout.skip, layout.decimal
-    )
+    names, separator, first = read_header(next(texts(path), b""), path, layout)
+    return CsvTable(str(path), names, separator, first, layout.decimal)
 
 
 def texts(path: str | Path) -> Iterator[bytes]:
@@ -363,11 +310,6 @@ def _merge_spaces(text: bytes) -> bytes:
             .strip(b" ")
         )
     return text
-
-
-def _guess_separator(line: str) -> str:
-    separator = max(",;\t", key=line.count)
-    return separator if separator in line else " "
 
 
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:

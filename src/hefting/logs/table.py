@@ -3,7 +3,7 @@ with times in seconds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,19 +179,7 @@ def in_seconds(
     scale = (lambda values: values) if unit is None else unit.to_si
     began = abs(float(scale(np.array(start))))
     if began > 1e11:  # seconds since 1970 reach 1e11 in the year 5138
-        if unit is not None and not seconds:
-            raise InputError(
-                f"{start:.6g} cannot be {unit.name}", where, "give the unit of time"
-            )
-        meant, factor = next(
-            (meant, factor) for meant, factor, least in EPOCHS if began > least
-        )
-        fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
-        raise InputError(
-            f"{start:.6g} cannot be seconds; it looks like {meant} since 1970",
-            where,
-            fix,
-        )
+        _refuse_start(start, began, None if seconds else unit, where)
     warnings = []
     if began > 1e8:
         streams = with_times(streams, lambda time: time - start)
@@ -202,30 +190,70 @@ def in_seconds(
         warnings.append(warning("time-shifted", what))
     if not seconds:
         streams = with_times(streams, scale)
+    warnings += _check_steps(streams, seconds, where)
+    return dict(streams), tuple(warnings)
+
+
+def _refuse_start(
+    start: float, began: float, unit: "Unit | None", where: str
+) -> NoReturn:
+    """`InputError` for times that cannot be in `unit` (None: seconds), as they start
+    too late."""
+    if unit is not None:
+        raise InputError(
+            f"{start:.6g} cannot be {unit.name}", where, "give the unit of time"
+        )
+    meant, factor = next(
+        (meant, factor) for meant, factor, least in EPOCHS if began > least
+    )
+    fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
+    raise InputError(
+        f"{start:.6g} cannot be seconds; it looks like {meant} since 1970",
+        where,
+        fix,
+    )
+
+
+def _measure_step(stream: Stream) -> float:
+    """Median step of a stream's times; 0 for a single sample."""
+    # what is not finite is refused with the recording
+    with np.errstate(over="ignore", invalid="ignore"):
+        return median(np.diff(stream.time)) if len(stream) > 1 else 0.0
+
+
+def _check_steps(
+    streams: Mapping[str, Stream], seconds: bool, where: str
+) -> list[Message]:
+    """What `_check_step` says of each stream; shared times are measured once."""
+    warnings = []
     typical: dict[int, float] = {}
     for name, stream in streams.items():
-        step = typical.get(id(stream.time))
-        if step is None:
-            # what is not finite is refused with the recording
-            with np.errstate(over="ignore", invalid="ignore"):
-                step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
-            typical[id(stream.time)] = step
-        if step > 1000:
-            raise InputError(
-                f"the median step of {name} is {step:.4g}, not seconds",
-                where,
-                "give time in seconds",
-            )
-        whole = (
-            seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
+        if id(stream.time) not in typical:
+            typical[id(stream.time)] = _measure_step(stream)
+        step = typical[id(stream.time)]
+        warnings += _check_step(name, stream, step, seconds, where)
+    return warnings
+
+
+def _check_step(
+    name: str, stream: Stream, step: float, seconds: bool, where: str
+) -> list[Message]:
+    """A warning about a median step unlikely for seconds; `InputError` for an
+    impossible one."""
+    if step > 1000:
+        raise InputError(
+            f"the median step of {name} is {step:.4g}, not seconds",
+            where,
+            "give time in seconds",
         )
-        if step > 5 or whole:
-            what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
-            warnings.append(warning("time-step-long", what))
-        elif 0 < step < 2e-5:
-            what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
-            warnings.append(warning("time-step-short", what))
-    return dict(streams), tuple(warnings)
+    whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
+    if step > 5 or whole:
+        what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
+        return [warning("time-step-long", what)]
+    if 0 < step < 2e-5:
+        what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
+        return [warning("time-step-short", what)]
+    return []
 
 
 def with_times(

@@ -70,6 +70,34 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     freed of a payload, and for cells that are no numbers.
     """
     fields = _find_fields(table)
+    _check_fields(table, fields, wrench_needed)
+    record, values, warnings = _read_record(table, fields)
+    raw = _has_raw_wrench(values)
+    notes = [note("log-format", "UR real-time record; world is the robot's base")]
+    if FORCE in values and not raw:
+        warnings += _check_payload(record, values, table.source)
+    found = _find_motion_and_wrench(values, table.source, raw, notes, warnings)
+    if raw or FORCE in values:
+        wrench = (
+            f"{RAW}, flange axes, never zeroed: expect a large bias"
+            if raw
+            else f"{FORCE}, turned from base axes"
+        )
+        notes.append(note("wrench-source", f"wrench from {wrench}"))
+    joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
+    found |= {
+        stream: values[field] for stream, field in joints.items() if field in values
+    }
+    recorded = {
+        name: Stream(record.time, array, record.rows) for name, array in found.items()
+    }
+    return Recording(recorded, False, table.source, tuple(warnings), notes=tuple(notes))
+
+
+def _check_fields(
+    table: Table, fields: dict[str, list[int]], wrench_needed: bool
+) -> None:
+    """`InputError` where a field is absent that must be there."""
     if "timestamp" not in table.names:
         raise InputError(
             "there is no column timestamp", table.source, "record timestamp too"
@@ -87,6 +115,12 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
             "record actual_TCP_pose",
         )
 
+
+def _read_record(
+    table: Table, fields: dict[str, list[int]]
+) -> tuple[Stream, dict[str, Array], list[Message]]:
+    """All fields as one stream with times in seconds, the values of each, and
+    warnings."""
     everything = [column for columns in fields.values() for column in columns]
     streams, warnings = collect(
         table, table.names.index("timestamp"), {"record": everything}
@@ -99,55 +133,42 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     record = streams["record"]
     ends = np.cumsum([len(columns) for columns in fields.values()])
     values = dict(zip(fields, np.split(record.values, ends[:-1], axis=1), strict=True))
+    return record, values, [*warnings, *about_time]
 
-    raw = RAW in values and (
+
+def _has_raw_wrench(values: dict[str, Array]) -> bool:
+    """Whether the sensor's own wrench is there, and not blanked where another is."""
+    return RAW in values and (
         FORCE not in values or bool(np.ptp(values[RAW], axis=0).any())
     )
-    found, notes = (
-        {},
-        [note("log-format", "UR real-time record; world is the robot's base")],
-    )
-    more: list[Message] = []
+
+
+def _find_motion_and_wrench(
+    values: dict[str, Array],
+    source: str,
+    raw: bool,
+    notes: list[Message],
+    warnings: list[Message],
+) -> dict[str, Array]:
+    """Streams of the flange's motion and the wrench; what there is to say is added to
+    `notes` and `warnings`."""
     felt = raw or FORCE in values
-    if felt and not raw:
-        _check_payload(record, values, table.source, more)
-    if "actual_TCP_pose" in values:
-        found, rotations, remarks = _flange_motion(values)
-        notes.append(note("pose-source", remarks))
-        if felt:
-            more += _check_reference(values, raw)
-            found["wrench"] = (
-                values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
+    if "actual_TCP_pose" not in values:
+        if felt and not raw:
+            raise InputError(
+                f"{FORCE} is in base axes, and there is no pose to turn it by",
+                source,
+                f"record actual_TCP_pose too, or {RAW}",
             )
-    elif raw:
-        found["wrench"] = values[RAW]
-    elif felt:
-        fix = f"record actual_TCP_pose too, or {RAW}"
-        raise InputError(
-            f"{FORCE} is in base axes, and there is no pose to turn it by",
-            table.source,
-            fix,
+        return {"wrench": values[RAW]} if raw else {}
+    found, rotations, remark = _flange_motion(values)
+    notes.append(note("pose-source", remark))
+    if felt:
+        warnings += _check_reference(values, raw)
+        found["wrench"] = (
+            values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
         )
-    wrench = (
-        f"{RAW}, flange axes, never zeroed: expect a large bias"
-        if raw
-        else f"{FORCE}, turned from base axes"
-    )
-    notes += [note("wrench-source", f"wrench from {wrench}")] if felt else []
-    joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
-    found |= {
-        stream: values[field] for stream, field in joints.items() if field in values
-    }
-    recorded = {
-        name: Stream(record.time, array, record.rows) for name, array in found.items()
-    }
-    return Recording(
-        recorded,
-        False,
-        table.source,
-        (*warnings, *about_time, *more),
-        notes=tuple(notes),
-    )
+    return found
 
 
 def _find_fields(table: Table) -> dict[str, list[int]]:
@@ -157,32 +178,39 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
     for field, width in FIELDS.items():
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
         there = [name for name in names if name in table.names]
-        if not there:
-            continue
-        missing = [name for name in names if name not in there]
-        if missing:
-            raise InputError(
-                f"column {missing[0]} is missing beside {there[0]}",
-                table.source,
-                f"record all of {field}",
-            )
-        fields[field] = [table.names.index(name) for name in names]
-    for name in (
-        "timestamp",
-        *(table.names[column] for columns in fields.values() for column in columns),
-    ):
+        if there:
+            _check_whole(field, names, there, table.source)
+            fields[field] = [table.names.index(name) for name in names]
+    _check_repeated(table, fields)
+    return fields
+
+
+def _check_whole(field: str, names: list[str], there: list[str], source: str) -> None:
+    """`InputError` for a field of which only a part is there."""
+    missing = [name for name in names if name not in there]
+    if missing:
+        raise InputError(
+            f"column {missing[0]} is missing beside {there[0]}",
+            source,
+            f"record all of {field}",
+        )
+
+
+def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
+    """`InputError` for a name of a column that is there more than once."""
+    read = [table.names[column] for columns in fields.values() for column in columns]
+    for name in ("timestamp", *read):
         if table.names.count(name) > 1:
             raise InputError(
                 f"column {name} is there {table.names.count(name)} times",
                 table.source,
                 "keep one",
             )
-    return fields
 
 
 def _check_payload(
-    record: Stream, values: dict[str, Array], source: str, warnings: list[Message]
-) -> None:
+    record: Stream, values: dict[str, Array], source: str
+) -> list[Message]:
     """`InputError` when the controller has removed a payload from the wrench; a warning
     when that is not known."""
     if "payload" not in values:
@@ -190,8 +218,7 @@ def _check_payload(
             f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
             f"and then the result is not the object (record {RAW})"
         )
-        warnings.append(warning("payload-unknown", what))
-        return
+        return [warning("payload-unknown", what)]
     loaded = np.abs(values["payload"][:, 0]) > 1e-6
     if loaded.any():
         k = np.argmax(loaded)
@@ -200,6 +227,7 @@ def _check_payload(
             where=f"{source}, row {record.rows[k]}, column payload",
             fix=f"record {RAW}, or set the payload to 0 and record again",
         )
+    return []
 
 
 def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
-from hefting.core.spatial import Array, inverse_pose
+from hefting.core.spatial import Array, frozen, inverse_pose
 from hefting.shapes.sampling import MAX_POINTS
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
@@ -67,6 +67,59 @@ def point_array(points: Any, where: Any = None) -> Array:
             "remove those points",
         )
     return p
+
+
+def check_positions(positions: Array) -> None:
+    """`InputError` unless `positions` of point masses are an array (n, 3), n > 0."""
+    if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
+        raise InputError(f"point masses are an array (n, 3), not {positions.shape}")
+
+
+def checked_numbers(
+    values: Any, name: str, shape: tuple[int, ...], count: int
+) -> Array | None:
+    """`values` of `count` point masses as a finite array of that shape, else
+    `InputError`; None stays None."""
+    if values is None:
+        return None
+    values = frozen(values)
+    if values.shape != shape:
+        raise InputError(
+            f"{name} of {count} point masses has shape {values.shape}, not {shape}"
+        )
+    if not np.isfinite(values).all():
+        raise InputError(f"{name} of point masses is not finite")
+    return values
+
+
+def shares_of(volumes: Array | None) -> Array | None:
+    """`volumes` of point masses over their sum, `InputError` for negative ones; None
+    stays None."""
+    if volumes is None:
+        return None
+    if volumes.min() < 0 or volumes.sum() <= 0:
+        raise InputError("volumes of point masses are negative or all zero")
+    return frozen(volumes / volumes.sum())
+
+
+def checked_labels(labels: Any, count: int) -> np.ndarray | None:
+    """`labels` of `count` point masses as whole numbers (n,), else `InputError`; None
+    stays None."""
+    if labels is None:
+        return None
+    labels = np.array(labels, dtype=np.int64)
+    labels.setflags(write=False)
+    if labels.shape != (count,):
+        raise InputError(f"labels of {count} point masses have shape {labels.shape}")
+    return labels
+
+
+def check_hull(hull: Array) -> None:
+    """`InputError` unless the `hull` of point masses is a finite array (V, 3)."""
+    if hull.ndim != 2 or hull.shape[1:] != (3,) or not np.isfinite(hull).all():
+        raise InputError(
+            f"the hull of point masses is a finite array (V, 3), not {hull.shape}"
+        )
 
 
 def suspicions(

@@ -12,6 +12,8 @@ MAX_BYTES = 200_000_000
 """Largest file read."""
 PlyKind = str | tuple[str, str]
 """Type of a property of a PLY file; of a list those of its length and its items."""
+PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
+"""Element of a PLY file: name, number, properties with their types."""
 PLY_TYPES = {
     **{
         "char": "i1",
@@ -60,33 +62,40 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
         raise InputError("not a PLY file", path, fix)
     try:
         form, elements, start = read_ply_header(data)
-        name, count, properties = elements[0]
-        names = [n for n, _ in properties]
-        if name != "vertex" or count < 1 or not {"x", "y", "z"} <= set(names):
-            raise ValueError("no vertices")
-        if not all(isinstance(kind, str) for _, kind in properties):
-            raise ValueError("lists among the vertices")
+        _check_vertices(elements[0])
+        _, count, properties = elements[0]
         if form == "ascii":
-            if count * (2 * len(names) - 1) > len(data) - start:
-                raise ValueError("truncated")
-            lines = [
-                line
-                for line in data[start:].decode("ascii").splitlines()
-                if line.strip()
-            ][:count]
-            table = np.loadtxt(lines, ndmin=2, comments=None)
-            if table.shape != (count, len(names)):
-                raise ValueError("truncated")
-            columns = dict(zip(names, table.T, strict=True))
+            columns = _read_ascii(data[start:], count, [name for name, _ in properties])
         else:
             record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]
             table = np.frombuffer(data, record, count=count, offset=start)
-            columns = {n: table[n].astype(float) for n in names}
+            columns = {n: table[n].astype(float) for n, _ in properties}
     except (ValueError, KeyError, IndexError) as error:
         raise InputError(
             "damaged PLY file, or one without x, y, z of vertices first", path, fix
         ) from error
     return PlyVertices(columns, any(n == "face" and k > 0 for n, k, _ in elements))
+
+
+def _check_vertices(element: PlyElement) -> None:
+    """ValueError unless an element is vertices with x, y and z, and without lists."""
+    name, count, properties = element
+    names = {n for n, _ in properties}
+    if name != "vertex" or count < 1 or not {"x", "y", "z"} <= names:
+        raise ValueError("no vertices")
+    if not all(isinstance(kind, str) for _, kind in properties):
+        raise ValueError("lists among the vertices")
+
+
+def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
+    """Columns of `count` vertices in lines of text; ValueError for fewer."""
+    if count * (2 * len(names) - 1) > len(text):
+        raise ValueError("truncated")
+    lines = [line for line in text.decode("ascii").splitlines() if line.strip()]
+    table = np.loadtxt(lines[:count], ndmin=2, comments=None)
+    if table.shape != (count, len(names)):
+        raise ValueError("truncated")
+    return dict(zip(names, table.T, strict=True))
 
 
 def _ply_body(data: bytes) -> int:
@@ -95,9 +104,7 @@ def _ply_body(data: bytes) -> int:
     return 0 if end < 0 else data.find(b"\n", end) + 1
 
 
-def read_ply_header(
-    data: bytes,
-) -> tuple[str, list[tuple[str, int, list[tuple[str, PlyKind]]]], int]:
+def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
     """Form, elements (name, number, properties with their types) and length of the
     header of a PLY file.
 

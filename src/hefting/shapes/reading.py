@@ -16,6 +16,7 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.shapes.ply import (
     PLY_ORDERS,
+    PlyKind,
     read_bytes,
     read_ply_header,
     read_ply_vertices,
@@ -99,29 +100,12 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         )
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
-        lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
-        ((corners, (length, index)),) = lists
-        fields: list[tuple] = [
-            (name, order + kind) for name, kind in entries if isinstance(kind, str)
-        ]
-        place = [name for name, _ in entries].index(corners)
-        fields[place:place] = [
-            ("number of corners", order + length),
-            (corners, order + index, 3),
-        ]
-        triangle = np.dtype(fields)
+        triangle, corners = _triangle_record(entries, order)
     except (ValueError, KeyError, TypeError):
         return None
-    if (
-        (vertex, face) != ("vertex", "face")
-        or corners not in ("vertex_indices", "vertex_index")
-        or index[0] == "f"
-    ):
+    if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
         return None
-    if (
-        min(count, number) < 1
-        or len(data) != start + count * points.itemsize + number * triangle.itemsize
-    ):
+    if len(data) != start + count * points.itemsize + number * triangle.itemsize:
         return None
     faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
     if (
@@ -135,6 +119,26 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         return np.column_stack([table[axis] for axis in "xyz"]).astype(float), faces[
             corners
         ].astype(np.int64)
+
+
+def _triangle_record(
+    entries: list[tuple[str, PlyKind]], order: str
+) -> tuple[np.dtype, str]:
+    """Layout of a triangle in a binary PLY file, and the name of its corners;
+    ValueError for a face of another kind."""
+    lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
+    ((corners, (length, index)),) = lists
+    fields: list[tuple] = [
+        (name, order + kind) for name, kind in entries if isinstance(kind, str)
+    ]
+    place = [name for name, _ in entries].index(corners)
+    fields[place:place] = [
+        ("number of corners", order + length),
+        (corners, order + index, 3),
+    ]
+    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
+        raise ValueError("no corners")
+    return np.dtype(fields), corners
 
 
 def _check_faces(count: int, path: str | Path) -> None:

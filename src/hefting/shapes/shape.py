@@ -15,9 +15,14 @@ from hefting.core.spatial import Array, check_pose, frozen, tensor_to_vector
 from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
     arrays_of,
+    check_hull,
+    check_positions,
+    checked_labels,
+    checked_numbers,
     point_array,
     point_count,
     positive,
+    shares_of,
     suspicions,
     unit_scale,
 )
@@ -78,41 +83,17 @@ class Shape:
             object.__setattr__(self, name, value)
 
         keep("positions", frozen(self.positions))
-        if (
-            self.positions.ndim != 2
-            or self.positions.shape[1] != 3
-            or len(self.positions) == 0
-        ):
-            raise InputError(
-                f"point masses are an array (n, 3), not {self.positions.shape}"
-            )
+        check_positions(self.positions)
         for name, shape in (
             ("volumes", (self.n,)),
             ("cell_inertia", (self.n, 6)),
             ("extents", (3,)),
         ):
-            if getattr(self, name) is not None:
-                keep(name, frozen(getattr(self, name)))
-                if getattr(self, name).shape != shape:
-                    raise InputError(
-                        f"{name} of {self.n} point masses has shape {getattr(self, name).shape}, not {shape}"
-                    )
-                if not np.isfinite(getattr(self, name)).all():
-                    raise InputError(f"{name} of point masses is not finite")
+            keep(name, checked_numbers(getattr(self, name), name, shape, self.n))
         if not np.isfinite(self.positions).all():
             raise InputError("positions of point masses are not finite")
-        if self.volumes is not None:
-            if self.volumes.min() < 0 or self.volumes.sum() <= 0:
-                raise InputError("volumes of point masses are negative or all zero")
-            keep("volumes", frozen(self.volumes / self.volumes.sum()))
-        if self.labels is not None:
-            labels = np.array(self.labels, dtype=np.int64)
-            labels.setflags(write=False)
-            if labels.shape != (self.n,):
-                raise InputError(
-                    f"labels of {self.n} point masses have shape {labels.shape}"
-                )
-            keep("labels", labels)
+        keep("volumes", shares_of(self.volumes))
+        keep("labels", checked_labels(self.labels, self.n))
         keep("pose", frozen(np.eye(4) if self.pose is None else check_pose(self.pose)))
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
@@ -122,14 +103,7 @@ class Shape:
             )
             keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
-        if (
-            self.hull.ndim != 2
-            or self.hull.shape[1:] != (3,)
-            or not np.isfinite(self.hull).all()
-        ):
-            raise InputError(
-                f"the hull of point masses is a finite array (V, 3), not {self.hull.shape}"
-            )
+        check_hull(self.hull)
         keep("warnings", tuple(self.warnings))
         if not 0.0 <= self.shape_std <= 1.0:
             raise InputError(

@@ -3,11 +3,11 @@ command print nothing else."""
 
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from shutil import get_terminal_size
 from textwrap import wrap
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -158,10 +158,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
         what += f"; motion from {made['motion']}"
     yield what
     if "wrench" in made:
-        how = "found from gravity" if made.get("wrench_found") else "as given"
-        g = ", ".join(f"{x:g}" for x in made["gravity"])
-        found = ", found" if made.get("gravity_found") else ""
-        yield f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}"
+        yield _describe_wrench(made)
     if made.get("tool"):
         yield f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone"
     for note in made.get("notes", ()):
@@ -170,15 +167,24 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     if made.get("bias_searched") and made.get("bias") == "none":
         yield "wrench bias: none beyond three standard deviations, so none assumed"
     if estimate.bias is not None:
-        recorded = (
-            -estimate.bias if made.get("wrench") == "on-sensor" else estimate.bias
-        )
-        f, t = recorded[:3], recorded[3:]
-        force, torque = (
-            ", ".join(f"{x:.3g}" for x in f),
-            ", ".join(f"{x:.3g}" for x in t),
-        )
-        yield f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
+        yield _describe_bias(estimate.bias, made.get("wrench") == "on-sensor")
+
+
+def _describe_wrench(made: Mapping[str, Any]) -> str:
+    """What the wrench and gravity were taken to be."""
+    how = "found from gravity" if made.get("wrench_found") else "as given"
+    g = ", ".join(f"{x:g}" for x in made["gravity"])
+    found = ", found" if made.get("gravity_found") else ""
+    return f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}"
+
+
+def _describe_bias(bias: Array, on_sensor: bool) -> str:
+    """The wrench bias found, with the sign of the recorded wrench."""
+    recorded = -bias if on_sensor else bias
+    force, torque = (
+        ", ".join(f"{x:.3g}" for x in part) for part in (recorded[:3], recorded[3:])
+    )
+    return f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
 
 
 def facts(estimate: Estimate) -> Iterable[str]:

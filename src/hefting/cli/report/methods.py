@@ -1,6 +1,7 @@
 """Methods, and the estimates of several of them side by side, as tables a person can
 read."""
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +13,14 @@ from rich.text import Text
 from hefting.cli.report.estimate import assumptions
 from hefting.cli.report.printing import warning_lines
 from hefting.core.inertia import EXPLANATIONS
+from hefting.core.spatial import Array
 from hefting.estimators import VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
     from hefting.core.metrics import Errors
     from hefting.identification.compare import Comparison
 
@@ -54,58 +57,16 @@ def comparison_report(
 ) -> Group:
     """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and
     which one to trust."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("method", no_wrap=True)
-    for name in (
-        "mass\nkg",
-        "COM x, y, z\nmm",
-        "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²",
-        "residual\nN, N m",
-    ):
-        table.add_column(name, justify="right", overflow="fold")
-    table.add_column("consistent", overflow="fold")
-    table.add_column("time\nms", justify="right", no_wrap=True)
+    table = _comparison_table()
     names = list(comparison.results)
-    found = comparison.ingested
-    noise, open_ = found.noise, found.fit.open_parameters(TYPICAL_SIZE)
+    open_ = comparison.ingested.fit.open_parameters(TYPICAL_SIZE)
     for name, following in zip(names, [*names[1:], None], strict=True):
-        e = comparison.results[name]
-        p, r = e.parameters, e.residual
-        moments = p.inertia_at_com.diagonal()
-        J = ", ".join(
-            f"{1e3 * x if abs(x) > 1e-9 * np.abs(moments).max() else 0.0:.2g}"
-            for x in moments
-        )
-        if method_named(name)[0].needs == "nothing" and {"Jxx", "Jyy", "Jzz"} & set(
-            open_
-        ):
-            J = "open"
-        misfit = r is not None and bool(
-            (
-                r > UNEXPLAINED_RESIDUAL_RATIO * np.array((noise.force, noise.torque))
-            ).any()
-        )
-        row = [
-            f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
-            f"{p.mass:.4g}",
-            ", ".join(f"{1e3 * x:.1f}" for x in p.center_of_mass),
-            J,
-            "" if r is None else f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}",
-            "yes"
-            if e.physically_consistent
-            else f"no: {FAILURES[e.consistency.violated or 'mass']}",
-            f"{1e3 * comparison.seconds[name]:.1f}",
-        ]
+        row = _cells(comparison, name, open_)
         table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
     lines: list[RenderableType] = [table]
     if errors:
         lines.append(_errors_table(errors))
-    failed = {e.consistency.violated for e in comparison.results.values()} - {None}
-    lines += [
-        Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}")
-        for name in EXPLANATIONS
-        if name in failed
-    ]
+    lines += _explain_failures(comparison)
     if any(name in VARIANTS for name in names):
         lines.append(Text("below the line: variants, see hefting methods"))
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
@@ -117,6 +78,70 @@ def comparison_report(
     )
     best = comparison.results[comparison.recommended]
     return Group(*lines, *map(Text, assumptions(best)), *warning_lines(best.warnings))
+
+
+def _comparison_table() -> Table:
+    """The table of a comparison, with no rows yet."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("method", no_wrap=True)
+    for name in (
+        "mass\nkg",
+        "COM x, y, z\nmm",
+        "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²",
+        "residual\nN, N m",
+    ):
+        table.add_column(name, justify="right", overflow="fold")
+    table.add_column("consistent", overflow="fold")
+    table.add_column("time\nms", justify="right", no_wrap=True)
+    return table
+
+
+def _cells(
+    comparison: "Comparison", name: str, open_parameters: Collection[str]
+) -> list[str]:
+    """The row of a method."""
+    e, noise = comparison.results[name], comparison.ingested.noise
+    return [
+        f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
+        f"{e.parameters.mass:.4g}",
+        ", ".join(f"{1e3 * x:.1f}" for x in e.parameters.center_of_mass),
+        _moments(name, e, open_parameters),
+        _residual(e, np.array((noise.force, noise.torque))),
+        "yes"
+        if e.physically_consistent
+        else f"no: {FAILURES[e.consistency.violated or 'mass']}",
+        f"{1e3 * comparison.seconds[name]:.1f}",
+    ]
+
+
+def _moments(name: str, e: "Estimate", open_parameters: Collection[str]) -> str:
+    """Moments of inertia at the COM, or that the data leave them open."""
+    moments = e.parameters.inertia_at_com.diagonal()
+    unaided = method_named(name)[0].needs == "nothing"
+    if unaided and {"Jxx", "Jyy", "Jzz"} & set(open_parameters):
+        return "open"
+    least = 1e-9 * np.abs(moments).max()
+    return ", ".join(f"{1e3 * x if abs(x) > least else 0.0:.2g}" for x in moments)
+
+
+def _residual(e: "Estimate", noise: Array) -> str:
+    """Residual force and torque, marked where the `noise` of both does not explain
+    them."""
+    r = e.residual
+    if r is None:
+        return ""
+    misfit = bool((r > UNEXPLAINED_RESIDUAL_RATIO * noise).any())
+    return f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}"
+
+
+def _explain_failures(comparison: "Comparison") -> list[Text]:
+    """What each condition means that a result fails, one line each."""
+    failed = {e.consistency.violated for e in comparison.results.values()}
+    return [
+        Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}")
+        for name in EXPLANATIONS
+        if name in failed
+    ]
 
 
 def _errors_table(errors: "dict[str, Errors]") -> Table:

@@ -11,7 +11,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.logs.bag_files import BAG_OPTIONS, BAG_SUFFIXES, is_bag
 from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
-from hefting.logs.ros.messages import Collector, same_name
+from hefting.logs.ros.messages import Collector, Gathered, same_name
 from hefting.logs.ros.streams import Streams
 
 __all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
@@ -51,14 +51,7 @@ def read_bag(
     topics = (wrench_topic, pose_topic, twist_topic, joint_topic, imu_topic)
     named = {role: name for role, name in zip(roles, topics, strict=True) if name}
     contents = Contents(path)
-    collector = Collector(contents, named)
-    try:
-        for topic, logged, data in read_messages(contents, collector.wants):
-            collector.add(topic, logged, data)
-    except OSError as error:
-        raise InputError(
-            f"cannot be read ({error.strerror or error})", where=path
-        ) from error
+    collector = _collect(contents, named)
     gathered = list(collector.finish().values())
     if contents.cuts and not collector.span:
         raise InputError(
@@ -66,22 +59,58 @@ def read_bag(
             path,
             "record it again, or repair it",
         )
-    for role, name in named.items():
-        present = [topic.name for topic in contents.topics]
-        if name != "none" and not any(same_name(name, other) for other in present):
-            raise InputError(
-                f"there is no topic '{name}'{nearest(name, present)}",
-                where=path,
-                fix=f"give `{role}_topic` one of {_list_topics(contents)}",
-            )
+    _check_named(contents, named)
     streams = Streams(
         path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame)
     )
     # what is not finite in the end is refused by name
     with np.errstate(over="ignore", invalid="ignore"):
         streams.build()
+    warnings = _warn_about_unreadable(gathered)
+    silent = [
+        f"topic {topic.topic.name} has no messages"
+        for topic in gathered
+        if not topic.messages
+    ]
+    _check_streams(
+        streams, contents, (*contents.cuts, *warnings, *silent), wrench_needed
+    )
+    if contents.cuts:
+        whole = f" of {contents.expected:.2f} s" if contents.expected else ""
+        what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
+        warnings.insert(0, warning("bag-truncated", what))
+    return _build_recording(streams, warnings)
+
+
+def _collect(contents: Contents, named: dict[str, str]) -> Collector:
+    """What the messages of the wanted topics hold."""
+    collector = Collector(contents, named)
+    try:
+        for topic, logged, data in read_messages(contents, collector.wants):
+            collector.add(topic, logged, data)
+    except OSError as error:
+        raise InputError(
+            f"cannot be read ({error.strerror or error})", where=contents.path
+        ) from error
+    return collector
+
+
+def _check_named(contents: Contents, named: dict[str, str]) -> None:
+    """`InputError` for a topic that was asked for and is not there."""
+    present = [topic.name for topic in contents.topics]
+    for role, name in named.items():
+        if name != "none" and not any(same_name(name, other) for other in present):
+            raise InputError(
+                f"there is no topic '{name}'{nearest(name, present)}",
+                where=contents.path,
+                fix=f"give `{role}_topic` one of {_list_topics(contents)}",
+            )
+
+
+def _warn_about_unreadable(gathered: list[Gathered]) -> list[Message]:
+    """A warning for each topic some messages of which could not be read."""
     what = "{} of {} messages of {} do not fit their definition: left out"
-    warnings = [
+    return [
         warning(
             "messages-unreadable",
             what.format(topic.unreadable, topic.messages, topic.topic.name),
@@ -89,30 +118,27 @@ def read_bag(
         for topic in gathered
         if topic.unreadable
     ]
-    silent = [
-        f"topic {topic.topic.name} has no messages"
-        for topic in gathered
-        if not topic.messages
-    ]
-    cut = "".join(f"{reason}, and " for reason in (*contents.cuts, *warnings, *silent))
+
+
+def _check_streams(
+    streams: Streams, contents: Contents, reasons: tuple[str, ...], wrench_needed: bool
+) -> None:
+    """`InputError` where a stream is absent that must be there, with the `reasons` why
+    that may be."""
+    cut = "".join(f"{reason}, and " for reason in reasons)
     if wrench_needed and "wrench" not in streams.series:
         raise InputError(
             f"{cut}holds no wrench, only {_list_topics(contents)}",
-            path,
+            contents.path,
             "name its topic with `wrench_topic`",
         )
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or "record tf, PoseStamped or JointState along with it"
         raise InputError(
             f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}",
-            path,
+            contents.path,
             fix,
         )
-    if contents.cuts:
-        whole = f" of {contents.expected:.2f} s" if contents.expected else ""
-        what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
-        warnings.insert(0, warning("bag-truncated", what))
-    return _build_recording(streams, warnings)
 
 
 def _duration(span: tuple[int, int] | None) -> float:

@@ -39,6 +39,10 @@ class Series:
             self.time[index], self.logged[index], self.rows[index], self.values[index]
         )
 
+    def with_values(self, values: Array) -> Self:
+        """The same samples with other values (N, any)."""
+        return type(self)(self.time, self.logged, self.rows, values)
+
     def order(self) -> NDArray[np.intp]:
         """Indices that put the samples in the order in which they were logged."""
         return np.lexsort((self.rows, self.logged))

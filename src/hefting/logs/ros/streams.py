@@ -127,36 +127,52 @@ class Streams:
         series = self._tidy(series, topic)
         if not len(series):
             return
-        name = topic.topic.name
-        chain: list[tuple[Link, bool]] = []
-        if what == "pose" and frame != self._target(child):
-            self.tree.replace(Link(frame, self._target(child), series, False))
-            world = frame if self.world is None else self.world
-            if self.sensor and self.sensor in self.tree.frames and world != self.sensor:
-                chain = self._chain(world, self.sensor)
+        chain = self._chain_of_poses(frame, child, series) if what == "pose" else []
         if chain:
             series = compose(chain, str(self.path), self.warnings.append)
             self._note("pose", topic, route(chain), "")
             self.world = self.world or frame
         else:
-            if self.world not in (None, frame):
-                raise InputError(
-                    f"poses are in frame '{frame}', not '{self.world}'",
-                    f"{self.path}, {name}",
-                )
-            self._note("pose" if what == "pose" else "orientation", topic, frame)
+            self._check_world(topic, frame)
+            self._note(what, topic, frame)
             self.world = frame
-        if (not chain or not child) and (frame, self.sensor) != (WORLD, SENSOR):
-            of = f" of {child}" if child else ""
-            what = (
-                f"nothing tells where the poses{of} of {name} are on the sensor: "
-                "they are taken to be the sensor's own"
-            )
-            self._warn("pose-frame-assumed", what, "sensor_frame")
+        self._warn_about_pose(topic, frame, child, bool(chain))
         self._split_pose(series)
 
-    def _target(self, child: str) -> str:
-        return child or self.sensor or SENSOR
+    def _chain_of_poses(
+        self, frame: str, child: str, series: Series
+    ) -> list[tuple[Link, bool]]:
+        """Links from the world to the sensor with poses put into the tree; none where
+        they are the sensor's own."""
+        target = child or self.sensor or SENSOR
+        if frame == target:
+            return []
+        self.tree.replace(Link(frame, target, series, False))
+        world = frame if self.world is None else self.world
+        if self.sensor and self.sensor in self.tree.frames and world != self.sensor:
+            return self._chain(world, self.sensor)
+        return []
+
+    def _check_world(self, topic: Gathered, frame: str) -> None:
+        """`InputError` for poses in another frame than the world that was asked for."""
+        if self.world not in (None, frame):
+            raise InputError(
+                f"poses are in frame '{frame}', not '{self.world}'",
+                f"{self.path}, {topic.topic.name}",
+            )
+
+    def _warn_about_pose(
+        self, topic: Gathered, frame: str, child: str, chained: bool
+    ) -> None:
+        """A warning unless it is known where on the sensor the poses are."""
+        if (chained and child) or (frame, self.sensor) == (WORLD, SENSOR):
+            return
+        of = f" of {child}" if child else ""
+        what = (
+            f"nothing tells where the poses{of} of {topic.topic.name} are on the sensor: "
+            "they are taken to be the sensor's own"
+        )
+        self._warn("pose-frame-assumed", what, "sensor_frame")
 
     def _pose_from_tf(self) -> bool:
         frames = self.tree.frames
@@ -183,12 +199,8 @@ class Streams:
     def _split_pose(self, series: Series) -> None:
         values = series.values
         if values.shape[1] == 7:
-            self.series["position"] = Series(
-                series.time, series.logged, series.rows, values[:, :3]
-            )
-        self.series["orientation"] = Series(
-            series.time, series.logged, series.rows, values[:, -4:]
-        )
+            self.series["position"] = series.with_values(values[:, :3])
+        self.series["orientation"] = series.with_values(values[:, -4:])
 
     def joints(self) -> None:
         """Joint positions and velocities by name: of the largest set of joints that one
@@ -210,9 +222,7 @@ class Streams:
             if len(own) == len(names) and set(own) == set(names):
                 places = {name: i for i, name in enumerate(own)}
                 columns = series.values[:, [places[name] for name in names]]
-                parts.setdefault(what, []).append(
-                    Series(series.time, series.logged, series.rows, columns)
-                )
+                parts.setdefault(what, []).append(series.with_values(columns))
             else:
                 others |= set(own)
         for what in JOINT_STREAMS:
@@ -236,46 +246,45 @@ class Streams:
         topic = self._topic("imu")
         if topic is None:
             return
-        name, rotation, accelerometer = topic.topic.name, None, True
         frame = self._one_frame(topic, next(iter(topic.series))[0])[0]
-        if frame != self.sensor or not frame:
-            chain = []
-            if self.sensor and {frame, self.sensor} <= self.tree.frames:
-                chain = self._chain(self.sensor, frame)
-            if any(not each.static for each, _ in chain):
-                self._warn(
-                    "imu-left-out",
-                    f"{name} left out: its frame {frame} moves against {self.sensor}",
-                )
-                return
-            if chain:
-                pose = compose(chain, str(self.path), self.warnings.append).values[0]
-                rotation, distance = (
-                    Rotation.from_quat(pose[3:]),
-                    float(np.linalg.norm(pose[:3])),
-                )
-                accelerometer = distance <= LEVER_ARM
-                if not accelerometer:
-                    far = f"{1000 * distance:.0f} mm from the origin of {self.sensor}"
-                    self._warn(
-                        "accelerometer-left-out",
-                        f"accelerometer of {name} left out: it is {far}",
-                    )
-            else:
-                what = f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
-                self._warn("imu-frame-assumed", what)
+        mounting = self._mounting_of_imu(topic.topic.name, frame)
+        if mounting is None:
+            return
+        rotation, at_sensor = mounting
         self._note("imu", topic, frame)
-        for what in ("gyroscope", "accelerometer") if accelerometer else ("gyroscope",):
+        for what in ("gyroscope", "accelerometer") if at_sensor else ("gyroscope",):
             if any(key[0] == what for key in topic.series):
                 series = self._one_frame(topic, what)[2]
                 if rotation is not None:
-                    series = Series(
-                        series.time,
-                        series.logged,
-                        series.rows,
-                        rotation.apply(series.values),
-                    )
+                    series = series.with_values(rotation.apply(series.values))
                 self._keep(what, series, topic, what)
+
+    def _mounting_of_imu(
+        self, name: str, frame: str
+    ) -> tuple[Rotation | None, bool] | None:
+        """Rotation from an IMU's axes to the sensor's, None for the same, and whether
+        it is at the origin; None for an IMU that moves against the sensor."""
+        if frame and frame == self.sensor:
+            return None, True
+        chain = []
+        if self.sensor and {frame, self.sensor} <= self.tree.frames:
+            chain = self._chain(self.sensor, frame)
+        if any(not each.static for each, _ in chain):
+            what = f"{name} left out: its frame {frame} moves against {self.sensor}"
+            self._warn("imu-left-out", what)
+            return None
+        if not chain:
+            what = f"nothing links frame '{frame}' of {name} to the sensor's: taken to be in the sensor's axes"
+            self._warn("imu-frame-assumed", what)
+            return None, True
+        pose = compose(chain, str(self.path), self.warnings.append).values[0]
+        distance = float(np.linalg.norm(pose[:3]))
+        at_sensor = distance <= LEVER_ARM
+        if not at_sensor:
+            far = f"{1000 * distance:.0f} mm from the origin of {self.sensor}"
+            what = f"accelerometer of {name} left out: it is {far}"
+            self._warn("accelerometer-left-out", what)
+        return Rotation.from_quat(pose[3:]), at_sensor
 
     def twist(self) -> None:
         """Velocities in world axes: as they are, or turned by the orientation where
@@ -294,12 +303,7 @@ class Streams:
             and len(orientation) > 1
         ):
             padded = np.pad(orientation.values, ((0, 0), (3, 0)))
-            turning = Link(
-                "",
-                "",
-                Series(orientation.time, orientation.logged, orientation.rows, padded),
-                False,
-            )
+            turning = Link("", "", orientation.with_values(padded), False)
             series = series[turning.covers(series.time)]
             if len(series):
                 rotation = turning.at(series.time)[1]
@@ -307,12 +311,7 @@ class Streams:
                     rotation.apply(series.values[:, part])
                     for part in (slice(0, 3), slice(3, 6))
                 ]
-                series = Series(
-                    series.time,
-                    series.logged,
-                    series.rows,
-                    np.concatenate(turned, axis=1),
-                )
+                series = series.with_values(np.concatenate(turned, axis=1))
         elif not frame or frame != self.world:
             what = f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's"
             self._warn("velocities-left-out", what, "world_frame")
@@ -324,9 +323,7 @@ class Streams:
             ("linear_velocity", slice(0, 3)),
             ("angular_velocity", slice(3, 6)),
         ):
-            self.series[what] = Series(
-                series.time, series.logged, series.rows, series.values[:, part]
-            )
+            self.series[what] = series.with_values(series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
         """The topic of a role; `InputError` when there are several, or the one asked

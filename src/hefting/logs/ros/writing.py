@@ -4,7 +4,7 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.core.recording import Recording, column_names
+from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array
 from hefting.logs.ros.layout import lay_out
 from hefting.logs.ros.streams import SENSOR, WORLD
@@ -32,6 +32,12 @@ VECTORS = {
 }
 """Streams of vectors: the field of the message that holds each, and the names of its
 components."""
+
+JOINT_FIELDS = {"joint_positions": "position", "joint_velocities": "velocity"}
+"""Streams of joints, and the field of the message that holds each."""
+
+Times = dict[str, NDArray[np.int64]]
+"""Stamps [ns] of each stream, by its name."""
 
 
 @dataclass(frozen=True)
@@ -96,68 +102,24 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 
 def _build_messages(recording: Recording) -> Iterator[Messages]:
+    """All messages of a recording, topic by topic."""
     streams, start = recording.streams, recording.start
     time = {
         name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64)
         for name, stream in streams.items()
     }
-
-    def vector(name: str, index: Any = slice(None)) -> dict[str, Array]:
-        place, axes = VECTORS[name]
-        return {
-            f"{place}.{axis}": streams[name].values[index, i : i + 1]
-            for i, axis in enumerate(axes)
-        }
-
-    def together(*names: str) -> bool:
-        return recording.has(*names) and np.array_equal(time[names[0]], time[names[1]])
-
-    def measured(*names: str) -> Iterator[tuple[list[str], NDArray[np.int64]]]:
-        """Times at which each combination of the streams was measured."""
-        present = [name for name in names if name in streams]
-        if not present:
-            return
-        every = np.unique(np.concatenate([time[name] for name in present]))
-        pattern = np.stack([np.isin(every, time[name]) for name in present], axis=1)
-        for combination in np.unique(pattern, axis=0):
-            chosen = every[(pattern == combination).all(axis=1)]
-            yield (
-                [
-                    name
-                    for name, there in zip(present, combination, strict=True)
-                    if there
-                ],
-                chosen,
-            )
-
     if recording.has("wrench"):
-        wrench = streams["wrench"].values
-        places = [
-            f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"
-        ]
-        fields = {place: wrench[:, i : i + 1] for i, place in enumerate(places)}
-        yield Messages(
-            "/wrench", "geometry_msgs/msg/WrenchStamped", SENSOR, time["wrench"], fields
-        )
-    if together("position", "orientation"):
-        fields = vector("position") | vector("orientation")
+        yield _build_wrench(streams, time)
+    if _are_together(time, "position", "orientation"):
+        fields = _split(streams, "position") | _split(streams, "orientation")
         yield Messages(
             "/pose", "geometry_msgs/msg/PoseStamped", WORLD, time["position"], fields
         )
     elif recording.has("orientation"):
-        values = streams["orientation"].values
-        fields = {
-            f"quaternion.{axis}": values[:, i : i + 1] for i, axis in enumerate("xyzw")
-        }
-        yield Messages(
-            "/orientation",
-            "geometry_msgs/msg/QuaternionStamped",
-            WORLD,
-            time["orientation"],
-            fields,
-        )
-    if together("linear_velocity", "angular_velocity"):
-        fields = vector("linear_velocity") | vector("angular_velocity")
+        yield _build_orientation(streams, time)
+    if _are_together(time, "linear_velocity", "angular_velocity"):
+        fields = _split(streams, "linear_velocity")
+        fields |= _split(streams, "angular_velocity")
         yield Messages(
             "/twist",
             "geometry_msgs/msg/TwistStamped",
@@ -165,27 +127,91 @@ def _build_messages(recording: Recording) -> Iterator[Messages]:
             time["linear_velocity"],
             fields,
         )
-    for names, when in measured("joint_positions", "joint_velocities"):
+    yield from _build_joints(recording, time)
+    yield from _build_imu(streams, time)
+
+
+def _are_together(time: Times, first: str, second: str) -> bool:
+    """Whether two streams are there and share all their times."""
+    return {first, second} <= set(time) and np.array_equal(time[first], time[second])
+
+
+def _split(
+    streams: Mapping[str, Stream], name: str, index: Any = slice(None)
+) -> dict[str, Array]:
+    """Components of a stream of vectors, by the fields that hold them."""
+    place, axes = VECTORS[name]
+    return {
+        f"{place}.{axis}": streams[name].values[index, i : i + 1]
+        for i, axis in enumerate(axes)
+    }
+
+
+def _find_combinations(
+    time: Times, *names: str
+) -> Iterator[tuple[list[str], NDArray[np.int64]]]:
+    """Times at which each combination of the streams was measured."""
+    present = [name for name in names if name in time]
+    if not present:
+        return
+    every = np.unique(np.concatenate([time[name] for name in present]))
+    pattern = np.stack([np.isin(every, time[name]) for name in present], axis=1)
+    for combination in np.unique(pattern, axis=0):
+        chosen = every[(pattern == combination).all(axis=1)]
+        those = zip(present, combination, strict=True)
+        yield [name for name, there in those if there], chosen
+
+
+def _build_wrench(streams: Mapping[str, Stream], time: Times) -> Messages:
+    """The wrench, in the sensor's frame."""
+    wrench = streams["wrench"].values
+    places = [f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"]
+    fields = {place: wrench[:, i : i + 1] for i, place in enumerate(places)}
+    return Messages(
+        "/wrench", "geometry_msgs/msg/WrenchStamped", SENSOR, time["wrench"], fields
+    )
+
+
+def _build_orientation(streams: Mapping[str, Stream], time: Times) -> Messages:
+    """The orientation alone."""
+    values = streams["orientation"].values
+    fields = {
+        f"quaternion.{axis}": values[:, i : i + 1] for i, axis in enumerate("xyzw")
+    }
+    return Messages(
+        "/orientation",
+        "geometry_msgs/msg/QuaternionStamped",
+        WORLD,
+        time["orientation"],
+        fields,
+    )
+
+
+def _build_joints(recording: Recording, time: Times) -> Iterator[Messages]:
+    """Joint positions and velocities, each combination of them."""
+    streams = recording.streams
+    for names, when in _find_combinations(time, *JOINT_FIELDS):
         labels = recording.joint_names or column_names(
             "joint_positions", streams[names[0]].values.shape[1]
         )
         fields = {
             field: streams[name].values[np.searchsorted(time[name], when)]
-            for name, field in (
-                ("joint_positions", "position"),
-                ("joint_velocities", "velocity"),
-            )
+            for name, field in JOINT_FIELDS.items()
             if name in names
         }
         yield Messages(
             "/joint_states", "sensor_msgs/msg/JointState", "", when, fields, labels
         )
-    for names, when in measured("gyroscope", "accelerometer"):
+
+
+def _build_imu(streams: Mapping[str, Stream], time: Times) -> Iterator[Messages]:
+    """Gyroscope and accelerometer, each combination of them."""
+    for names, when in _find_combinations(time, "gyroscope", "accelerometer"):
         unmeasured = np.tile([-1.0, *[0.0] * 8], (len(when), 1))  # REP 145
         fields = {"orientation_covariance": unmeasured}
         for name in ("gyroscope", "accelerometer"):
             if name in names:
-                fields |= vector(name, np.searchsorted(time[name], when))
+                fields |= _split(streams, name, np.searchsorted(time[name], when))
             else:
                 fields[f"{VECTORS[name][0]}_covariance"] = unmeasured
         yield Messages("/imu", "sensor_msgs/msg/Imu", SENSOR, when, fields)

@@ -1,0 +1,91 @@
+"""What hefting identify prints: the result of one method, or of several, and the files
+that were written."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
+    from hefting.core.inertia import InertialParameters
+    from hefting.core.metrics import Errors
+    from hefting.export import Exported
+    from hefting.identification.compare import Comparison
+
+
+@dataclass(frozen=True)
+class Results:
+    """What was identified, and what was made of it."""
+
+    estimates: "dict[str, Estimate]"
+    """By method"""
+    best: str
+    """The method that is recommended, or the only one"""
+    comparison: "Comparison | None"
+    """None for a single method"""
+    truth: "InertialParameters | None"
+    errors: "dict[str, Errors]"
+    """By method; empty where the truth is not known"""
+    written: "list[tuple[str, Exported]]"
+    """Files that were written, and what is in them"""
+
+
+def print_json(results: Results, render: Callable[[str], str]) -> None:
+    """Print the results as one JSON object; `render` turns the library's way of naming
+    its arguments into the reader's."""
+    import json
+
+    estimates = _estimates_json(results)
+    out = estimates[results.best]
+    if comparison := results.comparison:
+        out = {
+            "results": [
+                r | {"seconds": comparison.seconds[name]}
+                for name, r in estimates.items()
+            ],
+            "recommended": results.best,
+            "reason": comparison.reason,
+            "skipped": comparison.skipped,
+        }
+    print(render(json.dumps(out)))
+
+
+def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
+    """Each estimate by method, with its errors; the best with the warnings of the files
+    written."""
+    from hefting.core.estimate_json import coded, json_ready
+
+    estimates = {k: e.to_dict() for k, e in results.estimates.items()}
+    for name, found in results.errors.items():
+        estimates[name]["errors"] = json_ready(found.to_dict())
+    best = estimates[results.best]
+    for path, exported in results.written:
+        for line in exported.warnings:
+            text = f"{path}: {line}"
+            best["warnings"].append(text)
+            best["messages"].append(coded(line).to_dict() | {"text": text})
+    return estimates
+
+
+def print_results(results: Results, render: Callable[[str], str]) -> None:
+    """Print the results as a table, then the files written; `render` as in
+    `print_json`."""
+    comparison, best = results.comparison, results.best
+    if comparison:
+        from hefting.cli.report.methods import comparison_report
+        from hefting.cli.report.printing import print_report
+
+        print_report(comparison_report(comparison, results.errors), render)
+    else:
+        from hefting.cli.report.estimate import estimate_report, print_lines
+
+        report = estimate_report(
+            results.estimates[best], results.truth, results.errors.get(best)
+        )
+        print_lines(report, render)
+    for path, exported in results.written:
+        print(
+            f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)"
+        )
+        for line in exported.warnings:
+            print(f"warning: {render(line)}")
