@@ -162,8 +162,20 @@ class Knots:
 
 
 def multiply(bands: Array, x: Array) -> Array:
-    """Product (n, d) of a symmetric matrix, given by its lower bands (6, n), and x (n,
-    d); as columns in memory."""
+    """Product of a symmetric band matrix and x.
+
+    Parameters
+    ----------
+    bands : Array
+        (6, n) lower bands: entry [b, i] is that of row i + b and column i.
+    x : Array
+        (n, d).
+
+    Returns
+    -------
+    Array
+        (n, d), in column-major order.
+    """
     columns = np.ascontiguousarray(x.T)
     product = bands[0] * columns
     for b in range(1, min(SUPPORT, len(x))):

@@ -181,39 +181,55 @@ class Track:
         )
 
     def block(self, values: Array, steady: Steady) -> "Track":
-        """Take in regular samples (K, d) at once, the filter being steady."""
-        # slow to import, and not needed for finished recordings
-        from scipy.signal import lfilter
+        """Update with many samples at constant spacing, while the gains are constant.
 
-        lag = len(steady.gains) - 1
-        modal = np.linalg.solve(steady.shapes, self.mean.astype(complex))
-        states = np.zeros((len(values), *self.mean.shape))
-        for mode, drive, shape, begin in zip(
-            steady.modes, steady.drive, steady.shapes.T, modal, strict=True
-        ):
-            if mode.imag >= 0:  # a conjugate pair is twice the real part of one
-                start = (mode * begin)[None]
-                z = lfilter(
-                    [drive], [1.0, -mode], values.astype(complex), axis=0, zi=start
-                )[0]
-                states += (1.0 if mode.imag == 0 else 2.0) * np.real(
-                    shape[:, None] * z[:, None, :]
-                )
-        innovations = np.zeros((len(self.past) + len(values) + lag, values.shape[1]))
-        innovations[len(self.past) : len(self.past) + len(values)] = (
-            values - states[:, 0]
-        ) * steady.surplus
+        Parameters
+        ----------
+        values : Array
+            (K, d) samples.
+        steady : Steady
+            The settled filter for their spacing; see `is_steady`.
+
+        Returns
+        -------
+        Track
+            What K calls of `step` return, up to rounding.
+        """
+        states = self._filtered_states(values, steady)
+        innovations = (values - states[:, 0]) * steady.surplus
         past = np.concatenate((self.past, states[:, :OUTPUT_STATES]))
-        if lag:
-            for i in range(OUTPUT_STATES):
-                for d in range(values.shape[1]):
-                    past[:, i, d] += np.correlate(
-                        innovations[1:, d], steady.gains[1:, i], "valid"
-                    )[: len(past)]
+        _add_later_innovations(past, innovations, steady.gains)
+        lag = len(steady.gains) - 1
         age = np.minimum(np.arange(len(past))[::-1], lag)
         return Track(
             states[-1], self.covariance, past, steady.cross[age], steady.variances[age]
         )
+
+    def _filtered_states(self, values: Array, steady: Steady) -> Array:
+        """(K, n, d) state after each of the samples (K, d), given no later sample.
+
+        In modal coordinates the closed loop is n independent first-order recursions.
+        """
+        # slow to import, and not needed for finished recordings
+        from scipy.signal import lfilter
+
+        initial = np.linalg.solve(steady.shapes, self.mean.astype(complex))
+        states = np.zeros((len(values), *self.mean.shape))
+        for mode, drive, shape, last in zip(
+            steady.modes, steady.drive, steady.shapes.T, initial, strict=True
+        ):
+            if mode.imag < 0:  # accounted for by its conjugate
+                continue
+            amplitude = lfilter(
+                [drive],
+                [1.0, -mode],
+                values.astype(complex),
+                axis=0,
+                zi=(mode * last)[None],
+            )[0]
+            multiplicity = 1.0 if mode.imag == 0 else 2.0
+            states += multiplicity * np.real(shape[:, None] * amplitude[:, None, :])
+        return states
 
     def is_steady(self, steady: Steady) -> bool:
         """Whether the covariances have settled, to five digits: then `block` does the
@@ -234,3 +250,28 @@ class Track:
             cross=self.cross[count:],
             variances=self.variances[count:],
         )
+
+
+def _add_later_innovations(past: Array, innovations: Array, gains: Array) -> None:
+    """Correct past states by the innovations of the samples that follow them, in place.
+
+    Parameters
+    ----------
+    past : Array
+        (P, 3, d) states; the last K of them are those of the new samples.
+    innovations : Array
+        (K, d) of the new samples.
+    gains : Array
+        (lag + 1, 3) as in `Steady`.
+    """
+    lag = len(gains) - 1
+    if not lag:
+        return
+    first_new = len(past) - len(innovations)
+    padded = np.zeros((len(past) + lag, innovations.shape[1]))
+    padded[first_new : len(past)] = innovations
+    for i in range(OUTPUT_STATES):
+        for d in range(innovations.shape[1]):
+            past[:, i, d] += np.correlate(padded[1:, d], gains[1:, i], "valid")[
+                : len(past)
+            ]

@@ -183,12 +183,8 @@ class Streams:
     def _split_pose(self, series: Series) -> None:
         values = series.values
         if values.shape[1] == 7:
-            self.series["position"] = Series(
-                series.time, series.logged, series.rows, values[:, :3]
-            )
-        self.series["orientation"] = Series(
-            series.time, series.logged, series.rows, values[:, -4:]
-        )
+            self.series["position"] = _with_values(series, values[:, :3])
+        self.series["orientation"] = _with_values(series, values[:, -4:])
 
     def joints(self) -> None:
         """Joint positions and velocities by name: of the largest set of joints that one
@@ -210,9 +206,7 @@ class Streams:
             if len(own) == len(names) and set(own) == set(names):
                 places = {name: i for i, name in enumerate(own)}
                 columns = series.values[:, [places[name] for name in names]]
-                parts.setdefault(what, []).append(
-                    Series(series.time, series.logged, series.rows, columns)
-                )
+                parts.setdefault(what, []).append(_with_values(series, columns))
             else:
                 others |= set(own)
         for what in JOINT_STREAMS:
@@ -269,12 +263,7 @@ class Streams:
             if any(key[0] == what for key in topic.series):
                 series = self._one_frame(topic, what)[2]
                 if rotation is not None:
-                    series = Series(
-                        series.time,
-                        series.logged,
-                        series.rows,
-                        rotation.apply(series.values),
-                    )
+                    series = _with_values(series, rotation.apply(series.values))
                 self._keep(what, series, topic, what)
 
     def twist(self) -> None:
@@ -294,12 +283,7 @@ class Streams:
             and len(orientation) > 1
         ):
             padded = np.pad(orientation.values, ((0, 0), (3, 0)))
-            turning = Link(
-                "",
-                "",
-                Series(orientation.time, orientation.logged, orientation.rows, padded),
-                False,
-            )
+            turning = Link("", "", _with_values(orientation, padded), False)
             series = series[turning.covers(series.time)]
             if len(series):
                 rotation = turning.at(series.time)[1]
@@ -307,12 +291,7 @@ class Streams:
                     rotation.apply(series.values[:, part])
                     for part in (slice(0, 3), slice(3, 6))
                 ]
-                series = Series(
-                    series.time,
-                    series.logged,
-                    series.rows,
-                    np.concatenate(turned, axis=1),
-                )
+                series = _with_values(series, np.concatenate(turned, axis=1))
         elif not frame or frame != self.world:
             what = f"velocities of {topic.topic.name} left out: frame '{frame}' is not the world's"
             self._warn("velocities-left-out", what, "world_frame")
@@ -324,36 +303,43 @@ class Streams:
             ("linear_velocity", slice(0, 3)),
             ("angular_velocity", slice(3, 6)),
         ):
-            self.series[what] = Series(
-                series.time, series.logged, series.rows, series.values[:, part]
-            )
+            self.series[what] = _with_values(series, series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
-        """The topic of a role; `InputError` when there are several, or the one asked
-        for gave nothing."""
-        found = [
+        """The one topic for a role (a key of `TYPES`); None if there is none and none
+        was asked for.
+
+        Raises `InputError` if several topics could serve the role, or the one asked for
+        by name has no usable samples.
+        """
+        candidates = [
             topic for topic in self.gathered if topic.role == role and topic.series
         ]
-        if len(found) > 1:
+        if len(candidates) > 1:
             fix = f"choose one with `{role}_topic`" + (
                 "" if role == "wrench" else ", or none"
             )
-            names = ", ".join(str(topic.topic) for topic in found)
+            names = ", ".join(str(topic.topic) for topic in candidates)
             raise InputError(
-                f"{len(found)} topics could be the {role}: {names}", self.path, fix
+                f"{len(candidates)} topics could be the {role}: {names}", self.path, fix
             )
-        if not found and self.named.get(role, "none") != "none":
-            fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
-            empty = next((topic for topic in self.gathered if topic.role == role), None)
-            if empty is None:
-                what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
-                raise InputError(what, self.path, fix)
-            if not empty.messages:
-                raise InputError(f"topic {empty.topic} has no messages", self.path, fix)
-            raise InputError(
-                f"no {role} can be read from topic {empty.topic}", self.path, fix
-            )
-        return found[0] if found else None
+        if candidates:
+            return candidates[0]
+        if self.named.get(role, "none") != "none":
+            raise self._error_for_unusable_topic(role)
+        return None
+
+    def _error_for_unusable_topic(self, role: str) -> InputError:
+        """Why the topic asked for by name gave no samples for its role."""
+        fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
+        topic = next((topic for topic in self.gathered if topic.role == role), None)
+        if topic is None:
+            what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
+        elif not topic.messages:
+            what = f"topic {topic.topic} has no messages"
+        else:
+            what = f"no {role} can be read from topic {topic.topic}"
+        return InputError(what, self.path, fix)
 
     def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
         """Frame, child frame and samples of a topic; `InputError` when its messages are
@@ -398,3 +384,8 @@ class Streams:
 
     def _warn(self, code: str, text: str, argument: str | None = None) -> None:
         self.warnings.append(warning(code, text, argument))
+
+
+def _with_values(series: Series, values: np.ndarray) -> Series:
+    """Other values (K, d) at the same times."""
+    return Series(series.time, series.logged, series.rows, values)
