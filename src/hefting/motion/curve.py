@@ -220,14 +220,18 @@ def _tune_with_equations(
         orders, h = (near.order,), _knot_spacing(data, near)
     middle = orders[len(orders) // 2]
     normal = _normal_equations(data, h)
-    found = _most_likely_smoothness(normal, middle, _sampling_interval(data[0].time, h), floor, near)
+    found = _most_likely_smoothness(
+        normal, middle, _sampling_interval(data[0].time, h), floor, near
+    )
     for _ in range(3):
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
         normal = _normal_equations(data, h)
-        found = _most_likely_smoothness(normal, middle, _sampling_interval(data[0].time, h), floor, found)
+        found = _most_likely_smoothness(
+            normal, middle, _sampling_interval(data[0].time, h), floor, found
+        )
     dt = _sampling_interval(data[0].time, normal.knots.h)
     best = found
     for m in orders:
@@ -280,7 +284,9 @@ def _sampling_interval(time: Array, h: float) -> float:
     return float(np.mean(np.diff(time)[~_is_gap(time, h)]))
 
 
-def _normal_equations(data: tuple[Observation, ...], h: float, end: float = -np.inf) -> Normal:
+def _normal_equations(
+    data: tuple[Observation, ...], h: float, end: float = -np.inf
+) -> Normal:
     """Normal equations with knots at spacing `h` [s].
 
     The last segment extends to `end` [s], where the samples after its last one are

@@ -95,7 +95,9 @@ def fuse(
         and poses.position is not None
     ):
         removed = np.zeros(3) if gravity_removed else gravity
-        poses, new_notes, new_warnings = _fuse_accelerometer(poses, accelerometer, removed)
+        poses, new_notes, new_warnings = _fuse_accelerometer(
+            poses, accelerometer, removed
+        )
         notes += new_notes
         warnings += new_warnings
     return poses, tuple(notes), tuple(warnings)
@@ -136,7 +138,10 @@ def _fuse_gyroscope(
         )
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
-    noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, {_format_delay(found.clock)}"
+    noted = (
+        f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, "
+        f"{_format_delay(found.clock)}"
+    )
     return fitted, [note("gyroscope-used", noted)], []
 
 
@@ -156,7 +161,8 @@ def _fuse_accelerometer(
         )
         slope = (_specific_force(later, gravity) - force) / SPECIFIC_FORCE_STEP
         columns = np.concatenate(
-            (_identities(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2
+            (_identities(len(force)), _lever_columns(motion), -slope[:, :, None]),
+            axis=2,
         )
         misfit = (
             readings.values - force - found.bias - _lever_columns(motion) @ found.lever
