@@ -18,7 +18,7 @@ from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
 from hefting.estimators.quadratic import RANK_TOLERANCE
 from hefting.estimators.sample_state import SampleState
-from hefting.identification.reasons import _joined, _Reasons, _sentence
+from hefting.identification.reasons import _join_findings, _Reasons, _sentence
 from hefting.ingest.free_fit import FreeFit
 
 RigidModel = Literal["full", "reduced"]
@@ -129,5 +129,5 @@ def identifiability(
         condition_full=condition_number(moments, size, "full"),
         condition_reduced=condition_number(moments, size, "reduced"),
         open={name: _sentence([finding]) for name, finding in found.items()},
-        summary=_joined(found.values()),
+        summary=_join_findings(found.values()),
     )

@@ -1,6 +1,7 @@
 """Recording -> Estimate: the whole way, with what has to be found out on it (sign,
 bias, weights) and told."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -147,32 +148,52 @@ def estimator_for(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """Estimator whose other hyperparameters follow from the recording and the shape.
+    """Create an estimator; hyperparameters that are not given follow from the recording
+    and the shape.
 
-    Raises `InputError` when the method needs what is not given, or has no such
-    hyperparameter.
+    Parameters
+    ----------
+    kind : type of Estimator
+        Class of the method.
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object in the sensor frame.
+    hyperparameters : dict
+        Values by name. The value "shape" stands for `shape` itself where the method
+        takes one for that hyperparameter.
+
+    Returns
+    -------
+    Estimator
+
+    Raises
+    ------
+    InputError
+        If the method needs what is not given, or has no such hyperparameter.
     """
     model = hyperparameters.get("model")
     known = kind.hyperparameters(model)
     for name in hyperparameters:
         if name not in known:
-            others = methods_with(name)
-            fix = (
-                f"{', '.join(others)} has it"
-                if others
-                else f"it has {', '.join(known)}"
-            )
-            raise InputError(
-                f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix
-            )
-    standing = [
+            raise _unknown_hyperparameter(kind, name, known)
+    named_shape = [
         name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
     ]
-    _require_what_it_needs(kind, shape, hyperparameters, standing)
+    _require_what_it_needs(kind, shape, hyperparameters, named_shape)
     settings = kind.settings(_known(found, shape), model)
     if any(name in hyperparameters for name in kind.instead_of_shape):
         settings.pop("shape", None)
-    return kind(**(settings | hyperparameters | dict.fromkeys(standing, shape)))
+    return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
+
+
+def _unknown_hyperparameter(
+    kind: type[Estimator], name: str, known: Iterable[str]
+) -> InputError:
+    """The error for a hyperparameter that the method does not have."""
+    others = methods_with(name)
+    fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
+    return InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
 
 
 def _require_what_it_needs(

@@ -1,4 +1,5 @@
-"""Reasons: why a motion leaves a parameter open, read off gravity's directions and the accelerations."""
+"""Why a motion leaves a parameter undetermined: reasons from the directions of gravity
+and the accelerations."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,43 +13,36 @@ from hefting.estimators.sample_state import SampleState
 from hefting.ingest.free_fit import FreeFit
 
 AXES = "xyz"
-
-
 STILL = 0.01
-"""Root-mean-square turn of gravity [rad] up to which it kept its direction."""
-
-
+"""[rad] Root-mean-square turn of gravity in sensor axes below which its direction counts
+as constant."""
 NARROW = 0.2
-"""The same [rad] up to which it turned by only a little."""
-
-
+"""[rad] Root-mean-square turn of gravity below which it counts as small."""
 IDLE = 0.005
-"""Root-mean-square angular acceleration [rad/s²] up to which there was none."""
-
-
+"""[rad/s²] Root-mean-square angular acceleration about an axis below which it counts as
+zero."""
 IDLE_SHARE = 0.02
-"""The same relative to that about the axis of most."""
+"""The same as a share of that about the axis of the largest."""
 
 
 @dataclass(frozen=True)
 class _Finding:
-    """One open parameter: `subject` "COM z" and the reason, or how much too large its
-    standard deviation is."""
+    """One undetermined parameter, and why: a reason, or too much noise."""
 
     subject: str
     reason: str = ""
     excess: float = 0.0
-    """standard deviation over what would do, where noise is the reason"""
+    """Ratio of the standard deviation to its limit, if noise is the reason."""
     yardstick: str = ""
-    """what would do"""
+    """The limit, in words."""
     remedy: str = ""
-    """what to do, with {} in the place of axes"""
+    """Advice, with {} in place of the axes."""
     axes: str = ""
-    """any of which would do"""
+    """Axes about which motion would help."""
 
 
 def _sentence(group: list[_Finding]) -> str:
-    """One sentence on findings of one reason."""
+    """One sentence for findings with the same reason."""
     first, one = group[0], len(group) == 1
     subjects = ", ".join(dict.fromkeys(finding.subject for finding in group))
     if first.reason:
@@ -64,7 +58,7 @@ def _sentence(group: list[_Finding]) -> str:
     )
 
 
-def _joined(findings: Iterable[_Finding]) -> tuple[str, ...]:
+def _join_findings(findings: Iterable[_Finding]) -> tuple[str, ...]:
     groups: dict[tuple[str, str], list[_Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.reason, finding.yardstick), []).append(finding)
@@ -105,7 +99,9 @@ class _Reasons:
     # mass and centre of mass: where gravity pointed
 
     def _mass(self) -> _Finding:
-        reason = (self._gravity_reason() if self._biased else None) or self._unknown(0)
+        reason = (
+            self._gravity_reason() if self._biased else None
+        ) or self._reason_besides_noise(0)
         if reason is not None:
             return _Finding("mass", reason)
         mass = abs(float(self._fit.vector[0]))
@@ -122,12 +118,12 @@ class _Reasons:
         # the part of the axis that is open
         direction = open_directions.T @ open_directions[:, axis]
         length = float(np.linalg.norm(direction))
-        direction = _snapped(
+        direction = _align_to_axis(
             direction / length if length > 1e-3 else open_directions[-1]
         )
-        name = _name(direction)
+        name = _format_direction(direction)
         subject = f"COM {name}" if len(name) == 1 else f"COM along {name}"
-        reason = self._gravity_reason(direction) or self._unknown(1 + axis)
+        reason = self._gravity_reason(direction) or self._reason_besides_noise(1 + axis)
         if reason is not None:
             return _Finding(subject, reason)
         limit = abs(float(self._fit.vector[0])) * self._size / 2.0
@@ -143,15 +139,18 @@ class _Reasons:
         )
 
     def _gravity_reason(self, direction: Array | None = None) -> str | None:
-        """Why gravity does not show the mass, or the COM along `direction` (3,); None
-        where it is not the reason."""
+        """Why gravity does not determine the mass, or the COM along `direction` (3,);
+        None if gravity is not the reason."""
         if not self._z.gravity.any():
             return (
                 "without gravity only acceleration shows it, and there was too little"
             )
         if not self._biased:
             assert direction is not None
-            tilt, name = self._across(direction), _name(direction)
+            tilt, name = (
+                self._rms_perpendicular(direction),
+                _format_direction(direction),
+            )
             what = f"sensor {name}" if len(name) == 1 else "this direction"
             if tilt < STILL:
                 return f"{what} never left the vertical"
@@ -162,16 +161,20 @@ class _Reasons:
             )
         if self._turn < STILL:
             return "gravity kept its direction in sensor axes, so a bias cannot be told from weight"
-        if direction is not None and self._across(direction) < 0.3 * self._turn:
-            return f"gravity in sensor axes changed along {_name(direction)} only, and a constant torque may be bias"
+        if (
+            direction is not None
+            and self._rms_perpendicular(direction) < 0.3 * self._turn
+        ):
+            name = _format_direction(direction)
+            return f"gravity in sensor axes changed along {name} only, and a constant torque may be bias"
         if self._turn < NARROW:
             turn = _degrees(self._turn)
             return f"gravity turned by only about {turn} in sensor axes, so a bias can hardly be told from weight"
         return None
 
     def _open_com_directions(self) -> Array:
-        """(k, 3) orthonormal directions in which m c is open, whatever the other
-        parameters are; k >= 1."""
+        """(k, 3) orthonormal directions in which m c is undetermined when all other
+        parameters are free; at least the least determined one."""
         R = stacked_factor(SampleState.of(self._z), self._fit.noise, self._biased)
         A = R[6:, 6:16] if self._biased else R[:, :10]
         others = np.delete(A, (1, 2, 3), axis=1)
@@ -191,7 +194,7 @@ class _Reasons:
         name, axes = PARAMETERS[4 + entry], (TENSOR_ROWS[entry], TENSOR_COLUMNS[entry])
         if len(idle) and all(np.linalg.norm(idle[:, axis]) > 0.05 for axis in axes):
             return _Finding(name, self._idle_reason(idle))
-        reason = self._unknown(4 + entry)
+        reason = self._reason_besides_noise(4 + entry)
         if reason is not None:
             return _Finding(name, reason)
         limit = abs(float(self._fit.vector[0])) * self._size**2 / 12.0
@@ -207,10 +210,10 @@ class _Reasons:
         """(k, 3) orthonormal directions about which there was no angular acceleration,
         k = 0 to 3.
 
-        None means: less than would show the inertia of a body of the given size through
-        the torque's noise, and as little as its own known noise, `IDLE_SHARE`, or
-        `IDLE`; the latter unless all of the motion is lost in noise, as one axis is
-        then no worse than the others.
+        It counts as zero if it is too small to determine the inertia of a body of the
+        given size in the noise of the torque, and also below its own noise,
+        `IDLE_SHARE` of the largest, or `IDLE`. The limit `IDLE` does not apply if the
+        noise hides the motion about every axis.
         """
         alpha = (
             self._z.angular_acceleration
@@ -236,15 +239,15 @@ class _Reasons:
         if len(idle) == 3:
             return "no angular acceleration about any axis"
         if len(idle) == 1:
-            return f"no angular acceleration about {_name(_snapped(idle[0]))}"
-        name = _name(_snapped(np.cross(*idle)))
+            return f"no angular acceleration about {_format_direction(_align_to_axis(idle[0]))}"
+        name = _format_direction(_align_to_axis(np.cross(*idle)))
         if len(name) == 1:
             return f"no angular acceleration about {' or '.join(axis for axis in AXES if axis != name)}"
         return f"angular acceleration about {name} only"
 
-    def _unknown(self, index: int) -> str | None:
-        """Why a parameter is open that the motion excites, where noise is not the
-        reason."""
+    def _reason_besides_noise(self, index: int) -> str | None:
+        """Why a parameter that the motion excites is undetermined; None if noise is
+        the reason."""
         if index and self._fit.mass_is_open:
             return "the mass itself is not known"
         if np.isfinite(self._std[index]):
@@ -253,9 +256,9 @@ class _Reasons:
         samples = f"{len(self._z)} sample{'s' * (len(self._z) != 1)}"
         return f"in {'this motion' if len(self._z) > 3 else samples} {others} explain the wrench as well"
 
-    def _across(self, direction: Array) -> float:
-        """Root-mean-square part of gravity's directions (with a bias: of what changed
-        of them) across `direction`."""
+    def _rms_perpendicular(self, direction: Array) -> float:
+        """Root-mean-square component of gravity's directions perpendicular to
+        `direction`; with a bias, of their deviations from the mean."""
         return self._rms(self._gravity - np.outer(self._gravity @ direction, direction))
 
     def _mean(self, values: Array) -> Array:
@@ -268,17 +271,17 @@ class _Reasons:
         )
 
 
-def _snapped(direction: Array) -> Array:
-    """The sensor axis within 6° of a unit vector (3,), else the vector, its largest
-    component positive."""
+def _align_to_axis(direction: Array) -> Array:
+    """The sensor axis within 6° of a unit vector (3,); if there is none, the vector
+    with the sign that makes its largest component positive."""
     largest = int(np.argmax(np.abs(direction)))
     if abs(direction[largest]) > 0.995:
         return np.eye(3)[largest]
     return direction * np.sign(direction[largest])
 
 
-def _name(direction: Array) -> str:
-    """As it is written: "z" for an axis, else "(0.71, 0, 0.71)"."""
+def _format_direction(direction: Array) -> str:
+    """Text of a direction (3,): "z" for an axis, else as "(0.71, 0, 0.71)"."""
     if np.count_nonzero(direction) == 1:
         return AXES[int(np.argmax(direction))]
     return "(" + ", ".join(f"{round(float(x), 2) + 0.0:g}" for x in direction) + ")"

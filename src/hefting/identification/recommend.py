@@ -1,14 +1,14 @@
 """Recommendation: which of several estimates to trust, judged without the truth.
 
-The rule was chosen among several by what it cost beside the best method of each case,
+The rule was chosen among several by its error relative to the best method of each case,
 on simulated recordings with the right shape, a bounding box, a shape 20 % too large and
-one misplaced by 5 mm and 5°, and on grossly wrong shapes. A shape that is nearly right
-is worth more than a perfect fit: noise of the accelerations alone makes least squares
-contradict the true body. Only where the data determine everything do they overrule the
-shape. Bayes, where it explains the wrench, was the closest of all in the median in each
-of the four, COM and inertia alike.
+one misplaced by 5 mm and 5°, and on grossly wrong shapes. An approximate shape improves
+the estimate more than a smaller residual does: noise of the accelerations alone makes
+least squares contradict the true body. The data overrule the shape only where they
+determine all parameters. In each of the four cases, the Bayesian estimate, where it
+explains the wrench, had the smallest median error of COM and inertia.
 
-What a method may be recommended for, its class says (`hefting.estimators.base.ROLES`).
+The class of a method states its role (`hefting.estimators.base.ROLES`).
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
     For the true parameters this is chi² distributed with as many degrees of freedom as
     the data determine parameters, at most ten; the residuals' correlation in time is
-    allowed for.
+    taken into account.
     """
     problem = Quadratic.of(
         SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate"
@@ -53,9 +53,13 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
 
 def uncertainty(found: Ingested, shape: Shape) -> float:
-    """Largest relative standard deviation of unconstrained least squares: of the mass,
-    of the first moment in sizes of the shape, of the inertia in that of a rod of its
-    size; infinite where the motion leaves something open."""
+    """Largest relative standard deviation of the ten parameters by unconstrained least
+    squares.
+
+    That of the mass is relative to the mass m, that of the first moment to m times the
+    size of the shape, that of the inertia to a rod of mass m and that size. Infinite if
+    a parameter is undetermined.
+    """
     std = np.sqrt(found.fit.covariance.diagonal()[:10])
     size = float(np.linalg.norm(shape.extents))
     scale = abs(float(found.fit.vector[0])) * np.concatenate(
@@ -70,8 +74,24 @@ def recommend(
     shape: Shape | None,
     seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """Name of the estimate to trust, and a sentence why; `seen` is what methods saw,
-    where that was only a part."""
+    """Choose an estimate.
+
+    Parameters
+    ----------
+    results : dict
+        Estimates by method.
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object.
+    seen : dict, optional
+        The part of the recording that a method used, by method; by default all of it.
+
+    Returns
+    -------
+    tuple of str
+        Name of the method, and a sentence that gives the reason.
+    """
     bodies = {
         name: e
         for name, e in results.items()
@@ -136,7 +156,8 @@ def recommend(
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
-    """Of the methods with a role the first that found a body."""
+    """The first method of a role whose estimate is among `bodies`; None if there is
+    none."""
     return next(
         (
             name
@@ -148,8 +169,8 @@ def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
-    """Whether a COM found without the shape is outside its hull, by more than its
-    uncertainty and `OUTSIDE`."""
+    """Whether a COM estimated without the shape is outside its hull by more than
+    `OUTSIDE` and three standard deviations."""
     if (
         estimate.hull_margin is None
         or not np.isfinite(found.fit.covariance.diagonal()[1:4]).all()

@@ -1,5 +1,5 @@
-"""Stopping: how much of a recording it takes until the posterior is as sure as was
-asked for."""
+"""Stopping rule: the first part of a recording whose estimate reaches the accuracy
+that was asked for."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def first_sufficient(
     """
     z = measurements
     state, estimate, seen = estimator.start(), None, 0
-    for end in _looks(z, static):
+    for end in _sample_counts_at_checks(z, static):
         state, seen = estimator.update(state, z[seen:end]), end
         try:
             estimate = estimator.estimate_from(state, estimate)
@@ -65,24 +65,33 @@ def with_stop_reason(
     return replace(estimate, warnings=warnings, provenance=provenance)
 
 
-def _looks(z: Measurements, static: bool) -> list[int]:
-    """Numbers of samples after which to look, the last of them all."""
+def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
+    """Numbers of samples after which the estimate is computed and checked.
+
+    Parameters
+    ----------
+    z : Measurements
+        K samples in order of time, or K static poses.
+    static : bool
+        Whether the samples are static poses; these are checked one by one.
+
+    Returns
+    -------
+    list of int
+        Increasing counts; the last one is K. The interval between two checks is
+        `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed
+        where that is longer.
+    """
     K = len(z)
     if static:
         return list(range(1, K + 1))
-    ends, time = [], z.time - z.time[0]
-    end = min(SAMPLES_BEFORE_FIRST_CHECK, K)
-    while end < K:
-        ends.append(end)
-        now = time[end - 1]
-        end = max(
-            int(
-                np.searchsorted(
-                    time,
-                    now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now),
-                    side="right",
-                )
-            ),
-            end + 1,
-        )
-    return [*ends, K]
+    elapsed = z.time - z.time[0]
+    counts = []
+    count = min(SAMPLES_BEFORE_FIRST_CHECK, K)
+    while count < K:
+        counts.append(count)
+        now = elapsed[count - 1]
+        next_check = now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now)
+        samples_until_check = int(np.searchsorted(elapsed, next_check, side="right"))
+        count = max(samples_until_check, count + 1)
+    return [*counts, K]

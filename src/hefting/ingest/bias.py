@@ -1,5 +1,4 @@
-"""A bias of the wrench that is known: measured while nothing was held, or kept in a
-file."""
+"""A known bias of the wrench: measured while nothing was held, or read from a file."""
 
 from pathlib import Path
 
@@ -12,10 +11,24 @@ from hefting.core.spatial import Array
 
 
 def tare(recording: Recording, start: float, end: float) -> Array:
-    """Mean wrench (6,), as recorded, between two times [s] counted from the first
-    sample, when nothing was held.
+    """Mean wrench while nothing was held.
 
-    Raises `InputError` when no wrench was measured then.
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    start, end : float
+        [s] since the first sample of the recording.
+
+    Returns
+    -------
+    Array
+        (6,) [N, N m], with the sign of the recording.
+
+    Raises
+    ------
+    InputError
+        If there are no wrench samples between the two times.
     """
     wrench = recording["wrench"]
     chosen = (wrench.time >= recording.start + start) & (
@@ -30,8 +43,11 @@ def tare(recording: Recording, start: float, end: float) -> Array:
 
 
 def load_bias(path: str | Path) -> Array:
-    """Bias (6,) [N, N m] of a JSON file: its ``bias`` key, as in an estimate, or six
-    numbers."""
+    """Read a bias (6,) [N, N m] from a JSON file, with the sign of the recording.
+
+    The file holds six numbers, or a key ``bias``, as an estimate does. Raises
+    `InputError` if it holds no six finite numbers.
+    """
     data = read_json(path)
     try:
         values = np.asarray(
@@ -41,7 +57,8 @@ def load_bias(path: str | Path) -> Array:
             isinstance(data, dict)
             and (data.get("provenance") or {}).get("wrench") == "on-sensor"
         ):
-            # an estimate holds it in the project's sign, a log in the sensor's
+            # an estimate has the sign of the wrench on the object, the log that on the
+            # sensor
             values = -values
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise InputError(

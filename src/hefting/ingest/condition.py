@@ -337,7 +337,24 @@ def _estimate_noise(
 def _mean_squared_residual(
     samples: Samples, problem: Problem, fit: Fit, outliers: Outliers
 ) -> Array:
-    """(2,) of force [N²] and torque [N² m²], of one axis, over the inliers."""
+    """Mean squared residual of one axis of the force and of the torque.
+
+    Parameters
+    ----------
+    samples : Samples
+        The recorded wrench.
+    problem : Problem
+        The blocks of samples that were fitted.
+    fit : Fit
+        The fit; blocks of weight zero are left out.
+    outliers : Outliers
+        Rejected samples, which are left out.
+
+    Returns
+    -------
+    Array
+        (2,) of force [N²] and torque [N² m²].
+    """
     count = np.where(fit.weights > 0.0, problem.blocks.count, 0.0)
     residual = fit.residual
     medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(
@@ -345,10 +362,11 @@ def _mean_squared_residual(
     )
     # a median has less noise than a sample: use the next sample instead
     if medians_were_fitted:
-        nearest = np.minimum(
+        next_sample = np.minimum(
             np.searchsorted(samples.time, problem.time), len(samples.time) - 1
         )
-        residual = samples.wrench[nearest] - (problem.wrench - fit.residual)
-        count = np.where(outliers.rejected[nearest], 0.0, count)
-    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
-    return count @ square / max(3.0 * count.sum(), 1e-300)
+        fitted_wrench = problem.wrench - fit.residual
+        residual = samples.wrench[next_sample] - fitted_wrench
+        count = np.where(outliers.rejected[next_sample], 0.0, count)
+    squared_length = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
+    return count @ squared_length / max(3.0 * count.sum(), 1e-300)

@@ -136,35 +136,44 @@ class Conditioned:
         return np.sqrt(self.covariance.diagonal())
 
     def corrected(self, recording: Recording, drift: bool = True) -> Recording:
-        """`recording` with its wrench at the motion's clock, its drift removed, and
+        """The recording with its wrench synchronised with the motion, without drift and
         without the rejected samples.
 
-        The drift stays where `drift` is False: then the bias is said to be known. What
-        is constant of the bias stays: every estimator finds it with the object. The
-        very same object where there is nothing to correct. All samples stay where none
-        is left otherwise.
+        The constant part of the bias is not removed: every estimator determines it along
+        with the inertial parameters. Where every sample was rejected, all are kept.
+
+        Parameters
+        ----------
+        recording : Recording
+            The recording that was conditioned.
+        drift : bool
+            Whether to remove the drift of the bias; False where the bias is known.
+
+        Returns
+        -------
+        Recording
+            `recording` itself where nothing is to be corrected.
         """
-        wrench = recording["wrench"]
-        drifts = drift and self.bias.kind != "constant"
-        if not (self.offset or drifts or self.rejected.any()):
+        remove_drift = drift and self.bias.kind != "constant"
+        if not (self.offset or remove_drift or self.rejected.any()):
             return recording
-        time, values = wrench.time, wrench.values
-        if drifts:
-            values = values - self.bias.change(time)
-        kept = (
-            ~self.rejected
-            if not self.rejected.all()
-            else np.ones(len(time), dtype=bool)
-        )
+        wrench = self._corrected_wrench(recording["wrench"], remove_drift)
         streams = dict(recording.streams)
-        streams["wrench"] = Stream(
-            (time - self.offset)[kept], values[kept], wrench.rows[kept]
-        )
-        if recording.static:
+        streams["wrench"] = wrench
+        if recording.static:  # a static pose is dropped together with its wrench
             streams = {
-                name: s
-                if name == "wrench"
-                else s[np.isin(s.rows, streams["wrench"].rows)]
+                name: s if name == "wrench" else s[np.isin(s.rows, wrench.rows)]
                 for name, s in streams.items()
             }
         return replace(recording, streams=streams)
+
+    def _corrected_wrench(self, wrench: Stream, remove_drift: bool) -> Stream:
+        """The inliers of the wrench, at the times of the motion they belong to."""
+        values = wrench.values
+        if remove_drift:
+            values = values - self.bias.change(wrench.time)
+        everything = np.ones(len(wrench.time), dtype=bool)
+        inliers = everything if self.rejected.all() else ~self.rejected
+        return Stream(
+            (wrench.time - self.offset)[inliers], values[inliers], wrench.rows[inliers]
+        )

@@ -1,5 +1,6 @@
 """Drift of a bias: constant, linear, or piecewise linear between knots."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,32 +118,44 @@ class HatFunctions:
         """Sums (K, ...) of the functions with coefficients (n, ...)."""
         out = np.empty((len(self.functions), *coefficients.shape[1:]))
         flat, shape = out.reshape(len(out), -1), coefficients.reshape(self.n, -1)
-        for i, piece in enumerate(self._pieces()):
+        for i, piece in enumerate(self._intervals()):
             flat[piece] = self.functions[piece] @ shape[i : i + self.functions.shape[1]]
         return out
 
     def project(self, rows: Array) -> Array:
-        """Inner products (n, d) of the functions with the columns of `rows` (K, d)."""
+        """Inner product of each basis function with each column of `rows`.
+
+        Parameters
+        ----------
+        rows : Array
+            (K, d) one row for each sample.
+
+        Returns
+        -------
+        Array
+            (n, d): the sum over the samples of function times row.
+        """
         if self.n == 1:
             return self.functions.T @ rows
-        out = np.zeros((self.n, rows.shape[1]))
-        for i, piece in enumerate(self._pieces()):
-            out[i : i + self.functions.shape[1]] += (
-                self.functions[piece].T @ rows[piece]
-            )
-        return out
+        products = np.zeros((self.n, rows.shape[1]))
+        nonzero = self.functions.shape[1]
+        # on the i-th interval only functions i and i + 1 are not zero
+        for i, interval in enumerate(self._intervals()):
+            products[i : i + nonzero] += self.functions[interval].T @ rows[interval]
+        return products
 
     def gram(self, weights: Array) -> Array:
         """Weighted inner products (n, n) of the functions with each other, weights
         (K,)."""
         out = np.zeros((self.n, self.n))
         width = self.functions.shape[1]
-        for i, piece in enumerate(self._pieces()):
+        for i, piece in enumerate(self._intervals()):
             f = self.functions[piece]
             out[i : i + width, i : i + width] += f.T @ (f * weights[piece, None])
         return out
 
-    def _pieces(self):
+    def _intervals(self) -> Iterator[slice]:
+        """The samples in each interval between knots."""
         return (
             slice(a, b) for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True)
         )

@@ -1,8 +1,7 @@
-"""Unconstrained least squares: what the data say before any prior, from the moments of
-all samples.
+"""Unconstrained least squares: the parameters by the data alone, without any prior.
 
-Whatever is asked of the samples here (with a bias or without, gravity the other way
-round) follows from their one triangular factor.
+All fits here (with or without a bias, with gravity reversed, without a tool) are
+computed from one triangular factor of the samples' moments.
 """
 
 from dataclasses import dataclass, replace
@@ -35,21 +34,20 @@ shape is given."""
 
 @dataclass(frozen=True, eq=False)
 class FreeFit:
-    """Unconstrained least squares, whitened by its own residuals: what the data say
-    before any prior."""
+    """Result of unconstrained least squares, weighted by its own residuals."""
 
     vector: Array
-    """(10,) parameters, with the wrench's sign as recorded"""
+    """(10,) Parameters about the sensor origin, with the sign of the recorded wrench."""
     bias: Array | None
-    """(6,) constant bias, when it was free"""
+    """(6,) [N, N m] Constant bias; None if it was not free."""
     covariance: Array
-    """(10, 10) or (16, 16), widened by the residuals' autocorrelation; infinite where
-    undetermined"""
+    """(10, 10), or (16, 16) with a bias; includes the residuals' autocorrelation, and is
+    infinite where undetermined."""
     noise: Noise
-    """of the wrench: root-mean-square residuals of a sample of unit weight"""
+    """Noise of the wrench: root-mean-square residual of a sample of unit weight."""
     inflation: Array
-    """(16,) variance of each parameter, and of each component of a bias, over that if
-    the residuals were white: at least 1, and in `covariance` already"""
+    """(16,) Ratio of the variance of each parameter and component of the bias to that
+    for white residuals: at least 1; contained in `covariance`."""
 
     @property
     def autocorrelation(self) -> float:
@@ -71,10 +69,11 @@ class FreeFit:
         return not abs(self.mass_t) >= SIGNIFICANT
 
     def open_parameters(self, size: float) -> tuple[str, ...]:
-        """Names of the parameters the data leave open for an object of `size` [m].
+        """Names of the parameters that the data do not determine for an object of
+        `size` [m].
 
-        Those whose standard deviation is over a third of the mass, half the size for
-        the COM, m size² / 12 for an inertia.
+        The standard deviation of these exceeds a third of the mass, for the COM half of
+        the size, or for an inertia m size² / 12.
         """
         std = np.sqrt(self.covariance.diagonal()[:10])
         mass = abs(float(self.vector[0]))
@@ -101,20 +100,22 @@ class FreeFit:
         """Whether a component of the bias is more than three standard deviations from
         zero.
 
-        False where the motion cannot tell a bias from the object.
+        False if the motion does not separate the bias from the object's weight.
         """
         known = not self.mass_is_open and np.isfinite(self.covariance[10:, 10:]).all()
         return bool(known and (np.abs(self.bias_t) > SIGNIFICANT).any())
 
     def flipped(self) -> "FreeFit":
-        """Of the wrench with the other sign."""
+        """The fit to the wrench with the opposite sign."""
         return replace(
             self, vector=-self.vector, bias=None if self.bias is None else -self.bias
         )
 
     def less(self, vector: Array, covariance: Array | None) -> "FreeFit":
-        """Of the object beside a tool of known parameters (10,), whose covariance (10,
-        10) adds to its own."""
+        """The fit of the object alone, after subtracting a tool.
+
+        `vector` (10,) are the tool's parameters; `covariance` (10, 10) is added.
+        """
         own = self.covariance.copy()
         if covariance is not None:
             own[:10, :10] += covariance
@@ -124,12 +125,11 @@ class FreeFit:
 def free_fit(
     state: SampleState, free_bias: bool, inflation: Array | None = None
 ) -> FreeFit:
-    """Ten parameters, and a constant bias if free, by least squares in two passes:
-    plain, then whitened.
+    """Ten parameters, and a constant bias if it is free, by iterated least squares.
 
-    The noise is the residual of the full model, so it holds what the motion's errors
-    add to the wrench's own. The covariance is that of white residuals, times the
-    `inflation` (16,) where that is more than 1.
+    The residuals of an unweighted fit weight the next ones. The noise is the residual of
+    the full model, so it includes the effect of the motion's errors. The covariance is
+    that for white residuals, times the `inflation` (16,) where that exceeds 1.
     """
     factor, rows = state.full.factor, float(max(state.full.samples, 1))
     regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
@@ -168,12 +168,11 @@ def fit_freely(
 
 
 def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
-    """Sign of the wrench from the mass of free fits, with a constant bias where one may
-    be, and without.
+    """Sign convention of the wrench by the sign of the mass.
 
-    Where a free bias leaves the mass undetermined (one orientation), the sign is that
-    of the mass without one
-    and t is 0: not certain.
+    `with_bias` is the fit with a constant bias, None if there is no bias. If that leaves
+    the mass undetermined, as in a single orientation, the sign is that of the mass
+    without a bias, and t is 0: not certain.
     """
     if with_bias is None:
         return WrenchSign(bool(without.vector[0] >= 0.0), without.mass_t)
@@ -183,8 +182,7 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
 
 
 def with_gravity_reversed(state: SampleState) -> SampleState:
-    """The state, of the full model, had gravity pointed the other way: a - g becomes a
-    + g."""
+    """The state of the full model for the opposite gravity: a - g becomes a + g."""
     factor = state.full.factor.copy()
     factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
     factor[:, GRAVITY] *= -1.0
@@ -192,8 +190,8 @@ def with_gravity_reversed(state: SampleState) -> SampleState:
 
 
 def without_wrench_of(state: SampleState, vector: Array) -> SampleState:
-    """The state, of the full model, without the wrench that a body of parameters (10,)
-    needs for the same motion."""
+    """The state of the full model after subtracting the wrench of a body of parameters
+    `vector` (10,)."""
     factor = state.full.factor.copy()
     factor[:, WRENCH] -= factor[:, MOTION] @ (
         FULL_MAP.reshape(-1, 10) @ vector
@@ -202,12 +200,12 @@ def without_wrench_of(state: SampleState, vector: Array) -> SampleState:
 
 
 def lever(state: SampleState, free_bias: bool) -> float:
-    """Distance [m] of the COM from the sensor by gravity alone: first moment by the
-    torque over mass by the force.
+    """Approximate distance [m] of the COM from the sensor origin.
 
-    Rough, as motion is ignored, but the two are found apart: a torque in another unit
-    shows. 0 where undetermined: beside a bias, when gravity turns by less than about 3°
-    in sensor axes.
+    It is the ratio of the first moment by the torque to the mass by the force, both from
+    gravity alone. As the two are estimated separately, a wrong unit of the torque shows.
+    0 if undetermined: with a free bias, where gravity in sensor axes turns by less than
+    `SMALLEST_GRAVITY_CHANGE`.
     """
     factor = state.full.factor
     ones, weight = factor[:, ONE], max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)

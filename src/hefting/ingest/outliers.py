@@ -252,12 +252,24 @@ def _running_median(values: Array) -> Array:
 
 
 def _contact_cells(size: Array) -> Mask:
-    """Runs of cells beyond `CONTACT_EDGE` that reach `CONTACT_PEAK` somewhere."""
-    beyond = size > CONTACT_EDGE
-    begins = np.flatnonzero(np.diff(beyond.astype(int), prepend=0) == 1)
+    """Cells in contact: runs above `CONTACT_EDGE` whose largest exceeds `CONTACT_PEAK`.
+
+    Parameters
+    ----------
+    size : Array
+        (C,) length of the residual of each cell in robust standard deviations.
+
+    Returns
+    -------
+    Mask
+        (C,) True for every cell of such a run.
+    """
+    above = size > CONTACT_EDGE
+    begins = np.flatnonzero(np.diff(above.astype(int), prepend=0) == 1)
     if not len(begins):
-        return beyond
+        return above
+    # index of the last run that begins at or before each cell; -1 before the first
     run = np.cumsum(np.isin(np.arange(len(size)), begins)) - 1
-    peak = np.zeros(len(begins))
-    np.maximum.at(peak, run[beyond], size[beyond])
-    return beyond & (peak[np.maximum(run, 0)] > CONTACT_PEAK)
+    largest = np.zeros(len(begins))
+    np.maximum.at(largest, run[above], size[above])
+    return above & (largest[np.maximum(run, 0)] > CONTACT_PEAK)

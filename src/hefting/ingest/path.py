@@ -1,5 +1,5 @@
-"""Path: the motion of a recording as a function of time, to be read at instants shifted
-against the wrench's."""
+"""Path: the motion of a recording as a function of time. It can be evaluated at the
+times of the wrench, shifted by a clock offset."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,24 +34,25 @@ by rows."""
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Motion at K instants in sensor axes, with its derivatives by time."""
+    """Motion at K times in sensor axes, with its derivatives by time."""
 
     time: Array
-    """(K,) [s] at which the motion was read: the nearest of its own time"""
+    """(K,) [s] Times at which the motion was evaluated: those asked for, limited to the
+    time span of the motion."""
     value: Array
     """(K, 21): see `MOTION_COLUMNS` and `WORLD_AXES_COLUMNS`"""
     rate: Array
-    """(K, 21) first derivative by time; zero where it was not asked for"""
+    """(K, 21) First derivative by time; zero if it was not asked for."""
     curvature: Array
-    """(K, 21) second derivative by time; zero where it was not asked for"""
+    """(K, 21) Second derivative by time; zero if it was not asked for."""
     variances: Array
-    """(2, K) of the errors of linear [m²/s⁴] and angular [rad²/s⁴] acceleration, one
-    axis each"""
+    """(2, K) Error variance of the linear [m²/s⁴] and the angular [rad²/s⁴] acceleration
+    along one axis."""
     in_gap: Mask
-    """(K,) True in gaps of the motion; the values there mean nothing"""
+    """(K,) True in gaps of the motion, where the values are not valid."""
     known: Mask
-    """(K,) False in gaps, and outside the motion's time, where the values are those of
-    its ends"""
+    """(K,) False in gaps, and outside the time span of the motion, where the values are
+    those at its ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,36 +62,41 @@ class Path:
     kind: str
     """A key of `hefting.motion.measure.DESCRIPTIONS`."""
     first: float
-    """s, when it begins"""
+    """[s] Start of the motion."""
     last: float
-    """s, when it ends"""
+    """[s] End of the motion."""
     read: Callable[[Array, bool], tuple[Array, Array, Mask]]
-    """rows (K, 21), variances (2, K), zero unless asked for, and whether known (K,), at
-    times between the two"""
+    """Function of times (K,) from `first` to `last`, and of whether variances are
+    needed: rows (K, 21), variances (2, K) or zeros, and a mask (K,) of known rows."""
     bandwidth: float
-    """rad/s of the motion's errors; infinite where it is exact"""
+    """[rad/s] Bandwidth of the motion's errors; infinite if it is exact."""
     gravity_measured: bool = False
-    """Whether gravity is part of a measured acceleration, as an accelerometer's, and
-    not modelled."""
+    """Whether gravity is contained in a measured specific force instead of modelled."""
     curves: Curves | None = None
-    """The curves behind it, if any."""
+    """The smooth curves it is evaluated from, if any."""
 
     @property
     def smooth(self) -> bool:
-        """Whether it holds nothing faster than `hefting.ingest.blocks` averages over;
-        sensors feel vibrations."""
+        """Whether it contains no frequencies that `hefting.ingest.blocks` would average
+        out; measured accelerations contain vibrations."""
         return self.kind in ("smooth", "orientation")
 
     @property
     def moves(self) -> bool:
-        """Whether there is motion that the wrench may be late against."""
+        """Whether there is motion, relative to which the wrench may be delayed."""
         return self.kind != "static"
 
     def at(self, time: Array, rates: bool = False, spread: bool = True) -> Reading:
-        """Motion at any times (K,) [s], with its `rates` and the `spread` of its errors
-        if asked for.
+        """Motion at any times (K,) [s].
 
-        Not known outside its own time.
+        Parameters
+        ----------
+        time : Array
+            (K,) [s]; times outside the motion are not `known`.
+        rates : bool
+            Whether to compute the derivatives by time.
+        spread : bool
+            Whether to compute the variances of the errors.
         """
         inside = np.clip(time, self.first, self.last)
         value, variances, there = self.read(inside, spread)
@@ -122,37 +128,54 @@ class Path:
 def path_of(
     recording: Recording, source: Source = "auto", gravity: ArrayLike = STANDARD_GRAVITY
 ) -> Path | None:
-    """The motion of a recording, from the streams `hefting.motion.measure` would take
-    it from.
+    """The motion of a recording, from the streams that `hefting.motion.measure` uses.
 
-    `gravity` (3,) [m/s²] serves an accelerometer beside the poses; here the poses count
-    alone. None where there is
-    no motion to shift: static poses, a held pose, too few of them.
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    source : Source
+        As for `hefting.motion.measure`.
+    gravity : ArrayLike
+        (3,) in world axes [m/s²], for an accelerometer next to the poses. Of the curves
+        found, the path is that of the poses alone.
+
+    Returns
+    -------
+    Path or None
+        None if no motion can be shifted: static poses, a pose that is held, too few
+        poses.
     """
     if recording.static:
         return None
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
-        return _columns(recording)
+        return _columns_path(recording)
     moves = any(
         np.ptp(recording[name].values, axis=0).any()
         for name in POSE_STREAMS
         if recording.has(name)
     )
-    felt = recording.has("accelerometer") and not recording.has("position")
+    uses_accelerometer = recording.has("accelerometer") and not recording.has(
+        "position"
+    )
     orientation = recording["orientation"]
-    if not (moves or felt) or len(orientation) < FEWEST_POSES_OF_PATH:
+    if not (moves or uses_accelerometer) or len(orientation) < FEWEST_POSES_OF_PATH:
         return None
     curves = smooth_poses(recording, gravity)
     if recording.has("position"):
-        return _smoothed(curves)
-    return _felt(curves, recording["accelerometer"]) if felt else _turning(curves)
+        return _pose_path(curves)
+    return (
+        _accelerometer_path(curves, recording["accelerometer"])
+        if uses_accelerometer
+        else _orientation_path(curves)
+    )
 
 
 def static_path(recording: Recording) -> Path:
-    """Poses without motion: those of a static recording, at its rows, or the one that
-    is held."""
+    """Path without motion: the static poses of a recording, or one pose that is
+    held."""
     orientation = recording["orientation"]
-    world = _world(orientation.values)
+    world = _world_to_sensor_rows(orientation.values)
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         row = np.clip(np.searchsorted(orientation.time, time), 0, len(world) - 1)
@@ -166,18 +189,21 @@ def static_path(recording: Recording) -> Path:
     return Path("static", -np.inf, np.inf, read, np.inf)
 
 
-def _world(quaternions: Array) -> Array:
-    """(K, 9)"""
+def _world_to_sensor_rows(quaternions: Array) -> Array:
+    """(K, 9) rotation matrices from world to sensor axes, by rows."""
     return np.swapaxes(rotation_matrices(quaternions), 1, 2).reshape(-1, 9)
 
 
-def _rows(
+def _reading_rows(
     a: Array | None, w: Array, alpha: Array, quaternions: Array
 ) -> tuple[Array, Mask]:
-    """Rows (K, 21), zero where anything is not finite, and where that is not so;
-    gravity alone without `a`."""
+    """Rows (K, 21) of a `Reading`, and a mask (K,) of those that are finite.
+
+    The others are zero. Without an acceleration `a` the motion columns are zero, so
+    that only gravity is modelled.
+    """
     rows = np.zeros((len(w), 21))
-    rows[:, WORLD_AXES_COLUMNS] = _world(quaternions)
+    rows[:, WORLD_AXES_COLUMNS] = _world_to_sensor_rows(quaternions)
     if a is not None:
         rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = (
             a,
@@ -189,13 +215,13 @@ def _rows(
     return rows, known
 
 
-def _smoothed(curves: Curves) -> Path:
+def _pose_path(curves: Curves) -> Path:
     poses = curves.alone
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread)
         assert m.linear_acceleration_std is not None
-        rows, known = _rows(
+        rows, known = _reading_rows(
             m.linear_acceleration,
             m.angular_velocity,
             m.angular_acceleration,
@@ -210,13 +236,13 @@ def _smoothed(curves: Curves) -> Path:
     return Path("smooth", poses.first, poses.last, read, bandwidth, curves=curves)
 
 
-def _turning(curves: Curves) -> Path:
-    """Orientation alone: gravity is all that is modelled."""
+def _orientation_path(curves: Curves) -> Path:
+    """Path of an orientation alone: only gravity is modelled."""
     poses = curves.alone
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread=False)
-        rows, known = _rows(
+        rows, known = _reading_rows(
             None, m.angular_velocity, m.angular_acceleration, m.orientation
         )
         return rows, np.zeros((2, len(time))), known
@@ -231,10 +257,10 @@ def _turning(curves: Curves) -> Path:
     )
 
 
-def _felt(curves: Curves, accelerometer: Stream) -> Path:
-    """Orientation, and the specific force a - g."""
+def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
+    """Path of an orientation and the measured specific force a - g."""
     poses = curves.alone
-    spread_felt = (
+    accelerometer_std = (
         float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0))
         if len(accelerometer) > 1
         else 0.0
@@ -248,10 +274,12 @@ def _felt(curves: Curves, accelerometer: Stream) -> Path:
                 for column in accelerometer.values.T
             ]
         )
-        rows, known = _rows(
+        rows, known = _reading_rows(
             f, m.angular_velocity, m.angular_acceleration, m.orientation
         )
-        std = np.stack((np.full(len(time), spread_felt), m.angular_acceleration_std))
+        std = np.stack(
+            (np.full(len(time), accelerometer_std), m.angular_acceleration_std)
+        )
         return rows, np.where(known, np.square(std), 0.0), known
 
     first, last = (
@@ -269,9 +297,9 @@ def _felt(curves: Curves, accelerometer: Stream) -> Path:
     )
 
 
-def _columns(recording: Recording) -> Path | None:
-    """The log's own twist and acceleration columns, between samples by cubic
-    interpolation."""
+def _columns_path(recording: Recording) -> Path | None:
+    """Path of the twist and acceleration columns of the log, interpolated by cubic
+    splines; None for too few samples."""
     from scipy.interpolate import CubicSpline
 
     from hefting.motion.spline import aligned
@@ -286,9 +314,9 @@ def _columns(recording: Recording) -> Path | None:
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         q = turn(time)
         q = q / np.linalg.norm(q, axis=1, keepdims=True)
-        world = _world(q).reshape(-1, 3, 3)
+        world = _world_to_sensor_rows(q).reshape(-1, 3, 3)
         a, w, alpha = (np.einsum("kij,kj->ki", world, curve(time)) for curve in curves)
-        rows, known = _rows(a, w, alpha, q)
+        rows, known = _reading_rows(a, w, alpha, q)
         return rows, np.zeros((2, len(time))), known
 
     first = max(float(s.time[0]) for s in (orientation, *streams))

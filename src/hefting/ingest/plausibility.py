@@ -1,5 +1,5 @@
-"""Plausibility: what no held object could cause is refused, what is unlikely is
-said."""
+"""Plausibility: errors for results that no held object can have, warnings for unlikely
+ones."""
 
 import numpy as np
 
@@ -32,10 +32,21 @@ undetermined."""
 
 def require_object(found: Ingested, shape: Shape | None = None) -> None:
     """Raise unless the recording determines the mass of an object that can be held, and
-    gravity if it was to be found.
+    the direction of gravity if it was to be found.
 
-    `shape` serves to tell a wrong unit or pose. Raises `NotIdentifiableError` for a
-    recording that is too poor, and `InputError` for what only a wrong unit explains.
+    Parameters
+    ----------
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object, by which a wrong unit or pose is detected.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion is not sufficient, or no positive mass explains the wrench.
+    InputError
+        If only a wrong unit explains the wrench or the shape.
     """
     if shape is not None and float(shape.extents.max()) > LONGEST_OBJECT:
         what = f"the shape is {shape.extents.max():.3g} m long"
@@ -118,8 +129,7 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
 
 
 def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A message when unconstrained least squares puts the COM well outside the
-    shape."""
+    """A warning if the COM by unconstrained least squares is well outside the shape."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
         abs(float(fit.vector[0])), 1e-12
     )
@@ -140,8 +150,11 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
 def misfit_warnings(
     estimate: Estimate, residual: Array, found: Ingested
 ) -> list[Message]:
-    """A message when the estimate explains the wrench much worse than unconstrained
-    least squares does."""
+    """A warning if the estimate leaves a much larger residual than unconstrained least
+    squares.
+
+    `residual` (2,) is the root-mean-square residual of force [N] and torque [N m].
+    """
     free = np.array((found.noise.force, found.noise.torque))
     signal = np.sqrt(
         np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2))

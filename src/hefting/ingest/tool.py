@@ -1,9 +1,10 @@
-"""Tool: what the sensor holds besides the object, known from a recording of its own,
-taken away with its uncertainty.
+"""Tool: the body between sensor and object, identified from a recording of its own and
+subtracted with its uncertainty.
 
-Parameters in the same frame add, so the wrench of object and tool is the sum of theirs:
-less the tool's predicted wrench, what is left is the object's. The tool's error then is
-the object's error, independent of that of the recording: the covariances add.
+Inertial parameters in the same frame add, and so do the wrenches of object and tool. The
+wrench minus the predicted wrench of the tool is that of the object. The error of the
+tool's parameters becomes an error of the object's, independent of that of the recording:
+the covariances add.
 """
 
 from dataclasses import replace
@@ -17,11 +18,11 @@ from hefting.core.regressor import predict_wrench
 
 
 def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
-    """Measurements of the object alone: the wrench less what the tool needs for the
-    same motion.
+    """Measurements of the object alone: the wrench minus that of the tool for the same
+    motion.
 
-    `tool` is an estimate in the same sensor frame, made from a recording of the bare
-    tool.
+    `tool` is an estimate in the same sensor frame, from a recording of the tool without
+    an object.
     """
     wrench = predict_wrench(measurements, tool.parameters.vector)
     return replace(
@@ -32,7 +33,7 @@ def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
 
 
 def tool_warnings(tool: Estimate) -> list[Message]:
-    """A message when the tool's uncertainty is not known."""
+    """A warning if the tool's uncertainty is not known."""
     if tool.covariance is not None:
         return []
     what = (
@@ -43,10 +44,10 @@ def tool_warnings(tool: Estimate) -> list[Message]:
 
 
 def load_tool(path: str | Path) -> Estimate:
-    """The estimate of a bare tool, as `hefting calibrate` or `hefting identify` writes
+    """Load the estimate of a tool, as `hefting calibrate` or `hefting identify` writes
     it.
 
-    Raises `InputError` when the file holds none, or one without mass.
+    Raises `InputError` if the file holds no estimate, or one without mass.
     """
     tool = Estimate.load(path)
     if not tool.parameters.mass > 0.0:

@@ -305,15 +305,26 @@ def _inverse_root(own: Array) -> Array:
 
 
 def _leverage(Z: Array, root: Array) -> Array:
-    """(F, 6) power of unit white noise that the fit absorbs at each frequency, for
-    influences Z (F, 6, q)."""
-    F, c, q = Z.shape
-    flat = Z.reshape(-1, q)
-    return (
-        (np.square(flat.real @ root) + np.square(flat.imag @ root))
-        .sum(axis=1)
-        .reshape(F, c)
-    )
+    """Power that the fit removes from white residuals of unit variance, at each
+    frequency.
+
+    Parameters
+    ----------
+    Z : Array
+        (F, 6, q) Fourier transform of the influences on the q unknowns.
+    root : Array
+        (q, k) X, with X X' the covariance of the unknowns for white residuals.
+
+    Returns
+    -------
+    Array
+        (F, 6): z X X' z^* for each frequency and channel.
+    """
+    frequencies, channels, unknowns = Z.shape
+    influences = Z.reshape(-1, unknowns)
+    real, imaginary = influences.real @ root, influences.imag @ root
+    power = (np.square(real) + np.square(imaginary)).sum(axis=1)
+    return power.reshape(frequencies, channels)
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:

@@ -1,5 +1,5 @@
-"""Inspect a recording: what ingest understands of it, looked at before anything is
-identified. It never fails."""
+"""Inspection of a recording before anything is identified: how ingest reads it, and
+what is missing. A poor recording does not raise."""
 
 from dataclasses import replace
 from typing import Literal
@@ -29,34 +29,49 @@ EMPTY = "the wrench is zero throughout"
 def inspect(
     recording: Recording, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
 ) -> Inspection:
-    """Findings about `recording`, with `gravity` (3,) in world axes [m/s²], or its
-    direction ``"estimate"``.
+    """Collect all that can be said of a recording before an object is identified.
 
-    What cannot be found is None, and `Inspection.missing` says why. Raises `InputError`
-    only for a gravity that is none.
+    Parameters
+    ----------
+    recording : Recording
+        Any recording, also one that cannot be used for identification.
+    gravity : ArrayLike or "estimate"
+        (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
+
+    Returns
+    -------
+    Inspection
+        Findings that could not be made are None; `Inspection.missing` states why.
+
+    Raises
+    ------
+    InputError
+        Only if `gravity` is not a valid gravity.
     """
-    g = _checked(gravity)
+    g = _check_gravity(gravity)
     missing: dict[str, str] = {}
-    found = None
-    lacking = _lacking(recording)
-    moved = None
+    ingested = motion = None
+    obstacle = _obstacle(recording)
     try:
-        if not lacking:
-            found = ingest(recording, gravity=gravity, hint=True)
-            moved = movement(recording, found)
-        elif lacking == EMPTY:
-            missing["conditioning"] = lacking
-            moved = movement(recording, measure(recording, g))
+        if not obstacle:
+            ingested = ingest(recording, gravity=gravity, hint=True)
+            motion = movement(recording, ingested)
+        elif obstacle == EMPTY:
+            missing["conditioning"] = obstacle
+            motion = movement(recording, measure(recording, g))
         else:
-            missing |= dict.fromkeys(("conditioning", "motion"), lacking)
+            missing |= dict.fromkeys(("conditioning", "motion"), obstacle)
     except InputError as error:
         missing |= dict.fromkeys(("conditioning", "motion"), _reason(error))
-    result = _inspection(recording, found, moved, g, missing)
+    result = _inspection(recording, ingested, motion, g, missing)
     return replace(result, advice=advice(result, recording))
 
 
-def _checked(gravity: ArrayLike | str) -> Array:
-    """Gravity (3,) as given, or straight down; `InputError` for what is none."""
+def _check_gravity(gravity: ArrayLike | str) -> Array:
+    """Gravity (3,) [m/s²] as given, or `STANDARD_GRAVITY` where it is to be estimated.
+
+    Raises `InputError` if it is not a valid gravity.
+    """
     if isinstance(gravity, str) and gravity != "estimate":
         raise InputError(
             f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
@@ -64,9 +79,8 @@ def _checked(gravity: ArrayLike | str) -> Array:
     return check_gravity(STANDARD_GRAVITY if isinstance(gravity, str) else gravity)
 
 
-def _lacking(recording: Recording) -> str:
-    """What the log does not hold without which nothing can be found; empty where it
-    does."""
+def _obstacle(recording: Recording) -> str:
+    """Why the recording cannot be conditioned; empty if it has all that is needed."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):

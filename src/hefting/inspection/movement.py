@@ -68,14 +68,29 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time [s] that values (K,) at times (K,) spend above a limit; a gap counts as one
-    usual step."""
+    """Time during which values exceed a limit.
+
+    Parameters
+    ----------
+    time : Array
+        (K,) [s].
+    values : Array
+        (K,).
+    limit : float
+        In the unit of the values.
+
+    Returns
+    -------
+    float
+        [s]; each step counts by half for either of its two samples. A step longer than
+        `GAP` times the median counts as long as the median.
+    """
     above = values > limit
     if len(time) < 2:
         return 0.0
     steps = np.diff(time)
-    usual = float(np.median(steps))
-    steps = np.where(steps > GAP * usual, usual, steps)
+    median = float(np.median(steps))
+    steps = np.where(steps > GAP * median, median, steps)
     return float(steps @ (0.5 * above[1:] + 0.5 * above[:-1]))
 
 

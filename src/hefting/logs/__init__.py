@@ -135,19 +135,33 @@ def _unknown_format(path: str | Path) -> InputError:
 def _check_options(
     found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]
 ) -> None:
-    """`InputError` for a column map or options that are for other formats."""
+    """Check that the column map and the reading options apply to the log's format.
+
+    Parameters
+    ----------
+    found : Format
+        Format of the log.
+    path : str or Path
+        The log, for error messages.
+    column_map : str or Path, optional
+        A column map, which only tables accept.
+    given : iterable of str
+        Names of the reading options that were given.
+
+    Raises
+    ------
+    InputError
+        If the column map or an option is for other formats.
+    """
     if column_map is not None and not found.is_table:
         tables = join_words([each.name for each in table_formats()], "and")
         raise InputError(
             f"a column map (`column_map`) is for {tables}", path, "leave it out"
         )
-    for name in given:
-        owners = [each for each in formats() if name in each.options] or [
-            each for each in formats() if each.options
-        ]
-        if found not in owners:
-            raise InputError(
-                f"`{name}` is for {join_words([f'{each.name}s' for each in owners], 'and')}",
-                path,
-                "leave it out",
-            )
+    for option in given:
+        accepting = [each for each in formats() if option in each.options]
+        if not accepting:  # no format has this option
+            accepting = [each for each in formats() if each.options]
+        if found not in accepting:
+            owners = join_words([f"{each.name}s" for each in accepting], "and")
+            raise InputError(f"`{option}` is for {owners}", path, "leave it out")

@@ -316,20 +316,27 @@ def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, st
 def _parse_units(
     value: Any, kinds: Sequence[tuple[str, int]], width: int, where: str
 ) -> tuple[Unit, ...]:
-    """A unit for each of `width` columns; the SI units where `value` is None."""
+    """Units of the columns of one quantity.
+
+    `value` is the entry ``unit``: a name, a list with a name for each of the `kinds`,
+    or None for SI units. Each kind has its number of columns; 0 stands for all `width`
+    of them. `where` is named in errors. Returns a unit for each column. Raises
+    `InputError` for too few or too many units, or an unknown one.
+    """
     if not kinds:
         return ()
-    given = value if isinstance(value, list) else [value]
     if value is None:
-        given = [next(iter(UNITS[kind])) for kind, _ in kinds]
-    if len(given) != len(kinds):
-        wanted = " and one of ".join(kind for kind, _ in kinds)
+        names = [next(iter(UNITS[kind])) for kind, _ in kinds]
+    else:
+        names = value if isinstance(value, list) else [value]
+    if len(names) != len(kinds):
+        expected = " and one of ".join(kind for kind, _ in kinds)
         raise InputError(
-            f"{len(given)} units, not {len(kinds)}", where, f"give one of {wanted}"
+            f"{len(names)} units, not {len(kinds)}", where, f"give one of {expected}"
         )
     units: tuple[Unit, ...] = ()
-    for name, (kind, count) in zip(given, kinds, strict=True):
-        units += (find_unit(name, kind, where),) * (count or width)
+    for name, (kind, columns) in zip(names, kinds, strict=True):
+        units += (find_unit(name, kind, where),) * (columns or width)
     return units
 
 

@@ -1,21 +1,23 @@
 """Penalised quintic B-splines on uniform knots: band matrices, restricted likelihood,
 pointwise variance.
 
-A signal y (t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i with knots h
-apart,
+A signal y(t) = f(t) + noise of variance r² is fitted by f = sum_i c_i B_i with knots at
+spacing h,
 
     minimise  sum_k w_k |y_k - f(t_k)|² + lambda |D^m c|²,          D^m = m-th difference,
 
 the spline equivalent of white noise of intensity q = h^(1-2m) r²/lambda on the m-th
-derivative of f. With samples dt apart it smooths above the bandwidth wc = (q/(r²
-dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m). Samples of the k-th derivative, dt_k apart
-and of weight w_k, lift lambda at the same wc by 1 + sum w_k dt/dt_k wc^2k. Eilers &
-Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996);
-restricted
-likelihood: Wahba, Annals of Statistics 13 (1985); variance: Wahba, J. Royal Statistical
-    Society B 45 (1983).
+derivative of f. With samples at interval dt the fit suppresses frequencies above the
+bandwidth wc = (q/(r² dt))^(1/2m), so lambda = (h/dt) (h wc)^(-2m). Samples of the k-th
+derivative, at interval dt_k and of weight w_k, multiply the lambda of the same wc by
+1 + sum w_k dt/dt_k wc^2k.
 
-Long gaps cut the recording into segments that share lambda and r² and nothing else.
+Long gaps split the recording into segments. These share lambda and r²; their
+coefficients are independent.
+
+Sources: Eilers & Marx, Flexible smoothing with B-splines and penalties, Statistical
+Science 11 (1996); restricted likelihood: Wahba, Annals of Statistics 13 (1985);
+variance: Wahba, J. Royal Statistical Society B 45 (1983).
 """
 
 from dataclasses import dataclass, field, replace
@@ -83,8 +85,11 @@ interval."""
 
 
 def basis(u: Array, derivative: int = 0) -> Array:
-    """The six functions (6, K) that live on a knot interval, or a derivative by u, at u
-    (K,) in [0, 1]."""
+    """Values (6, K) of the six basis functions that are not zero on a knot interval.
+
+    `u` (K,) is the position in the interval, from 0 to 1; `derivative` is the order of
+    the derivative by u.
+    """
     powers = np.empty((SUPPORT - derivative, len(u)))
     powers[0] = 1.0
     for p in range(1, len(powers)):
@@ -94,19 +99,19 @@ def basis(u: Array, derivative: int = 0) -> Array:
 
 @dataclass(frozen=True)
 class Knots:
-    """Uniform knots h apart over each segment of a recording."""
+    """Knots at uniform spacing h over each segment of a recording."""
 
     h: float
-    """s"""
+    """[s] Spacing."""
     first: Array
-    """(S,) s, where each segment begins"""
+    """(S,) [s] Start of each segment."""
     last: Array
-    """(S,) s, where it ends"""
+    """(S,) [s] End of each segment."""
 
     intervals: Integers = field(init=False)
-    """(S,)"""
+    """(S,) Number of knot intervals of each segment."""
     offset: Integers = field(init=False)
-    """(S + 1,) first coefficient of each segment"""
+    """(S + 1,) Index of the first coefficient of each segment, and their number."""
 
     def __post_init__(self):
         intervals = (
@@ -124,8 +129,12 @@ class Knots:
         return int(self.offset[-1])
 
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
-        """First coefficient (K,), place u (K,) in its knot interval, and whether (K,) a
-        segment covers it."""
+        """Where times (K,) [s] lie among the knots.
+
+        Returns the index (K,) of the first of the six coefficients in effect, the
+        position u (K,) in the knot interval, and a mask (K,) of the times inside a
+        segment.
+        """
         segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
         x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
@@ -133,7 +142,7 @@ class Knots:
         return self.offset[segment] + interval, x - interval, covered
 
     def roughness(self, coefficients: Array, m: int) -> float:
-        """|D^m c|² of coefficients (n, d), segment by segment."""
+        """|D^m c|² of coefficients (n, d), summed over the segments."""
         pieces = np.split(coefficients.T, self.offset[1:-1].tolist(), axis=1)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
@@ -162,8 +171,20 @@ class Knots:
 
 
 def multiply(bands: Array, x: Array) -> Array:
-    """Product (n, d) of a symmetric matrix, given by its lower bands (6, n), and x (n,
-    d); as columns in memory."""
+    """Product of a symmetric band matrix and x.
+
+    Parameters
+    ----------
+    bands : Array
+        (6, n) lower bands: entry [b, i] is that of row i + b and column i.
+    x : Array
+        (n, d).
+
+    Returns
+    -------
+    Array
+        (n, d), in column-major order.
+    """
     columns = np.ascontiguousarray(x.T)
     product = bands[0] * columns
     for b in range(1, min(SUPPORT, len(x))):
@@ -182,7 +203,7 @@ class Observation:
     """(K, d)"""
     derivative: int = 0
     weight: float = 1.0
-    """of a squared residual, beside one of the signal itself"""
+    """Weight of a squared residual relative to that of a sample of the signal."""
 
     def __getitem__(self, index: Mask) -> Self:
         """The samples chosen by a mask (K,)."""
@@ -190,13 +211,14 @@ class Observation:
 
 
 class Normal:
-    """Normal equations of the unpenalised fit: B' W B (bands) and B' W y, taken from a
-    pilot fit.
+    """Normal equations of the unpenalised fit: the bands of B' W B, and B' W y.
 
-    Samples are averaged in blocks against coloured noise, and the basis with them, so
-    that averaging bends nothing. `block` is in seconds. The averages stand in a grid, P
-    to a knot interval and one column for each coefficient that is an interval's first;
-    those without a sample weigh nothing.
+    The right-hand side is formed from the residuals of a pilot fit, which avoids
+    cancellation. Samples are averaged over blocks of about `block` seconds, so that
+    coloured noise has less effect; the basis functions are averaged alike, so that the
+    averages cause no bias. The averages are kept in a grid of P rows, one for each block
+    of a knot interval, and a column for each coefficient that is the first of an
+    interval; blocks without samples have weight zero.
     """
 
     def __init__(self, knots: Knots, data: tuple[Observation, ...], block: float):
@@ -204,7 +226,7 @@ class Normal:
         self._penalties: dict[int, Array] = {}
         per_interval = max(round(knots.h / block), 1)
         weight, rows, values = zip(
-            *(_averaged(knots, o, per_interval) for o in data), strict=True
+            *(_block_averages(knots, o, per_interval) for o in data), strict=True
         )
         self.weight = np.concatenate(weight)
         """(P, n)"""
@@ -226,8 +248,11 @@ class Normal:
         self._set_pilot(np.zeros((self.values.shape[0], n)).T)
 
     def lift(self, bandwidth: float, dt: float) -> float:
-        """Information at a frequency [rad/s] over that of the samples alone, dt apart:
-        1 without derivatives."""
+        """Ratio of the information with measured derivatives to that without them.
+
+        It is taken at the frequency `bandwidth` [rad/s], for samples of the signal at
+        interval `dt` [s]; 1 if no derivatives were measured.
+        """
         return 1.0 + dt * sum(rate * bandwidth ** (2 * k) for k, rate in self._rates)
 
     def _set_pilot(self, coefficients: Array) -> None:
@@ -245,8 +270,8 @@ class Normal:
         self.gradient = gradient.T
 
     def refine_pilot(self, m: int, penalty: float) -> None:
-        """Take the fit with this penalty as the pilot, so that sums of squares near it
-        do not cancel."""
+        """Make the fit with this penalty the pilot: sums of squares of similar fits are
+        then free of cancellation."""
         self._set_pilot(self.solve(m, penalty)[0])
 
     def solve(self, m: int, penalty: float) -> tuple[Array, Array]:
@@ -276,15 +301,15 @@ class Normal:
         )
 
 
-def _averaged(
+def _block_averages(
     knots: Knots, data: Observation, per_interval: int
 ) -> tuple[Array, Array, Array]:
-    """Weight (P, n), basis (6, P, n) and values (d, P, n) of the averages over the P
-    blocks of each knot interval.
+    """Averages of samples over the P blocks of each knot interval.
 
-    The basis is averaged too, to second order: its value at the mean time, and half its
-    second derivative times the variance of the times. Within a quarter of a knot
-    interval what is left out is below 1e-4 of that.
+    Returns their weight (P, n), basis functions (6, P, n) and values (d, P, n). The
+    basis is averaged to second order: its value at the mean time, plus half its second
+    derivative times the variance of the times. For blocks of up to a quarter of a knot
+    interval the neglected terms are below 1e-4 of that.
     """
     P, n, d = per_interval, knots.size, data.values.shape[1]
     grids = np.zeros((P, n)), np.zeros((SUPPORT, P, n)), np.zeros((d, P, n))
@@ -318,8 +343,9 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
 
     The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog
-    1985), side by side in stretches that each begin `overlap` coefficients late, from a
-    zero window: the resulting error decreases with exp(-2 sin(pi/2m) wc h overlap).
+    1985), in parallel over stretches of the matrix. Each starts from zeros, `overlap`
+    coefficients after its end; the error of that start decreases as
+    exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
     stretch = INVERSE_STRETCH
@@ -331,7 +357,7 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
     window = np.zeros((count, SUPPORT, SUPPORT))
     for k in range(length):
         j = stop - 1 - k
-        # of a stretch already past its beginning, not used
+        # j is negative in a stretch that is finished; its result is not used
         column = factor[:, np.maximum(j, 0)]
         slope = (column[1:] / column[0]).T  # (count, 5)
         corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]

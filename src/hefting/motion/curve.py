@@ -1,5 +1,5 @@
 """A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and
-order are the most likely."""
+order have the largest likelihood."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -33,17 +33,16 @@ SMALLEST_SCALED_BANDWIDTH = 0.15
 LARGEST_SCALED_BANDWIDTH = 2.5
 """Upper bound of h wc in the search."""
 TUNED_COEFFICIENTS = 10_000
-"""Number of spline coefficients used to choose the smoothness; of longer recordings
-evenly spaced stretches are used."""
+"""Number of spline coefficients used to choose the smoothness; for longer recordings it
+is chosen from evenly spaced stretches."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
-    """(K,) mask of the rows with new values, without the repeats of a slower stream
-    that holds its value.
+    """Mask (K,) of the rows with new values; False for repeats of a slower stream.
 
-    Runs of equal rows are repeats only when they are the rule (half of all runs at
-    least two rows long); of a run longer than twice the usual, as at rest, one row in
-    that many stays.
+    Equal rows count as repeats only if the median run of equal rows is at least two
+    rows long. Runs longer than twice the median occur at rest: of these, one row in
+    twice the median is kept, and at least one per 0.1 s.
     """
     changed = np.concatenate(([True], (np.diff(values, axis=0) != 0).any(axis=1)))
     begins = np.flatnonzero(changed)
@@ -63,7 +62,7 @@ class Curve:
     """(n, d)"""
     smoothness: Smoothness
     observations: tuple[Observation, ...]
-    """What it was fitted to: the signal, then rates of it"""
+    """Samples it was fitted to: the signal, then its measured derivatives."""
     factor: Array = field(repr=False)
     """(6, n): lower Cholesky bands of the normal equations"""
 
@@ -76,20 +75,30 @@ class Curve:
         rates: tuple[Observation, ...] = (),
         near: Smoothness | None = None,
     ) -> "Curve":
-        """The curve through samples (K, d) of a signal and perhaps measured derivatives
-        of it (`rates`).
+        """Fit the curve to samples of a signal and, optionally, of its derivatives.
 
-        `near` is a smoothness that is about right, as that of a fit without these
-        rates: only the neighbourhood is searched then.
+        Parameters
+        ----------
+        time : Array
+            (K,) [s], increasing.
+        values : Array
+            (K, d).
+        name : str
+            What the signal is, for error messages.
+        rates : tuple of Observation
+            Measured derivatives.
+        near : Smoothness, optional
+            An approximate smoothness, as that of a fit without the derivatives; only
+            its neighbourhood is searched.
         """
         end = time[-1]
         kept = fresh_rows(time, values)
         if not kept.all():
             time, values = time[kept], values[kept]
         data = (Observation(time, values), *rates)
-        smoothness, h, dt, normal = _tuned(data, ORDERS, name, near)
+        smoothness, h, dt, normal = _tune_with_equations(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
-            normal = _normal(data, h, end)
+            normal = _normal_equations(data, h, end)
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
         penalty = smoothness.penalty(normal, dt)
         coefficients, factor = normal.solve(smoothness.order, penalty)
@@ -97,19 +106,19 @@ class Curve:
 
     @cached_property
     def covariance(self) -> Array:
-        """(6, n): lower bands of the coefficients' covariance, the same for every
-        component."""
+        """(6, n): lower bands of the covariance of the coefficients of one component;
+        it is the same for all components."""
         overlap = int(
             np.ceil(12.0 / min(self.knots.h * self.smoothness.bandwidth, 1.0))
         )
         return self.smoothness.variance * inverse_bands(self.factor, overlap)
 
     def evaluate(self, at: Array, spread: bool = True) -> tuple[Array, ...]:
-        """Value and two derivatives (L, d) at the times (L,), and the deviations (L,)
-        of the derivatives.
+        """Value, first and second derivative (L, d) at times (L,) [s], and the standard
+        deviations (L,) of the two derivatives.
 
-        Without `spread` these are infinite wherever the curve is not known, else zero:
-        they cost as much again.
+        Outside the segments the values are NaN and the deviations infinite. If `spread`
+        is False the deviations, which take as long as the values, are zero inside.
         """
         out = np.empty((3, self.coefficients.shape[1], len(at)))
         std = np.empty((2, len(at)))
@@ -127,8 +136,10 @@ class Curve:
         return (*np.swapaxes(out, 1, 2), *std)
 
     def _variances(self, index: Integers, rows: list[Array]) -> Array:
-        """(2, L) of the first and the second derivative whose basis and its derivatives
-        are `rows`, three (6, L)."""
+        """(2, L) variances of the first and the second derivative.
+
+        `rows` holds the basis functions (6, L) and their first two derivatives.
+        """
         variances = np.zeros((2, len(index)))
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
@@ -146,32 +157,44 @@ def tune(
     name: str,
     near: Smoothness | None = None,
 ) -> tuple[Smoothness, float, float]:
-    """The most likely smoothness of a signal, the knot spacing to suit, and the
-    sampling interval.
+    """The most likely smoothness of a signal, its knot spacing [s], and the sampling
+    interval [s].
 
-    `data`: samples of the signal, then of derivatives of it, if any. `near`: a
-    smoothness that is about right; its order is kept, and the bandwidth looked for near
-    its own.
+    Parameters
+    ----------
+    data : tuple of Observation
+        Samples of the signal, then of its derivatives, if any.
+    orders : tuple of int
+        Orders of smoothness to compare.
+    name : str
+        What the signal is, for error messages.
+    near : Smoothness, optional
+        An approximate smoothness: its order is kept, and the bandwidth searched near
+        its own.
+
+    Raises
+    ------
+    InputError
+        If there are too few samples.
     """
-    return _tuned(data, orders, name, near)[:3]
+    return _tune_with_equations(data, orders, name, near)[:3]
 
 
-def _spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
-    """Spacing of the knots [s] that suits a smoothness and is neither finer than the
-    data nor too coarse for them."""
+def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
+    """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
+    sampling intervals and the duration set."""
     duration, dt = float(np.ptp(data[0].time)), float(np.median(np.diff(data[0].time)))
     finest = min(float(np.median(np.diff(o.time))) for o in data)
     return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
 
 
-def _tuned(
+def _tune_with_equations(
     data: tuple[Observation, ...],
     orders: tuple[int, ...],
     name: str,
     near: Smoothness | None,
 ) -> tuple[Smoothness, float, float, Normal | None]:
-    """As `tune`, with the normal equations of all data, where they were made on the
-    way."""
+    """As `tune`; also the normal equations of all data, if the search has built them."""
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
@@ -194,34 +217,38 @@ def _tuned(
     whole = excess <= 1
     floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
     if near is not None:
-        orders, h = (near.order,), _spacing(data, near)
+        orders, h = (near.order,), _knot_spacing(data, near)
     middle = orders[len(orders) // 2]
-    normal = _normal(data, h)
-    found = _most_likely(normal, middle, _interval(data[0].time, h), floor, near)
+    normal = _normal_equations(data, h)
+    found = _most_likely_smoothness(
+        normal, middle, _sampling_interval(data[0].time, h), floor, near
+    )
     for _ in range(3):
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
-        normal = _normal(data, h)
-        found = _most_likely(normal, middle, _interval(data[0].time, h), floor, found)
-    dt = _interval(data[0].time, normal.knots.h)
+        normal = _normal_equations(data, h)
+        found = _most_likely_smoothness(
+            normal, middle, _sampling_interval(data[0].time, h), floor, found
+        )
+    dt = _sampling_interval(data[0].time, normal.knots.h)
     best = found
     for m in orders:
         if m != middle:
             best = max(
                 best,
-                _most_likely(normal, m, dt, floor, found),
+                _most_likely_smoothness(normal, m, dt, floor, found),
                 key=lambda c: c.log_likelihood,
             )
     same = whole and np.isclose(normal.knots.h, h)
-    return best, h, _interval(data[0].time, h), normal if same else None
+    return best, h, _sampling_interval(data[0].time, h), normal if same else None
 
 
-def _most_likely(
+def _most_likely_smoothness(
     normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None
 ) -> Smoothness:
-    """The most likely smoothness of one order; `near` may be of another."""
+    """The most likely smoothness of order `m`; `near` may have another order."""
     h = normal.knots.h
     guesses = (
         (LARGEST_SCALED_BANDWIDTH, 0.6)
@@ -247,21 +274,26 @@ def _most_likely(
     )
 
 
-def _segments(time: Array, h: float) -> Mask:
-    """Where a new segment begins: mask (K - 1,) of the gaps too long to bridge."""
+def _is_gap(time: Array, h: float) -> Mask:
+    """Mask (K - 1,) of the intervals between samples that separate two segments."""
     return np.diff(time) > max(10.0 * h, 20.0 * float(np.median(np.diff(time))), 0.1)
 
 
-def _interval(time: Array, h: float) -> float:
+def _sampling_interval(time: Array, h: float) -> float:
     """Mean sampling interval outside gaps."""
-    return float(np.mean(np.diff(time)[~_segments(time, h)]))
+    return float(np.mean(np.diff(time)[~_is_gap(time, h)]))
 
 
-def _normal(data: tuple[Observation, ...], h: float, end: float = -np.inf) -> Normal:
-    """Normal equations; the last segment reaches to `end`, rows of which only repeat
-    the last value."""
+def _normal_equations(
+    data: tuple[Observation, ...], h: float, end: float = -np.inf
+) -> Normal:
+    """Normal equations with knots at spacing `h` [s].
+
+    The last segment extends to `end` [s], where the samples after its last one are
+    repeats of that.
+    """
     time = data[0].time
-    cuts = np.flatnonzero(_segments(time, h)) + 1
+    cuts = np.flatnonzero(_is_gap(time, h)) + 1
     begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
     apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
     long_enough = (stop - begin >= FEWEST_SEGMENT_SAMPLES) & (

@@ -1,14 +1,15 @@
 """Fixed-lag Kalman filter of integrated white noise.
 
-A component is n integrators of white noise, observed in white noise. The estimate of a
-past state x_j given all data up to now follows from its covariance C_j with the present
-state: with innovation nu of variance S,
+A component is a chain of n integrators driven by white noise, measured with white noise.
+The estimate of a past state x_j given all samples so far follows from its covariance C_j
+with the present state: with innovation nu of variance S,
 
     C_j <- C_j F',   x_j <- x_j + C_j H' nu / S,   C_j <- C_j (I - K H)'
 
-(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Units are those of the noise and of
-1/bandwidth: derivative i is x_i / (r wc^i), the driving noise has intensity period * wc
-("nominal"), and the filter depends on n and on the spacing of the samples alone.
+(Anderson & Moore, Optimal Filtering, 1979, ch. 7). Values are in units of the noise r,
+times in units of 1/bandwidth wc: state i is derivative i over r wc^i, and the driving
+noise has intensity period * wc ("nominal"). In these units the filter depends only on n
+and on the spacing of the samples.
 """
 
 from dataclasses import dataclass, replace
@@ -44,39 +45,37 @@ def _powers(n: int) -> tuple[Array, Array, Array, Array]:
 
 
 def _integrators(step: float, n: int) -> tuple[Array, Array]:
-    """Transition (n, n) over `step`, and covariance (n, n) that unit white noise builds
-    up over it."""
+    """Transition matrix (n, n) over `step`, and covariance (n, n) of the state that unit
+    white noise causes in it."""
     transition, transition_power, noise, noise_power = _powers(n)
     return transition * step**transition_power, noise * step**noise_power
 
 
 class Steady(NamedTuple):
-    """The filter after a long run of samples a constant step apart, read out `lag`
-    samples late."""
+    """The settled filter for samples at a constant step, with a lag of `lag` samples."""
 
     covariance: Array
-    """(n, n) of the present state"""
+    """(n, n) Covariance of the present state."""
     surplus: float
-    """S/R: innovation over residual"""
+    """S/R: ratio of innovation to residual."""
     modes: Array
-    """(n,) eigenvalues of the closed loop"""
+    """(n,) Eigenvalues of the closed loop."""
     drive: Array
-    """(n,) gain in modal coordinates"""
+    """(n,) Gain in modal coordinates."""
     shapes: Array
-    """(n, n) modal to state coordinates"""
+    """(n, n) From modal to state coordinates."""
     gains: Array
-    """(lag + 1, 3): what the innovation i samples later adds to a state; row 0 is the
-    present and zero"""
+    """(lag + 1, 3) Gain of the innovation i samples later; row 0 is zero."""
     cross: Array
-    """(lag + 1, 3, n): C of a state i samples old"""
+    """(lag + 1, 3, n) C of a state i samples old."""
     variances: Array
-    """(lag + 1, 3) of a state i samples old"""
+    """(lag + 1, 3) Variances of a state i samples old."""
 
 
 @lru_cache(maxsize=32)
 def steady_filter(n: int, step: float, lag: int) -> Steady:
-    """The settled filter of `n` integrators for samples `step` apart [1/bandwidth],
-    read out `lag` samples late."""
+    """The settled filter of `n` integrators for samples at interval `step`
+    [1/bandwidth], with a lag of `lag` samples."""
     # slow to import, and not needed for finished recordings
     from scipy.linalg import solve_discrete_are
 
@@ -115,24 +114,27 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
 
 @dataclass(frozen=True)
 class Track:
-    """Filter state of d components that share their covariance, and the past states not
-    yet given out."""
+    """Filter state of d components with the same covariance, and the states of the
+    samples whose motion was not yet returned."""
 
     mean: Array
-    """(n, d) present state"""
+    """(n, d) Present state."""
     covariance: Array
-    """(n, n)"""
+    """(n, n) Covariance of the present state of each component."""
     past: Array
-    """(P, 3, d) past states, the present one last"""
+    """(P, 3, d) Past states; the last is the present one."""
     cross: Array
-    """(P, 3, n) their covariance with the present state"""
+    """(P, 3, n) Their covariance with the present state."""
     variances: Array
-    """(P, 3) their variances"""
+    """(P, 3) Their variances."""
 
     @classmethod
     def start(cls, value: Array, n: int, cold: Steady | None) -> "Track":
-        """After the first sample `value` (d,): derivatives unknown, or, with `cold`,
-        zero with a settled covariance."""
+        """The state after the first sample `value` (d,).
+
+        The derivatives are unknown; with `cold` they are zero and the covariance is
+        that of the settled filter.
+        """
         mean = np.zeros((n, len(value)))
         mean[0] = value
         covariance = (
@@ -149,11 +151,14 @@ class Track:
         )
 
     def step(self, value: Array, step: float, nominal: float) -> "Track":
-        """Take in one sample (d,), `step` after the last."""
+        """Update with one sample (d,), `step` after the last one.
+
+        `nominal` is the intensity of the driving noise; all in filter units.
+        """
         transition, noise = _integrators(step, len(self.mean))
         mean = transition @ self.mean
         predicted = transition @ self.covariance @ transition.T + nominal * noise
-        predicted = 0.5 * (predicted + predicted.T)  # or rounding makes it drift
+        predicted = 0.5 * (predicted + predicted.T)  # rounding makes it asymmetric
         surplus = predicted[0, 0] + 1.0
         gain = predicted[:, 0] / surplus
         innovation = value - mean[0]
@@ -181,43 +186,59 @@ class Track:
         )
 
     def block(self, values: Array, steady: Steady) -> "Track":
-        """Take in regular samples (K, d) at once, the filter being steady."""
-        # slow to import, and not needed for finished recordings
-        from scipy.signal import lfilter
+        """Update with many samples at constant spacing, while the gains are constant.
 
-        lag = len(steady.gains) - 1
-        modal = np.linalg.solve(steady.shapes, self.mean.astype(complex))
-        states = np.zeros((len(values), *self.mean.shape))
-        for mode, drive, shape, begin in zip(
-            steady.modes, steady.drive, steady.shapes.T, modal, strict=True
-        ):
-            if mode.imag >= 0:  # a conjugate pair is twice the real part of one
-                start = (mode * begin)[None]
-                z = lfilter(
-                    [drive], [1.0, -mode], values.astype(complex), axis=0, zi=start
-                )[0]
-                states += (1.0 if mode.imag == 0 else 2.0) * np.real(
-                    shape[:, None] * z[:, None, :]
-                )
-        innovations = np.zeros((len(self.past) + len(values) + lag, values.shape[1]))
-        innovations[len(self.past) : len(self.past) + len(values)] = (
-            values - states[:, 0]
-        ) * steady.surplus
+        Parameters
+        ----------
+        values : Array
+            (K, d) samples.
+        steady : Steady
+            The settled filter for their spacing; see `is_steady`.
+
+        Returns
+        -------
+        Track
+            What K calls of `step` return, up to rounding.
+        """
+        states = self._filtered_states(values, steady)
+        innovations = (values - states[:, 0]) * steady.surplus
         past = np.concatenate((self.past, states[:, :OUTPUT_STATES]))
-        if lag:
-            for i in range(OUTPUT_STATES):
-                for d in range(values.shape[1]):
-                    past[:, i, d] += np.correlate(
-                        innovations[1:, d], steady.gains[1:, i], "valid"
-                    )[: len(past)]
+        _add_later_innovations(past, innovations, steady.gains)
+        lag = len(steady.gains) - 1
         age = np.minimum(np.arange(len(past))[::-1], lag)
         return Track(
             states[-1], self.covariance, past, steady.cross[age], steady.variances[age]
         )
 
+    def _filtered_states(self, values: Array, steady: Steady) -> Array:
+        """(K, n, d) state after each of the samples (K, d), given no later sample.
+
+        In modal coordinates the closed loop is n independent first-order recursions.
+        """
+        # slow to import, and not needed for finished recordings
+        from scipy.signal import lfilter
+
+        initial = np.linalg.solve(steady.shapes, self.mean.astype(complex))
+        states = np.zeros((len(values), *self.mean.shape))
+        for mode, drive, shape, last in zip(
+            steady.modes, steady.drive, steady.shapes.T, initial, strict=True
+        ):
+            if mode.imag < 0:  # accounted for by its conjugate
+                continue
+            amplitude = lfilter(
+                [drive],
+                [1.0, -mode],
+                values.astype(complex),
+                axis=0,
+                zi=(mode * last)[None],
+            )[0]
+            multiplicity = 1.0 if mode.imag == 0 else 2.0
+            states += multiplicity * np.real(shape[:, None] * amplitude[:, None, :])
+        return states
+
     def is_steady(self, steady: Steady) -> bool:
-        """Whether the covariances have settled, to five digits: then `block` does the
-        same as `step`."""
+        """Whether the covariances have settled to five digits; `block` is then
+        equivalent to `step`."""
         if len(self.past) != len(steady.gains) - 1:
             return False
         if not np.allclose(self.covariance, steady.covariance, rtol=1e-5, atol=1e-8):
@@ -227,10 +248,35 @@ class Track:
         )
 
     def drop(self, count: int) -> "Track":
-        """Without the `count` oldest states still kept."""
+        """The state without its `count` oldest past states."""
         return replace(
             self,
             past=self.past[count:],
             cross=self.cross[count:],
             variances=self.variances[count:],
         )
+
+
+def _add_later_innovations(past: Array, innovations: Array, gains: Array) -> None:
+    """Correct past states by the innovations of the samples that follow them, in place.
+
+    Parameters
+    ----------
+    past : Array
+        (P, 3, d) states; the last K of them are those of the new samples.
+    innovations : Array
+        (K, d) of the new samples.
+    gains : Array
+        (lag + 1, 3) as in `Steady`.
+    """
+    lag = len(gains) - 1
+    if not lag:
+        return
+    first_new = len(past) - len(innovations)
+    padded = np.zeros((len(past) + lag, innovations.shape[1]))
+    padded[first_new : len(past)] = innovations
+    for i in range(OUTPUT_STATES):
+        for d in range(innovations.shape[1]):
+            past[:, i, d] += np.correlate(padded[1:, d], gains[1:, i], "valid")[
+                : len(past)
+            ]

@@ -1,11 +1,12 @@
-"""Inertial sensors beside the poses: gyroscope and accelerometer as measured
-derivatives of the smooth curves.
+"""Fusion of a gyroscope and an accelerometer with the poses, as measured derivatives of
+the smooth curves.
 
 With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2
-(quaternion product) and an accelerometer d²p/dt² = R f + g. Each has a constant bias, a
-clock of its own and, the accelerometer, a place of its own on the sensor; these are
-found against the curves through the poses, then the curves are fitted again with the
-corrected readings as further observations, in three rounds.
+(quaternion product) and an accelerometer d²p/dt² = R f + g. Each sensor has a constant
+bias and a constant clock offset; the accelerometer also has a lever arm, its position in
+the sensor frame. These are estimated relative to the curves through the poses. The
+curves are then fitted again with the corrected readings as additional observations.
+This is done `CALIBRATION_ROUNDS` times.
 """
 
 from dataclasses import dataclass, field, replace
@@ -59,46 +60,61 @@ def fuse(
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
 ) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
-    """Smoothed poses fitted to inertial sensors too, notes on those sensors, and
-    warnings.
-
-    gravity:       (3,) in world axes [m/s²]
-    gyroscope:     angular velocity in sensor axes [rad/s]
-    accelerometer: specific force a - g in sensor axes [m/s²]; the acceleration a itself if `gravity_removed`.
-                   Of use only where the position was measured.
+    """Fit smoothed poses to inertial sensors as well.
 
     A sensor that contradicts the poses (other axes, other units, another gravity) is
-    left out, with a warning.
+    not used, and a warning says so.
+
+    Parameters
+    ----------
+    poses : SmoothedPoses
+        Curves through the poses alone.
+    gravity : Array
+        (3,) in world axes [m/s²].
+    gyroscope : Stream, optional
+        Angular velocity in sensor axes [rad/s].
+    accelerometer : Stream, optional
+        Specific force a - g in sensor axes [m/s²]; not used if the position was not
+        measured.
+    gravity_removed : bool
+        Whether the accelerometer's stream is the acceleration a instead.
+
+    Returns
+    -------
+    tuple
+        The fitted curves, notes on the sensors that were used, and warnings.
     """
     notes, warnings = [], []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
-        poses, said, doubts = _with_gyroscope(poses, gyroscope)
-        notes += said
-        warnings += doubts
+        poses, new_notes, new_warnings = _fuse_gyroscope(poses, gyroscope)
+        notes += new_notes
+        warnings += new_warnings
     if (
         accelerometer is not None
         and len(accelerometer) >= FEWEST_READINGS
         and poses.position is not None
     ):
         removed = np.zeros(3) if gravity_removed else gravity
-        poses, said, doubts = _with_accelerometer(poses, accelerometer, removed)
-        notes += said
-        warnings += doubts
+        poses, new_notes, new_warnings = _fuse_accelerometer(
+            poses, accelerometer, removed
+        )
+        notes += new_notes
+        warnings += new_warnings
     return poses, tuple(notes), tuple(warnings)
 
 
-def _with_gyroscope(
+def _fuse_gyroscope(
     poses: SmoothedPoses, gyroscope: Stream
 ) -> tuple[SmoothedPoses, list[Message], list[Message]]:
-    raw, gyroscope = len(gyroscope), _averaged(gyroscope)
+    raw, gyroscope = len(gyroscope), _average_fast_readings(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
-        readings, motion = _readings(fitted, gyroscope, found.clock)
+        readings, motion = _synchronise(fitted, gyroscope, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         w = motion.angular_velocity
         columns = np.concatenate(
-            (_eye(len(w)), -motion.angular_acceleration[:, :, None]), axis=2
+            (_identities(len(w)), -motion.angular_acceleration[:, :, None]), axis=2
         )
         step = _ridge(
             columns,
@@ -106,34 +122,37 @@ def _with_gyroscope(
             (GYROSCOPE_BIAS_STD,) * 3 + (CLOCK_STD,),
         )
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
-        readings, motion = _readings(fitted, gyroscope, found.clock)
-        if round_ == 0 and _is_foreign(
+        readings, motion = _synchronise(fitted, gyroscope, found.clock)
+        if round_ == 0 and _contradicts(
             readings.values - found.bias, motion.angular_velocity
         ):
             what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
             return poses, [], [warning("gyroscope-contradicts-poses", what)]
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
-        z = 0.5 * _times_vector(q, readings.values - found.bias)
+        z = 0.5 * _quaternion_product(q, readings.values - found.bias)
         variance = _variance(
             readings.time, z - rate, fitted.orientation.smoothness.bandwidth
         )
-        curve = _refitted(
+        curve = _refit(
             fitted.orientation, readings.time, z, 1, variance, "orientation", round_
         )
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
-    noted = f"gyroscope used: noise {spread:.2g} rad/s, bias {_listed(found.bias)} rad/s, {_late(found.clock)}"
+    noted = (
+        f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, "
+        f"{_format_delay(found.clock)}"
+    )
     return fitted, [note("gyroscope-used", noted)], []
 
 
-def _with_accelerometer(
+def _fuse_accelerometer(
     poses: SmoothedPoses, accelerometer: Stream, gravity: Array
 ) -> tuple[SmoothedPoses, list[Message], list[Message]]:
     assert poses.position is not None
-    raw, accelerometer = len(accelerometer), _averaged(accelerometer)
+    raw, accelerometer = len(accelerometer), _average_fast_readings(accelerometer)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
-        readings, motion = _readings(fitted, accelerometer, found.clock)
+        readings, motion = _synchronise(fitted, accelerometer, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, [], []
         force = _specific_force(motion, gravity)
@@ -142,7 +161,8 @@ def _with_accelerometer(
         )
         slope = (_specific_force(later, gravity) - force) / SPECIFIC_FORCE_STEP
         columns = np.concatenate(
-            (_eye(len(force)), _lever_columns(motion), -slope[:, :, None]), axis=2
+            (_identities(len(force)), _lever_columns(motion), -slope[:, :, None]),
+            axis=2,
         )
         misfit = (
             readings.values - force - found.bias - _lever_columns(motion) @ found.lever
@@ -155,9 +175,9 @@ def _with_accelerometer(
         found = _Calibration(
             found.bias + step[:3], found.clock + step[6], found.lever + step[3:6]
         )
-        readings, motion = _readings(fitted, accelerometer, found.clock)
+        readings, motion = _synchronise(fitted, accelerometer, found.clock)
         own = readings.values - found.bias - _lever_columns(motion) @ found.lever
-        foreign = round_ == 0 and _is_foreign(own, _specific_force(motion, gravity))
+        foreign = round_ == 0 and _contradicts(own, _specific_force(motion, gravity))
         if foreign or np.linalg.norm(found.bias) > LARGEST_ACCELEROMETER_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
@@ -177,33 +197,33 @@ def _with_accelerometer(
         )
         fitted = replace(
             fitted,
-            position=_refitted(
+            position=_refit(
                 fitted.position, readings.time, z, 2, variance, "position", round_
             ),
         )
     spread = np.sqrt(variance * raw / len(accelerometer))
     noted = (
-        f"accelerometer used: noise {spread:.2g} m/s², bias {_listed(found.bias)} m/s², "
-        f"at {_listed(1e3 * found.lever)} mm, {_late(found.clock)}"
+        f"accelerometer used: noise {spread:.2g} m/s², bias {_format_vector(found.bias)} m/s², "
+        f"at {_format_vector(1e3 * found.lever)} mm, {_format_delay(found.clock)}"
     )
     return fitted, [note("accelerometer-used", noted)], []
 
 
 @dataclass(frozen=True)
 class _Calibration:
-    """What is wrong with a sensor's readings, all constant."""
+    """Constant errors of an inertial sensor."""
 
     bias: Array = field(default_factory=lambda: np.zeros(3))
-    """(3,), in its unit"""
+    """(3,) Bias in the sensor's unit."""
     clock: float = 0.0
-    """s, how late it is"""
+    """[s] Delay of its time stamps."""
     lever: Array = field(default_factory=lambda: np.zeros(3))
-    """(3,) m, where it sits in the sensor frame"""
+    """(3,) [m] Its position in the sensor frame."""
 
 
-def _averaged(stream: Stream) -> Stream:
-    """The stream without repeats, faster ones averaged over `READING_BLOCK_DURATION`:
-    no arm moves in less."""
+def _average_fast_readings(stream: Stream) -> Stream:
+    """The stream without repeated values; a fast one is averaged over blocks of
+    `READING_BLOCK_DURATION`, in which an arm hardly moves."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
     if (
@@ -230,12 +250,15 @@ def _averaged(stream: Stream) -> Stream:
     )
 
 
-def _readings(
-    poses: SmoothedPoses, stream: Stream, late: float
+def _synchronise(
+    poses: SmoothedPoses, stream: Stream, delay: float
 ) -> tuple[Stream, Motion]:
-    """The readings with the time of what they measured, where the motion then is known,
-    and that motion."""
-    time = stream.time - late
+    """The readings at the times they were measured, and the motion at these times.
+
+    Times are corrected for `delay` [s]. Readings where the motion is not known are left
+    out.
+    """
+    time = stream.time - delay
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
@@ -244,7 +267,7 @@ def _readings(
     return stream[known], motion[known]
 
 
-def _refitted(
+def _refit(
     curve: Curve,
     time: Array,
     z: Array,
@@ -253,9 +276,20 @@ def _refitted(
     name: str,
     round_: int,
 ) -> Curve:
-    """The curve through its own samples and measured derivatives z of known variance.
+    """Fit a curve again to its samples and measured derivatives.
 
-    Its smoothness is found in the first round, and looked for near that in the others.
+    Parameters
+    ----------
+    curve : Curve
+        The curve so far.
+    time, z : Array
+        (L,) [s] and (L, d): the measured derivatives of order `derivative`.
+    variance : float
+        Variance of one component of z.
+    name : str
+        What the signal is, for error messages.
+    round_ : int
+        In round 0 the smoothness is searched everywhere, later near that of `curve`.
     """
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
@@ -263,8 +297,12 @@ def _refitted(
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:
-    """Variance of one reading as if its noise were white: of averages over 1/bandwidth,
-    times their counts."""
+    """Variance of one reading if its noise were white and had the same power below the
+    bandwidth [rad/s].
+
+    It is that of the averages over cells of 1/bandwidth, times the number of readings
+    in a cell.
+    """
     cell = np.floor((time - time[0]) * bandwidth).astype(int)
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     sums = np.add.reduceat(residual - residual.mean(axis=0), starts, axis=0)
@@ -273,8 +311,11 @@ def _variance(time: Array, residual: Array, bandwidth: float) -> float:
 
 
 def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
-    """Least squares of values (K, 3) on columns (K, 3, n) with unknowns expected to be
-    of these sizes."""
+    """Ridge regression (n,) of values (K, 3) on columns (K, 3, n).
+
+    `spreads` are the prior standard deviations of the n unknowns; the noise is the
+    residual of plain least squares.
+    """
     A, b, scale = columns.reshape(-1, len(spreads)), values.ravel(), np.array(spreads)
     A = A * scale
     noise = max(
@@ -286,9 +327,9 @@ def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
     )
 
 
-def _is_foreign(readings: Array, expected: Array) -> bool:
-    """Whether readings (K, 3) are far from those expected, and some linear map explains
-    them much better."""
+def _contradicts(readings: Array, expected: Array) -> bool:
+    """Whether readings (K, 3) deviate much from the expected ones, and much less from a
+    linear map of these: a sign of other axes or units."""
     deviation = np.sum((readings - expected) ** 2)
     A = np.column_stack((expected, np.ones(len(expected))))
     best = np.sum((readings - A @ np.linalg.lstsq(A, readings, rcond=None)[0]) ** 2)
@@ -299,31 +340,31 @@ def _is_foreign(readings: Array, expected: Array) -> bool:
 
 
 def _specific_force(motion: Motion, gravity: Array) -> Array:
-    """Acceleration less gravity, in sensor axes (K, 3)."""
+    """Specific force a - g (K, 3) [m/s²] in sensor axes."""
     assert motion.linear_acceleration is not None
     return motion.linear_acceleration - in_sensor_axes(motion.orientation, gravity)
 
 
 def _lever_columns(motion: Motion) -> Array:
-    """(K, 3, 3): acceleration at a point of the sensor frame less that at its origin,
-    per metre."""
+    """(K, 3, 3) [1/s²]: times a lever arm (3,), the acceleration at that point of the
+    sensor frame minus that at its origin."""
     w = skew(motion.angular_velocity)
     return skew(motion.angular_acceleration) + w @ w
 
 
-def _eye(n: int) -> Array:
+def _identities(n: int) -> Array:
     return np.broadcast_to(np.eye(3), (n, 3, 3))
 
 
-def _times_vector(q: Array, v: Array) -> Array:
-    """(K, 4): quaternion product of q (K, 4) xyzw and pure vectors (K, 3)."""
+def _quaternion_product(q: Array, v: Array) -> Array:
+    """(K, 4) Product of quaternions q (K, 4) xyzw and pure quaternions v (K, 3)."""
     axis, scalar = q[:, :3], q[:, 3:]
     return np.column_stack((scalar * v + np.cross(axis, v), -np.sum(axis * v, axis=1)))
 
 
-def _listed(values: Array) -> str:
+def _format_vector(values: Array) -> str:
     return f"({', '.join(f'{x:.2g}' for x in values)})"
 
 
-def _late(seconds: float) -> str:
+def _format_delay(seconds: float) -> str:
     return f"{1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"

@@ -1,4 +1,4 @@
-"""Live motion: a Kalman filter on poses, read out a little late.
+"""Live motion from poses: a fixed-lag Kalman filter.
 
 Each component of the position, and of the orientation's quaternion, is four integrators
 of white snap (order "snap") or three of white jerk (order "acceleration": the
@@ -36,16 +36,16 @@ memory."""
 
 @dataclass(frozen=True)
 class State:
-    """What a `PoseFilter` remembers between samples."""
+    """State of a `PoseFilter` between samples."""
 
     time: Array
-    """(P,) s, of the samples not yet given out"""
+    """(P,) [s] Times of the samples whose motion was not yet returned."""
     latest: float | None = None
-    """s, time of the last sample"""
+    """[s] Time of the last sample."""
     quaternion: Array | None = None
-    """(4,) the last one measured, xyzw"""
+    """(4,) Last measured orientation, xyzw."""
     tracks: tuple[Track, ...] = ()
-    """rotation, then position where it is measured"""
+    """Filter of the rotation, then that of the position if it is measured."""
 
 
 @dataclass(frozen=True)
@@ -55,31 +55,31 @@ class PoseFilter:
     state = filter.start()
     state, motion = filter.update(state, time, position, orientation)
 
-    The motion given out is that of samples `lag` ago: pair each with the wrench of its
-    own time. Nothing is given out before the accelerations are known well enough, 0.1
-    to 0.25 s after the start.
+    The motion returned is that of samples `lag` ago: pair each with the wrench measured
+    at its time. The first motion is returned once the accelerations are accurate
+    enough, 0.1 to 0.25 s after the start.
     """
 
     period: float = 0.01
-    """s between samples. Others are handled exactly, but runs within 0.1 % of it much
-    faster."""
+    """[s] Nominal interval between samples. Other intervals are treated exactly too;
+    samples within 0.1 % of it are processed together, which is much faster."""
     position_noise: float = 1e-4
-    """m, standard deviation per axis"""
+    """[m] Standard deviation of the measured position along each axis."""
     rotation_noise: float = 3.5e-4
-    """rad, standard deviation per axis"""
+    """[rad] Standard deviation of the measured orientation about each axis."""
     position_bandwidth: float = 25.0
-    """wc, rad/s: the driving noise has intensity q = r² period wc^(2n)"""
+    """[rad/s] wc of the position: the driving noise has intensity r² period wc^(2n)."""
     rotation_bandwidth: float = 25.0
-    """rad/s"""
+    """[rad/s] wc of the orientation."""
     lag: float = 0.1
-    """s; 0 makes the filter causal, ten times less accurate"""
+    """[s] Delay of the motion returned. With 0 the filter is causal, and ten times less
+    accurate."""
     order: Literal["snap", "acceleration"] = "snap"
-    """what changes at random: the snap (four states), or the acceleration (three
-    states)"""
+    """Driving noise: white snap (four states), or white jerk (three states)."""
     cold_start: bool = False
-    """Start at rest with the gains of the settled filter and give out everything, as a
-    plain filter started inside a short recording does. The deviations are then far too
-    small at first."""
+    """Whether to start at rest with the gains of the settled filter and to return every
+    sample, as a plain filter started inside a short recording does. The standard
+    deviations are then far too small at first."""
 
     def __post_init__(self):
         positive = (
@@ -114,11 +114,23 @@ class PoseFilter:
         orientation: ArrayLike,
         **options,
     ) -> "PoseFilter":
-        """The filter whose noise and bandwidth are the most likely for a piece of
-        recording.
+        """The filter whose noise and bandwidth have the largest likelihood.
 
-        time (K,) s, position (K, 3) m or None, orientation (K, 4) xyzw; `options` are
-        the other fields. Raises `InputError` as `hefting.motion.spline.smooth` does.
+        Parameters
+        ----------
+        time : ArrayLike
+            (K,) [s] of a part of the recording.
+        position : ArrayLike or None
+            (K, 3) [m].
+        orientation : ArrayLike
+            (K, 4) xyzw.
+        **options
+            Other fields of `PoseFilter`; they replace the values found.
+
+        Raises
+        ------
+        InputError
+            As `hefting.motion.spline.smooth` does.
         """
         time, position, orientation = check_poses(time, position, orientation)
         n = NUMBER_OF_STATES[options.get("order", "snap")]
@@ -147,13 +159,25 @@ class PoseFilter:
         position: ArrayLike | None,
         orientation: ArrayLike,
     ) -> tuple[State, Motion]:
-        """Take in samples, one or many; give out the motion of those that are now `lag`
-        old.
+        """Process one or more samples; return the motion of samples at least `lag` old.
 
-        time: (K,) s, later than all before; position: (K, 3) m, or always None;
-        orientation: (K, 4) xyzw. What is given out does not depend on how the samples
-        are cut into pieces. Raises `InputError` for arrays that do not fit and times
-        that do not increase.
+        How the samples are divided among calls does not change the result.
+
+        Parameters
+        ----------
+        state : State
+            From `start` or the last call.
+        time : ArrayLike
+            (K,) [s], later than all times before.
+        position : ArrayLike or None
+            (K, 3) [m], or None in every call.
+        orientation : ArrayLike
+            (K, 4) xyzw.
+
+        Raises
+        ------
+        InputError
+            If the shapes of the arrays disagree or the times do not increase.
         """
         time, position, orientation = check_poses(time, position, orientation)
         if state.latest is not None and len(time) and time[0] <= state.latest:
@@ -167,7 +191,7 @@ class PoseFilter:
             )
         q = aligned(orientation, state.quaternion)
         groups = (q,) if position is None else (q, position)
-        given: list[tuple[Array, list[tuple[Array, Array]]]] = []
+        results: list[tuple[Array, list[tuple[Array, Array]]]] = []
         intervals = np.diff(
             time, prepend=np.nan if state.latest is None else state.latest
         )
@@ -192,8 +216,8 @@ class PoseFilter:
                 piece = slice(k, k + 1)
                 rows = [values[k] for values in groups]
                 tracks = self._step(state, rows, float(intervals[k]))
-                if tracks is None:  # forgotten: what is pending will not get better
-                    state = self._return_samples(state, len(state.time), given)
+                if tracks is None:  # restart; later samples cannot improve these
+                    state = self._return_samples(state, len(state.time), results)
                     tracks = self._start_tracks(rows)
             state = State(
                 np.append(state.time, time[piece]),
@@ -208,13 +232,13 @@ class PoseFilter:
                     side="right",
                 )
             )
-            state = self._return_samples(state, ready, given)
+            state = self._return_samples(state, ready, results)
             k = piece.stop
-        return state, self._motion(given, position is not None)
+        return state, self._motion(results, position is not None)
 
     def _channels(self) -> tuple[tuple[float, float, Steady], ...]:
-        """Noise of one component, bandwidth and settled filter: of the rotation, then
-        of the position."""
+        """Noise of one component, bandwidth [rad/s] and settled filter of the rotation,
+        then of the position."""
         lag = max(ceil(self.lag / self.period - 0.49), 0)
         n = NUMBER_OF_STATES[self.order]
         return tuple(
@@ -255,9 +279,9 @@ class PoseFilter:
             )
         )
 
-    def _return_samples(self, state: State, count: int, given: list) -> State:
-        """Take the first `count` pending samples from the state; those that are usable
-        are given out."""
+    def _return_samples(self, state: State, count: int, results: list) -> State:
+        """Remove the first `count` pending samples from the state; append the
+        sufficiently accurate ones to `results`."""
         if count == 0:
             return state
         usable = np.ones(count, dtype=bool)
@@ -273,15 +297,15 @@ class PoseFilter:
             (track.past[:count][usable], track.variances[:count][usable])
             for track in state.tracks
         ]
-        given.append((state.time[:count][usable], pieces))
+        results.append((state.time[:count][usable], pieces))
         return replace(
             state,
             time=state.time[count:],
             tracks=tuple(t.drop(count) for t in state.tracks),
         )
 
-    def _motion(self, given: list, with_position: bool) -> Motion:
-        time = np.concatenate([np.empty(0)] + [piece[0] for piece in given])
+    def _motion(self, results: list, with_position: bool) -> Motion:
+        time = np.concatenate([np.empty(0)] + [piece[0] for piece in results])
         channels = []
         for i, (d, (noise, wc, _)) in enumerate(
             zip((4, 3), self._channels(), strict=True)
@@ -292,7 +316,7 @@ class PoseFilter:
             past = (
                 np.concatenate(
                     [np.empty((0, OUTPUT_STATES, d))]
-                    + [piece[1][i][0] for piece in given]
+                    + [piece[1][i][0] for piece in results]
                 )
                 * units[:, None]
             )
@@ -300,7 +324,7 @@ class PoseFilter:
                 np.sqrt(
                     np.concatenate(
                         [np.empty((0, OUTPUT_STATES))]
-                        + [piece[1][i][1] for piece in given]
+                        + [piece[1][i][1] for piece in results]
                     )
                 )
                 * units

@@ -145,11 +145,8 @@ def measure(
     else:
         curves = curves or smooth_poses(recording, g_world)
         motion = curves.poses.at(wrench.time)
-        kind, warnings, notes = (
-            curves.source,
-            warnings + curves.warnings,
-            notes + curves.notes,
-        )
+        kind = curves.source
+        warnings, notes = warnings + curves.warnings, notes + curves.notes
     known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
     if not known.all():
         warnings += (
@@ -188,27 +185,15 @@ def smooth_poses(
     gravity: ArrayLike = STANDARD_GRAVITY,
     alone: SmoothedPoses | None = None,
 ) -> Curves:
-    """Smooth curves through the poses of a recording, with the inertial sensors it has.
+    """Fit smooth curves to the poses of a recording, and to its gyroscope and
+    accelerometer where it has them.
 
-    `gravity` (3,) in world axes [m/s²]; `alone`: the curves through the poses, where
-    they are known already. Raises `InputError` for fewer than eight poses.
+    `gravity` (3,) in world axes [m/s²]; `alone`: the curves without those sensors,
+    where they were fitted before. Raises `InputError` for fewer than
+    `FEWEST_SEGMENT_SAMPLES` poses.
     """
-    orientation = recording["orientation"]
-    position = recording["position"] if recording.has("position") else None
-    if min(len(orientation), len(position or orientation)) < FEWEST_SEGMENT_SAMPLES:
-        raise InputError(
-            f"{min(len(orientation), len(position or orientation))} poses are too few to find velocities from",
-            where=recording.source,
-            fix="give a longer recording, or static poses without the time column",
-        )
-    if alone is not None:
-        poses = alone
-    elif position is None:
-        poses = fit_poses(orientation.time, None, orientation.values)
-    else:
-        poses = fit_poses(
-            orientation.time, position.values, orientation.values, position.time
-        )
+    _check_number_of_poses(recording)
+    poses = _fit_recorded_poses(recording) if alone is None else alone
     streams = recording.streams
     accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
     if accelerometer is None and "gyroscope" not in streams:
@@ -218,6 +203,31 @@ def smooth_poses(
         poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed
     )
     return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
+
+
+def _check_number_of_poses(recording: Recording) -> None:
+    """Raise `InputError` if the poses are too few to differentiate."""
+    poses = len(recording["orientation"])
+    if recording.has("position"):
+        # an empty position stream is left to the fit
+        poses = min(poses, len(recording["position"]) or poses)
+    if poses < FEWEST_SEGMENT_SAMPLES:
+        raise InputError(
+            f"{poses} poses are too few to find velocities from",
+            where=recording.source,
+            fix="give a longer recording, or static poses without the time column",
+        )
+
+
+def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
+    """Smooth curves through the orientation and, where there is one, the position."""
+    orientation = recording["orientation"]
+    if not recording.has("position"):
+        return fit_poses(orientation.time, None, orientation.values)
+    position = recording["position"]
+    return fit_poses(
+        orientation.time, position.values, orientation.values, position.time
+    )
 
 
 def _may_move(recording: Recording) -> bool:
@@ -256,24 +266,15 @@ def _from_motion(
     None.
     """
     g, source = in_sensor_axes(motion.orientation, g_world), None
-    if motion.linear_acceleration is not None:
-        a, w, alpha = (
-            motion.linear_acceleration,
-            motion.angular_velocity,
-            motion.angular_acceleration,
-        )
-    elif recording.has("accelerometer"):
-        wrench, g, motion, a = _accelerometer(
-            recording["accelerometer"], wrench, g, motion
-        )
-        w, alpha, source = (
-            motion.angular_velocity,
-            motion.angular_acceleration,
-            "accelerometer",
-        )
-    else:
-        a = w = alpha = np.zeros_like(g)
+    a = motion.linear_acceleration
+    if a is None and recording.has("accelerometer"):
+        source = "accelerometer"
+        wrench, g, motion, a = _accelerometer(recording[source], wrench, g, motion)
+    if a is None:
         source = "orientation"
+        a = w = alpha = np.zeros_like(g)
+    else:
+        w, alpha = motion.angular_velocity, motion.angular_acceleration
     z = Measurements(
         wrench.time, g, a, w, alpha, wrench.values[:, :3], wrench.values[:, 3:]
     )

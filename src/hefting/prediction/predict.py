@@ -160,15 +160,34 @@ def _compared(
 
 
 def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) -> Peak:
-    """Where a force or torque is largest; its size varies, to first order, along its
-    own direction."""
-    size = np.linalg.norm(wrench[:, part], axis=1)
-    k = int(np.argmax(size))
+    """The largest force or torque of a predicted wrench, and its standard deviation.
+
+    Parameters
+    ----------
+    z : Measurements
+        K samples of the motion.
+    wrench : Array
+        (K, 6) predicted [N, N m].
+    spread : Spread, optional
+        Uncertainty of the parameters; None where it is not known.
+    part : slice
+        Columns of the force or of the torque.
+
+    Returns
+    -------
+    Peak
+        Magnitude, time [s] and, to first order, the standard deviation: that of the
+        component along the predicted direction.
+    """
+    magnitude = np.linalg.norm(wrench[:, part], axis=1)
+    k = int(np.argmax(magnitude))
     std = None
     if spread is not None:
-        along = wrench[k, part] / size[k] if size[k] > 0.0 else np.zeros(3)
-        std = float(spread.std(along @ regressor(z[k : k + 1])[0, part]))
-    return Peak(float(size[k]), float(z.time[k]), std)
+        direction = (
+            wrench[k, part] / magnitude[k] if magnitude[k] > 0.0 else np.zeros(3)
+        )
+        std = float(spread.std(direction @ regressor(z[k : k + 1])[0, part]))
+    return Peak(float(magnitude[k]), float(z.time[k]), std)
 
 
 def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:

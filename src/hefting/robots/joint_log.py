@@ -86,17 +86,26 @@ def with_poses(
 def _columns(
     names: tuple[str, ...], count: int, robot: Robot, source: str
 ) -> list[int]:
-    """Column of the joint positions for each of the robot's joints."""
+    """For each of the robot's joints, the column that holds its position.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Joint names of the columns; empty if the columns are not named.
+    count : int
+        Number of columns.
+    robot : Robot
+        Its `joints` are those that move the sensor frame.
+    source : str
+        Name of the log, for error messages.
+
+    Raises
+    ------
+    InputError
+        If the columns do not fit the robot, or their names are incomplete or ambiguous.
+    """
     if not names:
-        for expected in (robot.joints, robot.all_joints):
-            if len(expected) == count:
-                return [expected.index(name) for name in robot.joints]
-        needed = f"'{robot.sensor_frame}' is moved by {len(robot.joints)} ({listed(robot.joints)})"
-        every = (
-            f", the whole robot by {len(robot.all_joints)} ({listed(robot.all_joints)})"
-        )
-        what = f"has {count} unnamed joints, but in {robot.source} {needed}{every}"
-        raise InputError(what, where=source, fix="name the joints, or record those")
+        return _columns_without_names(count, robot, source)
     if len(names) != count:
         raise InputError(
             f"{len(names)} joint names for {count} columns of joint positions",
@@ -112,6 +121,18 @@ def _columns(
             f"two columns of joint positions are named '{repeated[0]}'", where=source
         )
     return [names.index(name) for name in robot.joints]
+
+
+def _columns_without_names(count: int, robot: Robot, source: str) -> list[int]:
+    """The same for unnamed columns: in the order of the robot's `joints` if their
+    number agrees, else of `all_joints`; `InputError` if it agrees with neither."""
+    for joints_in_order in (robot.joints, robot.all_joints):
+        if len(joints_in_order) == count:
+            return [joints_in_order.index(name) for name in robot.joints]
+    needed = f"'{robot.sensor_frame}' is moved by {len(robot.joints)} ({listed(robot.joints)})"
+    every = f", the whole robot by {len(robot.all_joints)} ({listed(robot.all_joints)})"
+    what = f"has {count} unnamed joints, but in {robot.source} {needed}{every}"
+    raise InputError(what, where=source, fix="name the joints, or record those")
 
 
 def _doubts(q: Array, robot: Robot) -> tuple[Message, ...]:

@@ -279,10 +279,10 @@ class Shape:
     def from_parts(
         cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None
     ) -> Self:
-        """Labelled points: a PLY file whose vertices have ``segmentation`` (or
-        ``label``), maybe ``volume``.
+        """Points labelled by the part they belong to: all vertices of a PLY file.
 
-        All points are kept. Other parameters and errors as for `from_mesh`.
+        The vertices have one of the properties `LABELS`, and optionally ``volume``, the
+        relative volume each stands for. Other parameters and errors as for `from_mesh`.
         """
         vertices = read_ply_vertices(path)
         label = next((name for name in LABELS if name in vertices.columns), None)
@@ -292,24 +292,18 @@ class Shape:
                 path,
                 f"name a vertex property {LABELS[0]}, or use from_cloud",
             )
-        p = point_array(vertices.positions, path) * unit_scale(unit)
+        points = point_array(vertices.positions, path) * unit_scale(unit)
         pose = np.eye(4) if pose is None else check_pose(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")
-        if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
-            raise InputError("labels of parts are whole numbers", path)
-        if volumes is not None and (
-            not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
-        ):
-            raise InputError("volumes of parts must be positive numbers", path)
-        warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
-        positions = p @ pose[:3, :3].T + pose[:3, 3]
+        _check_parts(labels, volumes, path)
+        extents = np.ptp(points, axis=0)
         return cls(
-            positions,
+            points @ pose[:3, :3].T + pose[:3, 3],
             volumes,
             labels,
-            extents=np.ptp(p, axis=0),
+            extents=extents,
             pose=pose,
-            warnings=warnings,
+            warnings=suspicions(points.min(axis=0), extents, pose, unit),
         )
 
     @classmethod
@@ -368,3 +362,13 @@ class Shape:
             hull=solid.vertices @ rotation.T + matrix[:3, 3],
             warnings=tuple(warnings),
         )
+
+
+def _check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
+    """Raise `InputError` unless labels (n,) are integers and volumes (n,) usable."""
+    if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
+        raise InputError("labels of parts are whole numbers", path)
+    if volumes is not None and (
+        not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
+    ):
+        raise InputError("volumes of parts must be positive numbers", path)

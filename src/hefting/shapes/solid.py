@@ -244,28 +244,42 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Simple closed loops (vertex indices) that use each directed edge once: a walk,
-    cut wherever it meets itself.
+    """Decompose directed edges into simple closed loops that use each edge once.
 
-    Any way to cut will do: the caps of a loop and of its reverse, along a seam whose
-    sides do not share their vertices, cancel.
+    A walk along unused edges is followed until it reaches one of its own vertices; the
+    closed part is then cut off as a loop and the walk goes on from that vertex. The
+    decomposition is not unique, but the enclosed volume does not depend on it: along a
+    seam whose two sides have separate vertices, the caps of a loop and of its reverse
+    cancel.
+
+    Parameters
+    ----------
+    start, end : np.ndarray
+        (E,) vertex indices of the edges. Each vertex has as many incoming as outgoing
+        edges.
+
+    Returns
+    -------
+    list of np.ndarray
+        Vertex indices of each loop, in order.
     """
-    outgoing: dict[int, list[int]] = {}
+    unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
-        outgoing.setdefault(a, []).append(b)
+        unused_ends.setdefault(a, []).append(b)
     loops = []
-    for origin in list(outgoing):
-        path, place = [origin], {origin: 0}
-        while outgoing[path[-1]]:
-            step = outgoing[path[-1]].pop()
-            if step not in place:
-                place[step] = len(path)
-                path.append(step)
+    for origin in list(unused_ends):
+        walk, index_in_walk = [origin], {origin: 0}
+        while unused_ends[walk[-1]]:
+            vertex = unused_ends[walk[-1]].pop()
+            if vertex not in index_in_walk:
+                index_in_walk[vertex] = len(walk)
+                walk.append(vertex)
                 continue
-            loops.append(np.array(path[place[step] :]))
-            for vertex in path[place[step] + 1 :]:
-                del place[vertex]
-            del path[place[step] + 1 :]
+            first = index_in_walk[vertex]
+            loops.append(np.array(walk[first:]))
+            for removed in walk[first + 1 :]:
+                del index_in_walk[removed]
+            del walk[first + 1 :]
     return loops
 
 

@@ -30,7 +30,7 @@ INTERVAL_QUANTITIES |= {
     "inertia_at_origin": slice(4, 10),
     "inertia_at_com": slice(10, 16),
 }
-"""Of which there are intervals, and where they stand among sixteen numbers."""
+"""Quantities with intervals, and their indices in a vector of sixteen numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,11 @@ class Mixture:
     """Gaussians over the parameters (10,) in sensor axes about the sensor origin."""
 
     weights: Array
-    """(j,) summing to one"""
+    """(j,) Probabilities of the members."""
     means: Array
-    """(j, 10)"""
+    """(j, 10) Means of the members."""
     factors: Array
-    """(j, 10, 10) X of the covariances X X'"""
+    """(j, 10, 10) Factors X of the members' covariances X X'."""
 
     @classmethod
     def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
@@ -81,7 +81,7 @@ class Mixture:
 
     @cached_property
     def covariance(self) -> Array:
-        """(10, 10), what the members differ by included"""
+        """(10, 10) covariance, including the differences between the members' means."""
         off = self.means - self.mean
         return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (
             off.T * self.weights
@@ -93,8 +93,8 @@ class Mixture:
         return float(self.covariance[0, 0]) ** 0.5
 
     def scaled(self, error: float) -> Self:
-        """With a relative error, of this standard deviation, that all ten parameters
-        share."""
+        """The mixture with an additional relative error, common to all ten parameters,
+        of standard deviation `error`."""
         rows = np.concatenate(
             (self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1
         )
@@ -106,16 +106,15 @@ class Mixture:
         )
 
     def determined(self, likelihood: Likelihood) -> float:
-        """How many of the ten parameters the samples determine, rather than the prior:
-        tr(Lambda covariance)."""
+        """Number of parameters that the samples determine, and not the prior: the trace
+        of precision times covariance, from 0 to 10."""
         weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
         return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
 
     def draws(self, number: int = NUMBER_OF_DRAWS) -> Array:
-        """(number, 10) parameters as likely as the posterior says, the same at every
-        call."""
+        """(number, 10) draws from the posterior, the same in every call."""
         ends = np.round(number * np.cumsum(self.weights)).astype(int)
-        normal = _normal(number)
+        normal = _standard_normal_draws(number)
         parts = zip((0, *ends[:-1]), ends, self.means, self.factors, strict=True)
         return np.concatenate(
             [
@@ -179,7 +178,7 @@ class Mixture:
 
 
 @lru_cache(maxsize=1)
-def _normal(number: int) -> Array:
+def _standard_normal_draws(number: int) -> Array:
     """(number, 10)"""
     return np.random.default_rng(0).standard_normal((number, 10))
 
@@ -198,7 +197,7 @@ _STEINER = _steiner()
 """(6, 3, 3): h'_STEINER[s] h is entry s of |h|² I - h h'."""
 
 
-def _normal_below(t: Array, bell: Array) -> Array:
+def _normal_cdf(t: Array, bell: Array) -> Array:
     """Probability that a standard normal number is below t, `bell` being exp(-t²/2);
     within 7.5e-8 (Abramowitz & Stegun 26.2.17). SciPy's takes a tenth of a second to
     import."""
@@ -213,8 +212,7 @@ def _normal_below(t: Array, bell: Array) -> Array:
 
 @lru_cache
 def _normal_quantile(probability: float) -> float:
-    """Where a standard normal number is below with this probability, to rounding:
-    Newton's method."""
+    """Quantile of the standard normal distribution, to rounding, by Newton's method."""
     x = 0.0
     for _ in range(MOST_QUANTILE_STEPS):
         error = 0.5 * erfc(-x / 2.0**0.5) - probability
@@ -228,8 +226,10 @@ def _normal_quantile(probability: float) -> float:
 def _quantiles(
     means: Array, stds: Array, weights: Array, probabilities: Array
 ) -> Array:
-    """(p, k) where mixtures of Gaussians of means and stds (j, k) reach the
-    probabilities (p,): Newton, bracketed."""
+    """(p, k) quantiles of k mixtures of Gaussians for the probabilities (p,).
+
+    `means` and `stds` are (j, k), `weights` (j,). Newton's method with bisection.
+    """
     z = np.array([_normal_quantile(float(p)) for p in probabilities])[:, None]
     center, rate = np.ascontiguousarray(means.T), 1.0 / stds.T  # (k, j)
     density = (0.5 / np.pi) ** 0.5 * rate * weights
@@ -243,7 +243,7 @@ def _quantiles(
     for _ in range(MOST_QUANTILE_STEPS):
         t = (x[:, :, None] - center) * rate
         bell = np.exp(-0.5 * t * t)
-        value = _normal_below(t, bell) @ weights - probabilities[:, None]
+        value = _normal_cdf(t, bell) @ weights - probabilities[:, None]
         slope = (bell * density).sum(axis=2)
         below = value < 0.0
         low, high = np.where(below, x, low), np.where(below, high, x)

@@ -1,5 +1,5 @@
-"""Errors of the motion as the likelihood takes them: variances of accelerations, and
-how many samples they last."""
+"""Errors of the motion in the likelihood: variances of the accelerations, and over how
+many samples the errors are correlated."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -16,13 +16,13 @@ class MotionErrors:
     """Errors of the accelerations."""
 
     variances: Array | None
-    """(6,) linear [m²/s⁴] and angular [rad²/s⁴]; None where the motion is exact"""
+    """(6,) Linear [m²/s⁴] and angular [rad²/s⁴]; None if the motion is exact."""
     memory: float
-    """samples over which they last, at least 1"""
+    """Number of samples over which the errors are correlated, at least 1."""
 
     @classmethod
     def of(cls, noise: MotionNoise | None, state: SampleState) -> Self:
-        """Of the samples of a state."""
+        """Errors for the samples of a state, at their mean interval."""
         if noise is None or not (noise.linear or noise.angular):
             return cls(None, 1.0)
         step = state.duration / max(state.samples - 1, 1)
@@ -31,6 +31,6 @@ class MotionErrors:
 
     @property
     def white(self) -> Array | None:
-        """(6,) variances of white errors; None where they last, and so count as
-        independent of the motion."""
+        """(6,) Variances of white errors; None if the errors are correlated in time,
+        which are treated as independent of the motion."""
         return self.variances if self.memory == 1.0 else None

@@ -5,10 +5,10 @@ their covariance.
 
 with w = `DISTANCE_WEIGHT`.
 
-The second term, negligible beside the first, chooses the most even of all distributions
-of the same parameters. The
-dual has ten unknowns, whatever the number of points: with z = w C^-1 (phi - M m), m =
-    max(m0 v + m0² v M'z, 0); a semismooth Newton method finds z.
+The second term, negligible compared with the first, selects the most uniform of all
+distributions with the same parameters. The dual problem has ten unknowns for any number
+of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0). A semismooth Newton
+method finds z.
 """
 
 import numpy as np
@@ -32,10 +32,25 @@ NEGLIGIBLE_DUAL_CHANGE = 1e-13
 def projected(
     phi: Array, covariance: Array, points: Array, shares: Array, mass: float
 ) -> tuple[Array, float]:
-    """Masses (n,) >= 0, and their squared distance from phi in that metric.
+    """The non-negative point masses whose parameters are nearest to phi.
 
-    `points` M (10, n) are the parameters of 1 kg at each point, `shares` v (n,) sum to
-    one, `mass` m0 > 0 [kg].
+    Parameters
+    ----------
+    phi : Array
+        (10,) parameters.
+    covariance : Array
+        (10, 10) C, the metric.
+    points : Array
+        (10, n) M, the parameters of 1 kg at each point.
+    shares : Array
+        (n,) v, the shares of the volume; they sum to one.
+    mass : float
+        m0 > 0 [kg].
+
+    Returns
+    -------
+    tuple of Array and float
+        Masses (n,) [kg], and the squared distance of their parameters from phi.
     """
     scale = np.sqrt(covariance.diagonal())
     scale = np.where(scale > 0.0, scale, 1.0)
@@ -90,8 +105,8 @@ def projected(
 
 
 def _nearest(M: Array, target: Array, C: Array) -> Array:
-    """The same without regard to how even they are: non-negative least squares, for
-    when rounding stops Newton."""
+    """The same without the second term, by non-negative least squares: for cases in
+    which rounding prevents the convergence of Newton's method."""
     values, vectors = np.linalg.eigh(C)
     W = (vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T
     scale = float(np.abs(W @ target).max()) or 1.0

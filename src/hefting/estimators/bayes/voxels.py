@@ -1,4 +1,5 @@
-"""Voxels: the points of a shape as a solid, each point's cell cut into small boxes."""
+"""Voxels: the solid that the points of a shape represent; the cell of each point is
+divided into small boxes."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -11,8 +12,8 @@ from hefting.shapes import Shape
 TARGET_VOXELS = 4000
 """Approximate number of voxels of a shape; there is at least one for each point."""
 MOST_CELLS = 150
-"""Number of points above which they are gathered in cells, about half as many as
-this."""
+"""Number of points above which they are grouped, into about half this number of
+cells."""
 MOST_GRID_CELLS = 2_000_000
 """Largest number of grid cells in which depth is measured; it bounds the memory."""
 
@@ -21,35 +22,35 @@ MOST_GRID_CELLS = 2_000_000
 class Voxels:
     """A shape filled with voxels, about its homogeneous centre of mass, in sensor axes.
 
-    They are stretched a little so that together they have the homogeneous body's
-    moments exactly.
+    They are scaled slightly, so that together they have exactly the moments of the
+    homogeneous body.
     """
 
     parameters: Array
-    """(10, N) a_f: of 1 kg in each voxel"""
+    """(10, N) a_f: parameters of 1 kg in each voxel."""
     volumes: Array
-    """(N,) share of the volume"""
+    """(N,) Share of each voxel in the volume."""
     depth_rank: Array
-    """(N,) share of the volume that is nearer to the surface: 0 to 1"""
+    """(N,) Share of the volume that is nearer to the surface, from 0 to 1."""
     mean: Array
-    """(10,) of 1 kg evenly spread"""
+    """(10,) Parameters of 1 kg of uniform density."""
     points: Array
-    """(10, n) of 1 kg spread over each point's cell"""
+    """(10, n) Parameters of 1 kg in the cell of each point."""
     shares: Array
-    """(n,) share of the volume of each point's cell"""
+    """(n,) Share of the cell of each point in the volume."""
     cells: Array
-    """(10, c) of 1 kg spread over each cell: the points', or several points together"""
+    """(10, c) Parameters of 1 kg in each cell, that of one point or of a group."""
     cell_shares: Array
-    """(c,)"""
+    """(c,) Share of each cell in the volume."""
     cell_positions: Array
-    """(c, 3) their centroids [m]"""
+    """(c, 3) [m] Centroids of the cells."""
 
     @classmethod
     def of(cls, shape: Shape) -> Self:
-        """Of a shape in the sensor frame."""
+        """Voxels of a shape in the sensor frame."""
         n = shape.n
-        axes, sides = _cell(shape)
-        cuts = _cuts(sides, TARGET_VOXELS / n)
+        axes, sides = _cell_box(shape)
+        cuts = _subdivisions(sides, TARGET_VOXELS / n)
         numbers: list[int] = cuts.tolist()
         grids: list[Array] = [
             sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(numbers)
@@ -79,11 +80,11 @@ class Voxels:
         )
         A = _stretch((x.T * volumes) @ x + own, wanted)
         x, own = x @ A.T @ axes.T, axes @ A @ own @ A.T @ axes.T
-        parameters = _of_points(x, own)
+        parameters = _parameters_of_points(x, own)
         points = parameters.reshape(10, n, -1).mean(axis=2)
         cells, cell_shares = points, shares
         if n > MOST_CELLS:
-            label = _gathered(points[1:4].T, MOST_CELLS // 2)
+            label = _group_points(points[1:4].T, MOST_CELLS // 2)
             cell_shares = np.asarray(np.bincount(label, weights=shares), dtype=float)
             sums = np.stack(
                 [np.bincount(label, weights=row * shares) for row in points]
@@ -103,9 +104,9 @@ class Voxels:
         )
 
 
-def _of_points(x: Array, own: Array) -> Array:
-    """(10, N) parameters of 1 kg at each of x (N, 3), spread with second moment `own`
-    (3, 3)."""
+def _parameters_of_points(x: Array, own: Array) -> Array:
+    """(10, N) parameters of 1 kg at each point x (N, 3) [m]; `own` (3, 3) [m²] is its
+    second moment about that point."""
     i, j = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
     second = x[:, i] * x[:, j] + own[i, j]
     parameters = np.empty((10, len(x)))
@@ -114,9 +115,9 @@ def _of_points(x: Array, own: Array) -> Array:
     return parameters
 
 
-def _cell(shape: Shape) -> tuple[Array, Array]:
-    """Axes (3, 3) as columns and sides (3,) [m] of the box that each point stands
-    for."""
+def _cell_box(shape: Shape) -> tuple[Array, Array]:
+    """Axes (3, 3), as columns, and sides (3,) [m] of the box that represents the cell
+    of a point."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
         return axes, np.full(3, _spacing(shape))
@@ -132,7 +133,7 @@ def _cell(shape: Shape) -> tuple[Array, Array]:
 
 
 def _spacing(shape: Shape) -> float:
-    """Distance [m] from a point to the nearest other one: the median."""
+    """Median distance [m] of a point to its nearest neighbour."""
     from scipy.spatial import KDTree
 
     if shape.n == 1:
@@ -146,9 +147,9 @@ def _spacing(shape: Shape) -> float:
     )
 
 
-def _cuts(sides: Array, wanted: float) -> Indices:
-    """Numbers (3,) in which to cut a box into about `wanted` nearly cubic ones; thin
-    ones, too, have two layers."""
+def _subdivisions(sides: Array, wanted: float) -> Indices:
+    """Numbers of boxes (3,) along the sides of a cell, for about `wanted` nearly cubic
+    ones in all; at least two along each side if eight or more are wanted."""
     least = 2 if wanted >= 8.0 else 1
     pitch = (np.prod(sides) / max(wanted, 1.0)) ** (1.0 / 3.0)
     for _ in range(3):  # sides that are not cut leave more for the others
@@ -160,8 +161,7 @@ def _cuts(sides: Array, wanted: float) -> Indices:
 
 
 def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
-    """(N,) share of the volume that is less deep below the surface of all voxels
-    together."""
+    """(N,) share of the volume that is less deep below the surface of the solid."""
     low: Array = positions.min(axis=0)
     step = np.maximum(step, np.ptp(positions, axis=0) / 1000.0)
     while True:
@@ -181,12 +181,12 @@ def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
 
 
 def _distance_to_outside(filled: Mask, step: Array) -> Array:
-    """Euclidean distance of each voxel of a grid, `step` (3,) apart, to the nearest one
-    that is not filled.
+    """Euclidean distance [m] of each voxel to the nearest one that is not filled.
 
-    Axis by axis: along each, the least over all its places of the squared distance
-    there and what was found so far (Felzenszwalb & Huttenlocher, Theory of Computing 8,
-    2012).
+    `step` (3,) [m] is the spacing of the grid. One axis after the other, the squared
+    distance of a voxel becomes the minimum, over all voxels of its line, of their value
+    plus the squared distance to them (Felzenszwalb & Huttenlocher, Theory of Computing
+    8, 2012).
     """
     far = float(np.sum((np.array(filled.shape) * step) ** 2))
     square = np.where(filled, far, 0.0)
@@ -204,8 +204,8 @@ def _distance_to_outside(filled: Mask, step: Array) -> Array:
 
 
 def _stretch(from_: Array, to: Array) -> Array:
-    """The symmetric (3, 3) A with A from_ A = to: the least stretch between two second
-    moments."""
+    """The symmetric (3, 3) A with A from_ A = to, which takes one second moment to
+    another with the least displacement."""
     values, vectors = np.linalg.eigh(from_)
     values = np.maximum(values, 1e-12 * max(float(values[2]), 1e-30))
     root, back = (
@@ -216,8 +216,8 @@ def _stretch(from_: Array, to: Array) -> Array:
     return back @ ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T) @ back
 
 
-def _gathered(x: Array, number: int) -> Indices:
-    """Cell (n,) of each of points x (n, 3): about `number` of them, cubes."""
+def _group_points(x: Array, number: int) -> Indices:
+    """Index (n,) of the cubic cell of each point x (n, 3), with about `number` cells."""
     low: Array = x.min(axis=0)
     sides: Array = np.maximum(np.ptp(x, axis=0), 1e-9)
     sides = np.maximum(sides, 0.02 * sides.max())

@@ -326,31 +326,40 @@ class Streams:
             self.series[what] = series.with_values(series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
-        """The topic of a role; `InputError` when there are several, or the one asked
-        for gave nothing."""
-        found = [
+        """The one topic for a role (a key of `TYPES`); None if there is none and none
+        was asked for.
+
+        Raises `InputError` if several topics could serve the role, or the one asked for
+        by name has no usable samples.
+        """
+        candidates = [
             topic for topic in self.gathered if topic.role == role and topic.series
         ]
-        if len(found) > 1:
+        if len(candidates) > 1:
             fix = f"choose one with `{role}_topic`" + (
                 "" if role == "wrench" else ", or none"
             )
-            names = ", ".join(str(topic.topic) for topic in found)
+            names = ", ".join(str(topic.topic) for topic in candidates)
             raise InputError(
-                f"{len(found)} topics could be the {role}: {names}", self.path, fix
+                f"{len(candidates)} topics could be the {role}: {names}", self.path, fix
             )
-        if not found and self.named.get(role, "none") != "none":
-            fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
-            empty = next((topic for topic in self.gathered if topic.role == role), None)
-            if empty is None:
-                what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
-                raise InputError(what, self.path, fix)
-            if not empty.messages:
-                raise InputError(f"topic {empty.topic} has no messages", self.path, fix)
-            raise InputError(
-                f"no {role} can be read from topic {empty.topic}", self.path, fix
-            )
-        return found[0] if found else None
+        if candidates:
+            return candidates[0]
+        if self.named.get(role, "none") != "none":
+            raise self._error_for_unusable_topic(role)
+        return None
+
+    def _error_for_unusable_topic(self, role: str) -> InputError:
+        """Why the topic asked for by name gave no samples for its role."""
+        fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
+        topic = next((topic for topic in self.gathered if topic.role == role), None)
+        if topic is None:
+            what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
+        elif not topic.messages:
+            what = f"topic {topic.topic} has no messages"
+        else:
+            what = f"no {role} can be read from topic {topic.topic}"
+        return InputError(what, self.path, fix)
 
     def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
         """Frame, child frame and samples of a topic; `InputError` when its messages are
