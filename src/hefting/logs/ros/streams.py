@@ -336,13 +336,11 @@ class Streams:
             topic for topic in self.gathered if topic.role == role and topic.series
         ]
         if len(candidates) > 1:
-            fix = f"choose one with `{role}_topic`" + (
-                "" if role == "wrench" else ", or none"
-            )
+            or_none = "" if role == "wrench" else ", or none"
+            fix = f"choose one with `{role}_topic`{or_none}"
             names = ", ".join(str(topic.topic) for topic in candidates)
-            raise InputError(
-                f"{len(candidates)} topics could be the {role}: {names}", self.path, fix
-            )
+            what = f"{len(candidates)} topics could be the {role}: {names}"
+            raise InputError(what, self.path, fix)
         if candidates:
             return candidates[0]
         if self.named.get(role, "none") != "none":
@@ -379,14 +377,8 @@ class Streams:
 
     def _tidy(self, series: Series, topic: Gathered, what: str | None = None) -> Series:
         name = topic.topic.name
-        label = f"{name} ({what})" if what else name
-        return tidy(
-            series,
-            label,
-            f"{self.path}, {name}",
-            self.notes.append,
-            self.warnings.append,
-        )
+        label, where = f"{name} ({what})" if what else name, f"{self.path}, {name}"
+        return tidy(series, label, where, self.notes.append, self.warnings.append)
 
     def _keep(
         self, stream: str, series: Series, topic: Gathered, what: str | None = None
