@@ -119,7 +119,7 @@ def every(
     from benchmarks.memory import folding_memory
     from benchmarks.points import many_points
     from benchmarks.posterior import posterior
-    from benchmarks.processes import Processes
+    from benchmarks.processes import QUICK_ROWS, ROWS, Processes
     from benchmarks.streaming import one_sample_at_a_time
 
     yield from Processes(folder, before, quick).sections()
@@ -147,7 +147,11 @@ def every(
     )
     yield "OLS", partial(against_pinocchio, 1000, rounds=rounds)
     yield "folding", partial(folding_memory, 200_000 if quick else 10_000_000)
-    yield "a long recording", partial(long_recording, 50_000 if quick else 1_000_000)
+    # the log is that of the whole processes above
+    yield (
+        "a long recording",
+        partial(long_recording, QUICK_ROWS if quick else ROWS, folder),
+    )
 
 
 def measured(

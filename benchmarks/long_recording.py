@@ -10,12 +10,13 @@ import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from benchmarks.memory import peak
 from benchmarks.report import Row, Section
 
 RATE = 1000.0
+ROOT = Path(__file__).resolve().parents[1]
+COMMAND = (sys.executable, "-m", "benchmarks.long_recording")
 
 
 @dataclass(frozen=True)
@@ -69,15 +70,23 @@ def identify_file(path: Path) -> Identified:
     )
 
 
-def long_recording(rows: int) -> Section:
+def written(rows: int, folder: Path) -> Path:
+    """The log in a folder; written in a process of its own unless it is there."""
+    path = folder / f"{rows}_rows.csv"
+    if not path.exists():
+        subprocess.run([*COMMAND, str(rows), str(path)], cwd=ROOT, check=True)
+    return path
+
+
+def long_recording(rows: int, folder: Path) -> Section:
     """Write it in one process, identify it in another, and report."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "log.csv"
-        command = [sys.executable, "-m", "benchmarks.long_recording"]
-        subprocess.run([*command, str(rows), str(path)], check=True)
-        done = subprocess.run(
-            [*command, str(path)], check=True, capture_output=True, text=True
-        )
+    done = subprocess.run(
+        [*COMMAND, str(written(rows, folder))],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     found = Identified(**json.loads(done.stdout))
     return Section(
         f"A recording of {found.rows:,} rows, poses and wrench as CSV",

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.long_recording import write
+from benchmarks.long_recording import written
 from benchmarks.parties import HERE, NOW, MissingError, Party, Took, before, naive
 from benchmarks.report import Row, Section, saved, show
 from benchmarks.timing import Timing
@@ -197,7 +197,9 @@ class Processes:
     def _demo(self, title: str) -> Section:
         demo = self.folder / "demo"
         if not demo.exists():
-            NOW.run("-m", "hefting", "demo", "--output", str(demo))
+            # the command's files, without its pictures
+            code = "import sys; from hefting.simulation.demo import run; run(sys.argv[1], False)"
+            NOW.run("-c", code, str(demo))
         shaped = _Shaped(
             str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE
         )
@@ -283,9 +285,7 @@ class Processes:
         return _measured(title, works, ratios, self.rounds)[0]
 
     def _long(self, title: str) -> Section:
-        log = self.folder / "long.csv"
-        if not log.exists():
-            write(QUICK_ROWS if self.quick else ROWS, log)
+        log = written(QUICK_ROWS if self.quick else ROWS, self.folder)
         ours, theirs = "identify, now", "identify, before"
         works = self._works("identify", "-m", "hefting", "identify", str(log))
         ratios = [Ratio("over before", f"{title}/before", ours, theirs, 0.3)]

@@ -7,6 +7,7 @@ mm and 0.02°.
 """
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.signal import lfilter
@@ -22,6 +23,7 @@ from hefting.ingest import Conditioned
 from hefting.ingest.free_fit import fit_freely
 from hefting.motion import measure, sample_weights
 from hefting.simulation import UR5, random_smooth, simulate, wield
+from hefting.simulation.arm import SensorMotion
 
 GRAVITY = np.array((0.0, 0.0, -9.80665))
 NOISE = Noise(force=0.1, torque=0.005)
@@ -91,14 +93,9 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     dropped: 10 % of poses and of wrenches; contact: see `contact`; all: all of these,
     and the other sign; coloured: wrench noise correlated by 0.9 from sample to sample.
     """
-    motion, thing, rng = (
-        UR5.motion(random_smooth(duration, 100.0, 1.0, seed)),
-        body(mass),
-        np.random.default_rng([9, seed]),
-    )
-    clean = simulate(motion, thing, noise=NOISE, seed=seed)
+    motion, clean, exact = _undisturbed(mass, seed, duration)
+    thing, rng = body(mass), np.random.default_rng([9, seed])
     time, K = motion.time, len(motion.time)
-    exact = wield(motion, thing).wrench
     noise = clean["wrench"].values - exact
     offset, sign, gravity = 0.0, 1.0, GRAVITY
     bias, drift, extra = np.zeros(6), np.zeros((K, 6)), np.zeros((K, 6))
@@ -143,6 +140,16 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     return Disturbed(
         Recording(streams), thing, offset, drift[kept], sign, gravity, bad[kept]
     )
+
+
+@cache
+def _undisturbed(
+    mass: float, seed: int, duration: float
+) -> tuple[SensorMotion, Recording, Array]:
+    """The motion, its recording with noise alone, and the exact wrench (K, 6)."""
+    motion = UR5.motion(random_smooth(duration, 100.0, 1.0, seed))
+    clean = simulate(motion, body(mass), noise=NOISE, seed=seed)
+    return motion, clean, wield(motion, body(mass)).wrench
 
 
 def contact(time: Array, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -1,6 +1,7 @@
 """A copy of the package to which something is added as a contributor would: one file,
 and at most one line."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -10,10 +11,29 @@ from pathlib import Path
 import hefting
 
 PACKAGE = Path(hefting.__file__).parent
+EACH = """
+import contextlib, io, json, sys
+
+from hefting.cli import main
+
+said = []
+for words in json.loads(sys.argv[1]):
+    sys.argv, out = ["hefting", *words], io.StringIO()
+    with contextlib.redirect_stdout(out):
+        try:
+            main()
+        except SystemExit as stop:
+            if stop.code:
+                raise
+    said.append(out.getvalue())
+print(json.dumps(said))
+"""
 
 
 class Copy:
     """A copy of the package in a folder; the package itself is left alone.
+
+    What is compiled is copied as well, and kept, so that not every process does it.
 
     Parameters
     ----------
@@ -22,9 +42,7 @@ class Copy:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        shutil.copytree(
-            PACKAGE, folder / "hefting", ignore=shutil.ignore_patterns("__pycache__")
-        )
+        shutil.copytree(PACKAGE, folder / "hefting")
 
     def add(self, file: str, text: str) -> None:
         """A new file of the package."""
@@ -44,11 +62,13 @@ class Copy:
     def python(self, *words: object) -> str:
         """What Python prints with the copy first on its path."""
         path = os.pathsep.join((str(self.folder), os.environ.get("PYTHONPATH", "")))
+        environment = os.environ | {"PYTHONPATH": path}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
         command = [sys.executable, *map(str, words)]
         done = subprocess.run(
             command,
             cwd=self.folder,
-            env=os.environ | {"PYTHONPATH": path},
+            env=environment,
             capture_output=True,
             text=True,
             check=False,
@@ -59,3 +79,9 @@ class Copy:
     def hefting(self, *words: object) -> str:
         """What a command of the copy prints."""
         return self.python("-m", "hefting", *words)
+
+    def hefting_each(self, *commands: tuple[object, ...]) -> list[str]:
+        """What several commands of the copy print, one after the other in one
+        process."""
+        given = json.dumps([list(map(str, words)) for words in commands])
+        return json.loads(self.python("-c", EACH, given))

@@ -58,8 +58,9 @@ def test_a_new_command(tmp_path):
     copy = Copy(tmp_path)
     copy.add("cli/toy.py", TOY)
     copy.add_line("cli/__init__.py", "COMMANDS = {", '    "toy": "say so.",')
-    assert copy.hefting("toy", "hello") == "hello\n"
-    assert "toy say so." in " ".join(copy.hefting("--help").split())
+    said, listed = copy.hefting_each(("toy", "hello"), ("--help",))
+    assert said == "hello\n"
+    assert "toy say so." in " ".join(listed.split())
 
 
 def test_gravity_on_the_command_line_is_the_librarys():

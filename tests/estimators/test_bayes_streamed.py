@@ -111,10 +111,11 @@ def test_streams_hold_the_truth():
     from benchmarks.bodies import FILLINGS, random_body
     from benchmarks.calibration_runs import streamed
 
+    kinds = list(FILLINGS)
+    bodies = [random_body(kinds[i % len(kinds)], 300 + i) for i in range(24)]
     for case in ("white", "AR 0.9", "AR 0.97"):
         runs = []
-        for i in range(24):
-            body = random_body(list(FILLINGS)[i % len(FILLINGS)], 300 + i)
+        for i, body in enumerate(bodies):
             runs += streamed(body, case, (3, i)).values()
         held = np.mean([run.held95 for run in runs])
         print(case, len(runs), held)

@@ -88,13 +88,15 @@ def test_a_new_target_in_python(copy, estimate):
 def test_a_new_target_on_the_command_line(copy, estimate):
     file, mass = estimate
     pose = ("--sensor-pose-in-flange", "0,0,0.03,0,0,0,1")
-    assert copy.hefting("export", file, "--to", "toy", *pose) == f"toy {mass!r}\n"
-    assert "fanuc, toy, json or csv" in " ".join(
-        copy.hefting("export", "--help").split()
+    exported, *helps = copy.hefting_each(
+        ("export", file, "--to", "toy", *pose),
+        ("export", "--help"),
+        ("identify", "--help"),
     )
-    assert ".usda, .toy or .csv; repeatable" in " ".join(
-        copy.hefting("identify", "--help").split()
-    )
+    assert exported == f"toy {mass!r}\n"
+    of_export, of_identify = (" ".join(text.split()) for text in helps)
+    assert "fanuc, toy, json or csv" in of_export
+    assert ".usda, .toy or .csv; repeatable" in of_identify
 
 
 def test_a_new_target_by_its_suffix(copy):

@@ -33,6 +33,19 @@ MOTIONS = {
     ),
 }
 
+SLIDING = (
+    '<robot name="r"><link name="a"/><link name="b"/><link name="c"/><link name="d"/>'
+    '<joint name="turn" type="continuous"><parent link="a"/><child link="b"/>'
+    '<origin xyz="0.1 0 0.2" rpy="0.3 0 0"/><axis xyz="0 0 1"/></joint>'
+    '<joint name="slide" type="prismatic"><parent link="b"/><child link="c"/>'
+    '<origin xyz="0 0.2 0" rpy="0 0.4 0"/><axis xyz="1 0 0"/>'
+    '<limit lower="-1" upper="1"/></joint>'
+    '<joint name="wrist" type="continuous"><parent link="c"/><child link="d"/>'
+    '<origin xyz="0 0 0.1" rpy="1 0 0"/><axis xyz="0 1 0"/>'
+    '<mimic joint="turn" multiplier="-2" offset="0.1"/></joint></robot>'
+)
+"""An arm that turns, slides, and turns the other way, twice as far as at first."""
+
 
 def urdf(path, limits=None):
     links = '<link name="link0"/>'
@@ -75,6 +88,22 @@ def test_any_arm_by_urdf_moves_alike(tmp_path):
     assert Arm.from_urdf(tmp_path / "xarm7.urdf", "link7").start[3] == pytest.approx(
         (3.927 - 0.19198) / 2
     )
+
+
+def test_the_angular_velocity_alone_is_that_of_the_motion(tmp_path):
+    """To the last bit, also past a joint that slides and one that mimics another."""
+    path = tmp_path / "sliding.urdf"
+    path.write_text(SLIDING)
+    sliding = Arm.from_urdf(path, "d")
+    assert [screw.slides for screw in sliding.robot.screws] == [False, True, False]
+    for arm in (UR5, XARM7, sliding):
+        rng = np.random.default_rng(2)
+        values = rng.uniform(-1.0, 1.0, (3, 20, arm.n))
+        joints = JointMotion(np.arange(20) / 100.0, *values)
+        found = arm.angular_velocity(joints)
+        np.testing.assert_array_equal(found, arm.motion(joints).angular_velocity)
+        with pytest.raises(InputError, match=f"but the arm has {arm.n}"):
+            arm.angular_velocity(JointMotion(np.arange(20.0), *values[:, :, 1:]))
 
 
 def test_arms_that_cannot_be(tmp_path):

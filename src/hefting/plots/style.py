@@ -61,6 +61,11 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "svg.hashsalt": "hefting",
 }
+NO_LAYOUT: dict[Any, Any] = {
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+}
+"""Settings in which a figure is left without a layout engine."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
@@ -108,6 +113,10 @@ def chosen(count: int) -> Indices:
 
 def settled(figure: "Figure") -> "Figure":
     """The figure with its layout worked out once, not again for every file format."""
+    from matplotlib import rc_context
+
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    with rc_context(NO_LAYOUT):
+        # none at all: with one called "none" every file would be drawn twice
+        figure.set_layout_engine(None)
     return figure

@@ -226,11 +226,7 @@ class Arm:
 
         `InputError` when the number of joints differs from the arm's.
         """
-        if joints.position.shape[1] != self.n:
-            what = (
-                f"there are {joints.position.shape[1]} joints, but the arm has {self.n}"
-            )
-            raise InputError(what, where="JointMotion")
+        self._require_its_joints(joints)
         K = len(joints.time)
         rotation = np.broadcast_to(np.eye(3), (K, 3, 3))
         position, velocity, acceleration, w, dw = (np.zeros((K, 3)) for _ in range(5))
@@ -268,6 +264,33 @@ class Arm:
         return SensorMotion(
             joints.time, position, rotation, velocity, w, acceleration, dw
         )
+
+    def angular_velocity(self, joints: JointMotion) -> Array:
+        """(K, 3) that of `motion` alone [rad/s], to the last bit, in a third of the
+        time.
+
+        `InputError` when the number of joints differs from the arm's.
+        """
+        self._require_its_joints(joints)
+        K = len(joints.time)
+        rotation, w = np.broadcast_to(np.eye(3), (K, 3, 3)), np.zeros((K, 3))
+        for screw in self.robot.screws:
+            if screw.slides:
+                continue
+            amount, rate = (
+                screw.multiplier * values[:, screw.column]
+                for values in (joints.position, joints.velocity)
+            )
+            w = w + (rotation @ screw.axis) * rate[:, None]
+            rotation = rotation @ _turned(screw.axis, amount + screw.offset)
+        return w
+
+    def _require_its_joints(self, joints: JointMotion) -> None:
+        if joints.position.shape[1] != self.n:
+            what = (
+                f"there are {joints.position.shape[1]} joints, but the arm has {self.n}"
+            )
+            raise InputError(what, where="JointMotion")
 
 
 def _cross(u: Array, v: Array) -> Array:

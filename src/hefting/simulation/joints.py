@@ -202,18 +202,19 @@ def _at_speed(
         reading, rate, change = (scale * c[:, None, None] for c in clock)
         w = 2.0 * np.pi * frequency
         angle = w * reading + phase
-        slope = amplitude * w * np.cos(angle)
+        slope, sin = amplitude * w * np.cos(angle), np.sin(angle)
         return JointMotion(
             time,
-            arm.start + (amplitude * (np.sin(angle) - np.sin(phase))).sum(axis=1),
+            arm.start + (amplitude * (sin - np.sin(phase))).sum(axis=1),
             (slope * rate).sum(axis=1),
-            (slope * change - amplitude * w * w * np.sin(angle) * rate**2).sum(axis=1),
+            (slope * change - amplitude * w * w * sin * rate**2).sum(axis=1),
         )
 
     low, high = 0.0, angular_speed
 
     def angular(scale: float) -> float:
-        return arm.motion(joints(scale)).mean_speeds[0] - angular_speed
+        w = arm.angular_velocity(joints(scale))
+        return float(np.linalg.norm(w, axis=1).mean()) - angular_speed
 
     while angular(high) < 0.0:
         low, high = high, 2.0 * high
