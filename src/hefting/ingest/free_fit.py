@@ -11,9 +11,7 @@ import numpy as np
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import triangular
 from hefting.core.regressor import (
-    FULL_MAP,
     GRAVITY,
-    MOTION,
     ONE,
     WRENCH,
     full_rows,
@@ -186,16 +184,6 @@ def with_gravity_reversed(state: SampleState) -> SampleState:
     factor = state.full.factor.copy()
     factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
     factor[:, GRAVITY] *= -1.0
-    return replace(state, full=replace(state.full, factor=triangular(factor)))
-
-
-def without_wrench_of(state: SampleState, vector: Array) -> SampleState:
-    """The state of the full model after subtracting the wrench of a body of parameters
-    `vector` (10,)."""
-    factor = state.full.factor.copy()
-    factor[:, WRENCH] -= factor[:, MOTION] @ (
-        FULL_MAP.reshape(-1, 10) @ vector
-    ).reshape(12, 6)
     return replace(state, full=replace(state.full, factor=triangular(factor)))
 
 
