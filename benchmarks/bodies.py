@@ -107,11 +107,9 @@ def _polyhedron(rng: np.random.Generator):
 def _tee(rng: np.random.Generator):
     """A bar with a block across one end, which may be a cylinder: hammers, mallets, Ts
     and Ls."""
-    length, width, depth = (
-        rng.uniform(0.1, 0.25),
-        rng.uniform(0.015, 0.04),
-        rng.uniform(0.015, 0.04),
-    )
+    length = rng.uniform(0.1, 0.25)
+    width = rng.uniform(0.015, 0.04)
+    depth = rng.uniform(0.015, 0.04)
     across, high = rng.uniform(0.05, 0.18), rng.uniform(0.02, 0.05)
     bar = Part("box", (width, depth, length), 1.0, (0.0, 0.0, 0.0))
     aside = rng.uniform(-0.5, 0.5) * across

@@ -136,10 +136,8 @@ def lmi_against_conic_solver(samples: int, rounds: int) -> list[Section]:
         (True, wielded(3500)[:samples]),
         (False, fast.with_noise(NOISE, seed=1)),
     ):
-        title, statement = (
-            f"LMI, constraint {'' if active else 'in'}active",
-            partial(lmi_as_stated, *rows(z, False)),
-        )
+        title = f"LMI, constraint {'' if active else 'in'}active"
+        statement = partial(lmi_as_stated, *rows(z, False))
         section = against_conic_solver(
             title, LMI(), z, statement, rounds, at_least=25.0
         )
@@ -243,12 +241,10 @@ def one_from_the_moments(
     times = compare(
         {"pinocchio": Party(lambda _: with_pinocchio(arrays))} | parties, rounds
     )
-    few, ours, many, theirs = (
-        times["few"],
-        times["z"],
-        times["long"],
-        times["pinocchio"],
-    )
+    few = times["few"]
+    ours = times["z"]
+    many = times["long"]
+    theirs = times["pinocchio"]
     in_yardsticks = None if at_most is None else REFERENCE / at_most
     return Section(
         f"{name}, from the moments",

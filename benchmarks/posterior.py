@@ -14,10 +14,8 @@ def posterior(points: int, rounds: int) -> Section:
     """150 samples of the hammer; 56 points, and so many."""
     z = wielded(3500)[:150]
     few, many = shape(56), shape(points)
-    used, sure = (
-        Bayes(few, noise=NOISE),
-        Bayes(few, noise=NOISE, until="mass=1%,com=2mm,inertia=20%"),
-    )
+    used = Bayes(few, noise=NOISE)
+    sure = Bayes(few, noise=NOISE, until="mass=1%,com=2mm,inertia=20%")
     placed = Bayes(few, noise=NOISE, pose_std=(0.005, 0.087))
     state = used.update(used.start(), z)
     earlier = used.estimate(state)  # the prior of the shape is kept from here on
@@ -37,12 +35,10 @@ def posterior(points: int, rounds: int) -> Section:
         },
         rounds,
     )
-    warm, cold, first, long = (
-        times["warm"],
-        times["cold"],
-        times["first"],
-        times["many"],
-    )
+    warm = times["warm"]
+    cold = times["cold"]
+    first = times["first"]
+    long = times["many"]
     return Section(
         "Bayes, from the moments of 150 samples",
         (

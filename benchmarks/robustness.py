@@ -51,16 +51,14 @@ def main() -> None:
         print(f"{'':10}{'mass COM inertia':20}{'oracle':18}{'z, conditioning':18}{'z, estimator':18}"
               f"{'offset error, median':22}{'mass error, median':20}{'left out (bad)':18}time")  # fmt: skip
         for kind in KINDS:
-            rows, oracle, z, z_after, offset, left_out, bad, seconds = (
-                [],
-                [],
-                [],
-                [],
-                [],
-                [],
-                [],
-                [],
-            )
+            rows = []
+            oracle = []
+            z = []
+            z_after = []
+            offset = []
+            left_out = []
+            bad = []
+            seconds = []
             for seed in seeds:
                 d = disturbed(kind, mass, seed)
                 began = time.perf_counter()

@@ -165,10 +165,8 @@ def arrays(streams: Any) -> dict[str, np.ndarray]:
     """Streams as arrays by name."""
     found = {}
     for name, stream in streams.items():
-        found[f"{name}.time"], found[f"{name}.values"] = (
-            np.array(stream.time),
-            np.array(stream.values),
-        )
+        found[f"{name}.time"] = np.array(stream.time)
+        found[f"{name}.values"] = np.array(stream.values)
     return found
 
 

@@ -92,11 +92,9 @@ def solve(problem: Problem) -> Optimum:
         parts.append((pull, np.zeros(n)))
     free = parts[0][0].shape[1]
     N = free + len(parts)
-    blocks, offsets, cones = (
-        [np.hstack((-np.eye(n), np.zeros((n, N - n))))],
-        [np.zeros(n)],
-        [clarabel.NonnegativeConeT(n)],
-    )
+    blocks = [np.hstack((-np.eye(n), np.zeros((n, N - n))))]
+    offsets = [np.zeros(n)]
+    cones = [clarabel.NonnegativeConeT(n)]
     for index, (left, b) in enumerate(parts):
         block = np.zeros((len(left) + 1, N))
         block[0, free + index] = -1.0

@@ -99,16 +99,12 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     noise = clean["wrench"].values - exact
     offset, sign, gravity = 0.0, 1.0, GRAVITY
     bias, drift, extra = np.zeros(6), np.zeros((K, 6)), np.zeros((K, 6))
-    bad, kept, posed = (
-        np.zeros(K, dtype=bool),
-        np.ones(K, dtype=bool),
-        np.ones(K, dtype=bool),
-    )
+    bad = np.zeros(K, dtype=bool)
+    kept = np.ones(K, dtype=bool)
+    posed = np.ones(K, dtype=bool)
     if kind in ("drift", "all"):
-        bias, drift = (
-            20.0 * SCALE * _direction(rng),
-            0.5 * SCALE * _direction(rng) * (time / time[-1])[:, None],
-        )
+        bias = 20.0 * SCALE * _direction(rng)
+        drift = 0.5 * SCALE * _direction(rng) * (time / time[-1])[:, None]
     if kind in ("offset", "all"):
         offset = 0.03
     if kind in ("flipped", "all"):

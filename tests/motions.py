@@ -49,10 +49,8 @@ def random_smooth(time, rng, tones=(0.3, 1.2), angular=1.0, linear=0.2) -> Truth
         size = rng.normal(size=(4, 3))
         rate = np.sum(size * omega * np.cos(angle), axis=1)
         size *= speed / np.sqrt(np.mean(np.sum(rate**2, axis=1)))
-        value, rate = (
-            np.sum(size * np.sin(angle), axis=1),
-            np.sum(size * omega * np.cos(angle), axis=1),
-        )
+        value = np.sum(size * np.sin(angle), axis=1)
+        rate = np.sum(size * omega * np.cos(angle), axis=1)
         return value, rate, np.sum(-size * omega**2 * np.sin(angle), axis=1)
 
     p, _, ddp = channels(linear)
@@ -93,24 +91,18 @@ def stop_and_go(time, rng, move=0.6, rest=0.4, turn=0.6, shift=0.12) -> Truth:
         now = (time >= start) & (time < start + move + rest)
         s = np.clip((time[now, None] - start) / move, 0, 1)
         axis, step = rng.normal(size=(2, 3))
-        axis, step = (
-            axis * turn / np.linalg.norm(axis),
-            step * shift / np.linalg.norm(step),
-        )
+        axis = axis * turn / np.linalg.norm(axis)
+        step = step * shift / np.linalg.norm(step)
         path = 10 * s**3 - 15 * s**4 + 6 * s**5
         bend = (60 * s - 180 * s**2 + 120 * s**3) / move**2
         turned = rotation * Rotation.from_rotvec(path * axis)
         quaternion[now], p[now] = turned.as_quat(), here + path * step
-        w[now], alpha[now] = (
-            (30 * s**2 - 60 * s**3 + 30 * s**4) / move * axis,
-            bend * axis,
-        )
+        w[now] = (30 * s**2 - 60 * s**3 + 30 * s**4) / move * axis
+        alpha[now] = bend * axis
         a[now] = turned.inv().apply(bend * step)
-        rotation, here, start = (
-            rotation * Rotation.from_rotvec(axis),
-            here + step,
-            start + move + rest,
-        )
+        rotation = rotation * Rotation.from_rotvec(axis)
+        here = here + step
+        start = start + move + rest
     return Truth(time, p, Rotation.from_quat(quaternion), a, w, alpha)
 
 

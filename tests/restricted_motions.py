@@ -30,11 +30,9 @@ def turning(axis, gravity=(0.0, 0.0, -1.0), swing=1.0, K=300):
     in sensor axes at angle 0."""
     t = 0.01 * np.arange(K)
     n, angular = np.array(axis) / np.linalg.norm(axis), 2.0 * np.pi * 0.7
-    angle, speed, acceleration = (
-        swing * np.sin(angular * t),
-        swing * angular * np.cos(angular * t),
-        -swing * angular**2 * np.sin(angular * t),
-    )
+    angle = swing * np.sin(angular * t)
+    speed = swing * angular * np.cos(angular * t)
+    acceleration = -swing * angular**2 * np.sin(angular * t)
     g = Rotation.from_rotvec(-angle[:, None] * n).apply(
         G * np.array(gravity) / np.linalg.norm(gravity)
     )

@@ -127,12 +127,10 @@ def _columns(problem: Problem, G: np.ndarray) -> np.ndarray:
 def _compiled(entropic: bool, half_space: bool):
     """The problem over X (4, 4) with its data left open, so that it need not be
     compiled anew each time."""
-    A, b, E, gamma = (
-        cvxpy.Parameter((21, 10)),
-        cvxpy.Parameter(21),
-        cvxpy.Parameter((4, 4)),
-        cvxpy.Parameter(nonneg=True),
-    )
+    A = cvxpy.Parameter((21, 10))
+    b = cvxpy.Parameter(21)
+    E = cvxpy.Parameter((4, 4))
+    gamma = cvxpy.Parameter(nonneg=True)
     X = cvxpy.Variable((4, 4), symmetric=True)
     x = cvxpy.hstack([X[i, j] for i, j in zip(_ROWS, _COLUMNS, strict=True)])
     objective = cvxpy.sum_squares(A @ x - b)
@@ -160,10 +158,8 @@ def solve(problem: Problem) -> Optimum:
     compiled, X, A, b, gamma, E = _compiled(entropic, problem.ellipsoid is not None)
     stacked, target = np.vstack(left) / size, np.concatenate(right) / size
     empty = 21 - len(stacked)
-    A.value, b.value = (
-        np.vstack((stacked, np.zeros((empty, 10)))),
-        np.concatenate((target, np.zeros(empty))),
-    )
+    A.value = np.vstack((stacked, np.zeros((empty, 10))))
+    b.value = np.concatenate((target, np.zeros(empty)))
     gamma.value = problem.gamma / size**2
     if problem.ellipsoid is not None:
         E.value = G.T @ problem.ellipsoid @ G
@@ -178,10 +174,8 @@ def solve(problem: Problem) -> Optimum:
     values, axes = np.linalg.eigh(np.eye(4) if found is None else found)
     P = G @ (axes * np.maximum(values, 1e-15)) @ axes.T @ G.T
     if problem.ellipsoid is not None:  # towards G G', inside, as far as need be
-        here, there = (
-            np.sum(P * problem.ellipsoid),
-            np.sum(problem.P0 * problem.ellipsoid),
-        )
+        here = np.sum(P * problem.ellipsoid)
+        there = np.sum(problem.P0 * problem.ellipsoid)
         share = -here / (there - here) if here < 0.0 else 0.0
         P = (1.0 - share) * P + share * problem.P0
     return Optimum(problem.objective(P), P, status)
@@ -210,14 +204,10 @@ def case(seed: int) -> Case:
     paper's high one in motion and wrench, which is known or not."""
     rng = np.random.default_rng([1918, seed])
     mass, size = 10 ** rng.uniform(-3.0, 1.7), 10 ** rng.uniform(-2.0, 0.0)
-    layout, level = (
-        str(rng.choice(["solid", "flat", "rod", "point"])),
-        str(rng.choice(list(NOISE_LEVELS))),
-    )
-    K, known = (
-        int(rng.choice([4, 10, 40, 150])),
-        str(rng.choice(["unknown", "levels", "covariance"])),
-    )
+    layout = str(rng.choice(["solid", "flat", "rod", "point"]))
+    level = str(rng.choice(list(NOISE_LEVELS)))
+    K = int(rng.choice([4, 10, 40, 150]))
+    known = str(rng.choice(["unknown", "levels", "covariance"]))
     bias = "estimate" if rng.random() < 0.4 else "none"
     speed = 0.0 if rng.random() < 0.15 else 10 ** rng.uniform(-1.5, 0.7)
     points = 0.5 * size * rng.uniform(-1.0, 1.0, (1 if layout == "point" else 12, 3))
@@ -360,10 +350,8 @@ def assert_optimal(label: str, found: Estimate, problem: Problem) -> tuple[bool,
     Returns whether the oracle solved the problem by its own measure, and whether it
     came as low.
     """
-    certificate, objective = (
-        found.certificate,
-        problem.objective(pseudo_inertia(found.parameters.vector)),
-    )
+    certificate = found.certificate
+    objective = problem.objective(pseudo_inertia(found.parameters.vector))
     # rounding of the ten parameters, magnified where a prior is thin
     rounding = 1e-13 * problem.size + 1e-9 * objective
     if problem.gamma > 0.0:

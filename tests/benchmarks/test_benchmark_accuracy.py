@@ -65,11 +65,9 @@ def newton_euler(
     """Wrench (K, 6) by Newton's and Euler's equations about the sensor, without the
     regressors."""
     m, h, J = parameters[0], parameters[1:4], vector_to_tensor(parameters[4:])
-    d, alpha, w = (
-        accelerations[:, :3] - z.gravity,
-        accelerations[:, 3:],
-        z.angular_velocity,
-    )
+    d = accelerations[:, :3] - z.gravity
+    alpha = accelerations[:, 3:]
+    w = z.angular_velocity
     force = m * d + np.cross(alpha, h) + np.cross(w, np.cross(w, h))
     return np.hstack((force, np.cross(h, d) + alpha @ J + np.cross(w, w @ J)))
 
@@ -103,10 +101,8 @@ def test_weighted_least_squares_reaches_the_bound_where_the_motion_is_known():
     1/sqrt(4,000), 1.6 %; four of these are allowed. In no direction do variances differ
     by 25 %: chance makes 14 % (Marchenko and Pastur)."""
     runs, body = 2000, hammer().parameters
-    estimator, wrench = (
-        OLS(noise=Noise(NOISE.force, NOISE.torque)),
-        Noise(NOISE.force, NOISE.torque),
-    )
+    estimator = OLS(noise=Noise(NOISE.force, NOISE.torque))
+    wrench = Noise(NOISE.force, NOISE.torque)
     found = np.array(
         [
             estimator.fit(exact().with_noise(wrench, (1, i))).parameters.vector

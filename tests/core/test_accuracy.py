@@ -403,10 +403,8 @@ def test_an_estimate_claims_what_its_intervals_do():
     # estimate is not its middle
     assert mass == pytest.approx(off.mean(), rel=0.12)
     low, high = found.intervals["center_of_mass"]
-    sides, aside = (
-        (high - low) / 2.0,
-        np.abs((high + low) / 2.0 - found.parameters.center_of_mass),
-    )
+    sides = (high - low) / 2.0
+    aside = np.abs((high + low) / 2.0 - found.parameters.center_of_mass)
     # a distance is no less sure than the least sure coordinate, and no surer than if
     # all were at their ends
     assert 0.9 * sides.max() < com < 1.1 * np.linalg.norm(sides + aside)
@@ -415,10 +413,8 @@ def test_an_estimate_claims_what_its_intervals_do():
 def test_the_claim_is_of_the_body_that_is_shown():
     """Not of the posterior's mean, which with ten samples is no mass distribution in
     the shape."""
-    found, posterior = (
-        estimator("mass=1%").estimate(seen(10)),
-        estimator("mass=1%").posterior(seen(10)).mixture,
-    )
+    found = estimator("mass=1%").estimate(seen(10))
+    posterior = estimator("mass=1%").posterior(seen(10)).mixture
     own = Accuracy.of_draws(posterior.draws(), found.parameters, 0.95)
     assert limits_of(found.accuracy) == pytest.approx(limits_of(own), rel=1e-9)
     mean = Accuracy.of_draws(

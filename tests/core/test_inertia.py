@@ -141,10 +141,8 @@ def test_agrees_with_pinocchio(mass, size):
     )
     rng = np.random.default_rng(3)
     for _ in range(20):
-        body, other = (
-            random_body(rng, mass, size, size),
-            random_body(rng, 2 * mass, size, size),
-        )
+        body = random_body(rng, mass, size, size)
+        other = random_body(rng, 2 * mass, size, size)
         theirs = pin.Inertia(body.mass, body.center_of_mass, body.inertia_at_com)
         ours = InertialParameters(theirs.toDynamicParameters()[FROM_PINOCCHIO])
         assert_same(ours, body, 1e-13)  # both convert to the COM and back
@@ -275,10 +273,8 @@ def test_consistent_exactly_when_the_pseudo_inertia_is_positive():
     for _ in range(300):
         P = np.diag(rng.uniform(-0.3, 1.0, 4))
         turn = np.eye(4)
-        turn[:3, :3], turn[:3, 3] = (
-            Rotation.random(random_state=rng).as_matrix(),
-            rng.normal(size=3),
-        )
+        turn[:3, :3] = Rotation.random(random_state=rng).as_matrix()
+        turn[:3, 3] = rng.normal(size=3)
         body = InertialParameters.from_pseudo_inertia(turn @ P @ turn.T)
         expected = bool(np.linalg.eigvalsh(P).min() > 0.0)
         assert body.consistency().is_consistent is expected

@@ -92,11 +92,9 @@ def test_noise_is_seeded_and_of_the_stated_levels():
     noise = Noise(
         force=0.3, torque=0.02, linear_acceleration=0.1, angular_acceleration=1.5
     )
-    noisy, same, other = (
-        z.with_noise(noise, 1),
-        z.with_noise(noise, 1),
-        z.with_noise(noise, 2),
-    )
+    noisy = z.with_noise(noise, 1)
+    same = z.with_noise(noise, 1)
+    other = z.with_noise(noise, 2)
     assert noisy.noise == noise
     differences = []
     for field in fields(Noise):

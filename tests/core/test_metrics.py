@@ -125,11 +125,9 @@ def test_laws_of_a_distance():
     rng = np.random.default_rng(6)
     for _ in range(50):
         a, b, c = (random_body(rng, mass) for mass in (0.1, 1.0, 3.0))
-        ab, bc, ac = (
-            riemannian_distance(a, b),
-            riemannian_distance(b, c),
-            riemannian_distance(a, c),
-        )
+        ab = riemannian_distance(a, b)
+        bc = riemannian_distance(b, c)
+        ac = riemannian_distance(a, c)
         assert min(ab, bc, ac) > 0.1
         assert riemannian_distance(b, a) == pytest.approx(ab, rel=1e-9)
         # by the condition of the pseudo-inertia

@@ -106,10 +106,8 @@ def test_wrench_of_point_masses_is_newtons():
         measurements, InertialParameters.from_points(positions, masses).vector
     )
     for k in range(10):
-        w, alpha = (
-            measurements.angular_velocity[k],
-            measurements.angular_acceleration[k],
-        )
+        w = measurements.angular_velocity[k]
+        alpha = measurements.angular_acceleration[k]
         a = (
             measurements.linear_acceleration[k]
             + np.cross(alpha, positions)
@@ -161,12 +159,10 @@ def test_reduced_equals_full_at_rest():
 
 
 def test_dynamism_and_weight():
-    a, w, alpha, none = (
-        [[1.0, 2.0, 2.0]],
-        [[0.5, 0.0, 0.0]],
-        [[0.0, 3.0, 4.0]],
-        [[0.0, 0.0, 0.0]],
-    )
+    a = [[1.0, 2.0, 2.0]]
+    w = [[0.5, 0.0, 0.0]]
+    alpha = [[0.0, 3.0, 4.0]]
+    none = [[0.0, 0.0, 0.0]]
     one = Measurements([0.0], [[0.0, 0.0, -9.8]], a, w, alpha, none, none)
     assert dynamism(one)[0] == pytest.approx(9.0 + 25.0 + 1.0)
     assert full_model_weight(one, c1=105.0)[0] == pytest.approx(np.tanh(1.0))

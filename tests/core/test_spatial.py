@@ -128,10 +128,8 @@ def test_power_does_not_depend_on_the_frame(rng):
 def test_moves_compose_and_invert(rng):
     for _ in range(20):
         A, B = random_pose(rng), random_pose(rng)
-        wrench, motion = (
-            tuple(rng.normal(size=(2, 7, 3))),
-            tuple(rng.normal(size=(3, 7, 3))),
-        )
+        wrench = tuple(rng.normal(size=(2, 7, 3)))
+        motion = tuple(rng.normal(size=(3, 7, 3)))
         for move, values in ((move_wrench, wrench), (move_motion, motion)):
             there = move(A, *values)
             for found, expected in zip(

@@ -163,10 +163,8 @@ def test_white_noise_is_found_from_differences():
 def test_residuals_beyond_the_noise_claimed_are_told_and_widen_the_intervals():
     z = noisy(7)
     claimed = Noise(*(0.3 * getattr(NOISE, n) for n in NOISE.__dataclass_fields__))
-    honest, bold = (
-        Bayes(shape(), noise=NOISE).fit(z),
-        Bayes(shape(), noise=claimed).fit(z),
-    )
+    honest = Bayes(shape(), noise=NOISE).fit(z)
+    bold = Bayes(shape(), noise=claimed).fit(z)
     assert not honest.warnings
     assert "times the noise that was given" in bold.warnings[0]
     ratio = np.sqrt(bold.covariance[0, 0] / honest.covariance[0, 0])
@@ -209,14 +207,10 @@ def with_first_order_noise(seed: int, rho: float):
 
 
 def test_coloured_noise_widens_the_intervals():
-    white, coloured = (
-        noisy(10, 1000, Noise(0.1, 0.005)),
-        with_first_order_noise(10, 0.95),
-    )
-    one, other = (
-        Bayes(shape()).fit(replace(white, noise=None)),
-        Bayes(shape()).fit(coloured),
-    )
+    white = noisy(10, 1000, Noise(0.1, 0.005))
+    coloured = with_first_order_noise(10, 0.95)
+    one = Bayes(shape()).fit(replace(white, noise=None))
+    other = Bayes(shape()).fit(coloured)
     assert 15.0 < other.provenance["autocorrelation"] < 80.0  # truth: 39
     assert "stretches-disagree" not in codes(other.warnings)
     assert other.covariance[0, 0] > 10.0 * one.covariance[0, 0]

@@ -52,11 +52,9 @@ def test_the_prior_expects_what_random_densities_do():
     """Q1 is the covariance of 3,000 bodies of random density and given mass, drawn from
     the process itself."""
     rng, solid = np.random.default_rng(1), box(points=140)
-    x, v, diagonal = (
-        solid.positions,
-        solid.volumes,
-        float(np.linalg.norm((0.2, 0.04, 0.1))),
-    )
+    x = solid.positions
+    v = solid.volumes
+    diagonal = float(np.linalg.norm((0.2, 0.04, 0.1)))
     assert v is not None
     C = np.exp(
         -0.5 * ((x[:, None] - x[None]) ** 2).sum(axis=2) / (0.25 * diagonal) ** 2
@@ -136,10 +134,8 @@ def test_residuals_have_the_covariance_of_a_sample(free_bias):
     """About their mean where a bias is free, which takes one of eight samples; about
     zero where it is not."""
     z = noisy(3, 8, Noise(0.1, 0.005))
-    samples, phi = (
-        Samples.of(OLS().update(OLS().start(), z), free_bias),
-        0.9 * hammer().parameters.vector,
-    )
+    samples = Samples.of(OLS().update(OLS().start(), z), free_bias)
+    phi = 0.9 * hammer().parameters.vector
     r = z.wrench - predict_wrench(z, phi)
     expected = np.cov(r.T) if free_bias else r.T @ r / 8
     np.testing.assert_allclose(
@@ -195,10 +191,8 @@ def test_a_free_bias_is_that_of_weighted_least_squares():
     offset = np.array((1.0, -2.0, 3.0))
     z = replace(z, force=z.force + offset, torque=z.torque - 0.1 * offset)
     state = OLS().update(OLS().start(), z)
-    samples, S = (
-        Samples.of(state, free_bias=True),
-        np.diag(np.repeat((0.01, 2.5e-5), 3)),
-    )
+    samples = Samples.of(state, free_bias=True)
+    S = np.diag(np.repeat((0.01, 2.5e-5), 3))
     found = Equations.of(samples, hammer().parameters.vector, S, None).white()
     theirs = OLS("estimate", noise=S).estimate(state)
     phi = np.linalg.solve(found.precision, found.shift)

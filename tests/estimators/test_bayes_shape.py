@@ -24,10 +24,8 @@ from hefting.simulation import UR5, hammer, simulate, sinusoids, wield
 NOISE = NOISE_LEVELS["moderate"]
 POSE_STD = (0.005, float(np.radians(5.0)))
 POSE = np.eye(4)
-POSE[:3, :3], POSE[:3, 3] = (
-    Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix(),
-    (0.03, -0.02, 0.06),
-)
+POSE[:3, :3] = Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix()
+POSE[:3, 3] = (0.03, -0.02, 0.06)
 
 
 @cache
@@ -87,10 +85,8 @@ def test_a_pose_that_is_off_changes_the_body_as_the_effect_says(i):
     def there(sign: int) -> Array:
         delta, twist = np.eye(4), np.zeros(6)
         twist[i] = sign * step * sizes[i]
-        delta[:3, :3], delta[:3, 3] = (
-            Rotation.from_rotvec(twist[3:]).as_matrix(),
-            twist[:3],
-        )
+        delta[:3, :3] = Rotation.from_rotvec(twist[3:]).as_matrix()
+        delta[:3, 3] = twist[:3]
         return placed(POSE @ delta).homogeneous.vector
 
     effect = Distortions.of(placed(), POSE_STD, 0.0).effects(
@@ -205,10 +201,8 @@ def test_a_grasp_that_is_off_is_found_out_and_believed_only_as_far_as_said():
 
 def test_uncertainty_widens_intervals_and_none_changes_nothing():
     z = noisy(1, 20)  # little, so that the shape matters
-    sure, same = (
-        Bayes(placed(), noise=NOISE).fit(z),
-        Bayes(placed(), noise=NOISE, pose_std=(0.0, 0.0)).fit(z),
-    )
+    sure = Bayes(placed(), noise=NOISE).fit(z)
+    same = Bayes(placed(), noise=NOISE, pose_std=(0.0, 0.0)).fit(z)
     np.testing.assert_array_equal(sure.parameters.vector, same.parameters.vector)
     for settings in ({"pose_std": POSE_STD}, {"shape_std": 0.2}):
         wide = Bayes(placed(), noise=NOISE, **settings).fit(z)

@@ -52,10 +52,8 @@ def test_few_samples_and_wrong_priors():
         rng = np.random.default_rng([3, seed])
         known = case(seed)
         z = known.measurements[: int(rng.integers(1, 4))]
-        points, heavy = (
-            known.shape.positions + rng.normal(size=3),
-            InertialParameters(10.0 * known.body.vector),
-        )
+        points = known.shape.positions + rng.normal(size=3)
+        heavy = InertialParameters(10.0 * known.body.vector)
         distance, gamma = DISTANCES[seed % 3], 10.0 ** rng.uniform(-12.0, 12.0)
         for estimator in (
             GEO(Shape(points), None, distance, None, known.bias, known.noise),
@@ -119,9 +117,9 @@ def test_a_small_weight_gives_lmi(distance):
     points = rng.uniform(-0.1, 0.1, (20, 3)) * (1.0, 1.0, 0.0)
     body = InertialParameters.from_points(points, np.full(20, 0.05))
     z = with_wrench(random_motion(rng, 40, 2.0), body, 0.0, rng, 0.1, 0.005)
-    free, found = (
-        LMI(noise=NOISE).fit(z),
-        GEO(prior=random_body(rng), distance=distance, gamma=1e-9, noise=NOISE).fit(z),
+    free = LMI(noise=NOISE).fit(z)
+    found = GEO(prior=random_body(rng), distance=distance, gamma=1e-9, noise=NOISE).fit(
+        z
     )
     assert free.certificate.converged
     assert found.certificate.converged

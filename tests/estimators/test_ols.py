@@ -28,10 +28,8 @@ def every_sample(z: Measurements, free_bias: bool, noise: Noise | None):
         if noise is None
         else np.repeat((1 / noise.force, 1 / noise.torque), 3)
     )
-    A, b = (
-        A * weight[:, None, None] * scale[:, None],
-        z.wrench * weight[:, None] * scale,
-    )
+    A = A * weight[:, None, None] * scale[:, None]
+    b = z.wrench * weight[:, None] * scale
     return A.reshape(-1, A.shape[2]), b.ravel()
 
 

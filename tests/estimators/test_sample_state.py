@@ -80,10 +80,8 @@ def test_weights_of_zero_and_one_leave_the_other_model_alone(z):
         (1.0, np.ones(K)),
         (0.3, np.full(K, 0.3)),
     ):
-        a, b = (
-            stacked_factor(SampleState.of(z, scalar)),
-            stacked_factor(SampleState.of(z, array)),
-        )
+        a = stacked_factor(SampleState.of(z, scalar))
+        b = stacked_factor(SampleState.of(z, array))
         np.testing.assert_allclose(a.T @ a, b.T @ b, atol=1e-13 * np.abs(a.T @ a).max())
 
 

@@ -128,10 +128,8 @@ def test_usd_in_openusd(kind, name):
     assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
     api = UsdPhysics.MassAPI(prim)
-    q, moments = (
-        api.GetPrincipalAxesAttr().Get(),
-        list(api.GetDiagonalInertiaAttr().Get()),
-    )
+    q = api.GetPrincipalAxesAttr().Get()
+    moments = list(api.GetDiagonalInertiaAttr().Get())
     a, b, c = sorted(moments)
     assert a > 0
     assert a + b >= c

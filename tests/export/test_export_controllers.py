@@ -210,14 +210,12 @@ def test_euler_angles_at_the_singularity():
     rng = np.random.default_rng(4)
     for b in (np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, 0.3):
         for a, c in rng.uniform(-3, 3, (20, 2)):
-            sa, ca, sb, cb, sc, cc = (
-                np.sin(a),
-                np.cos(a),
-                np.sin(b),
-                np.cos(b),
-                np.sin(c),
-                np.cos(c),
-            )
+            sa = np.sin(a)
+            ca = np.cos(a)
+            sb = np.sin(b)
+            cb = np.cos(b)
+            sc = np.sin(c)
+            cc = np.cos(c)
             R = (
                 np.array([[ca, -sa, 0], [sa, ca, 0], [0, 0, 1]])
                 @ np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])

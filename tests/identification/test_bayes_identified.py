@@ -54,11 +54,9 @@ def test_what_the_smoother_says_of_its_errors_is_so():
     ratios = []
     for seed in range(10):
         prepared = ingest(recording(seed))
-        z, truth = (
-            prepared.measurements,
-            wield(
-                UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters
-            ),
+        z = prepared.measurements
+        truth = wield(
+            UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters
         )
         off = [
             np.sqrt(np.mean(np.square(getattr(z, name) - getattr(truth, name))))
@@ -108,10 +106,8 @@ def test_white_noise_in_logged_accelerations_is_allowed_for():
 def test_halves_of_a_real_recording_overlap_or_are_doubted(run):
     """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in
     the halves of run 1."""
-    log, box = (
-        DATA / "panda-optoforce" / f"{run}.csv",
-        Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3),
-    )
+    log = DATA / "panda-optoforce" / f"{run}.csv"
+    box = Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
     halves = [
         identify(
             log, box, gravity=(0.0, 0.0, -9.81), start=start, duration=8.5

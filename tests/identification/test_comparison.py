@@ -145,11 +145,9 @@ def test_misfit_of_least_squares_is_none_and_of_the_truth_that_of_ten_parameters
 def test_which_is_recommended_and_when(everything, shape):
     """Every branch; uncertainties lie a factor of 1.4 or more from their limits,
     misfits one of ten or more."""
-    prepared, one, true = (
-        everything.ingested,
-        everything.results["OLS"],
-        hammer().parameters.vector,
-    )
+    prepared = everything.ingested
+    one = everything.results["OLS"]
+    true = hammer().parameters.vector
     body, twice, minus, worse = (
         replace(one, parameters=InertialParameters(k * true)) for k in (1, 2, -1, -2)
     )
@@ -200,10 +198,8 @@ def test_which_is_recommended_and_when(everything, shape):
 
 
 def test_misfit_allows_for_correlated_residuals(everything):
-    p, true = (
-        everything.ingested,
-        replace(everything.results["OLS"], parameters=hammer().parameters),
-    )
+    p = everything.ingested
+    true = replace(everything.results["OLS"], parameters=hammer().parameters)
     tripled = replace(p, fit=replace(p.fit, inflation=3 * p.fit.inflation))
     # one division: rounding
     assert misfit(true, tripled) == pytest.approx(misfit(true, p) / 3, rel=1e-12)

@@ -23,11 +23,9 @@ BODY = box()
 
 def least_squares(motion: Motion | Truth, gravity, wrench, weights=None):
     """Ten parameters, by whitened least squares."""
-    a, w, alpha = (
-        motion.linear_acceleration,
-        motion.angular_velocity,
-        motion.angular_acceleration,
-    )
+    a = motion.linear_acceleration
+    w = motion.angular_velocity
+    alpha = motion.angular_acceleration
     A = full_regressor(
         Measurements(motion.time, gravity, a, w, alpha, wrench[:, :3], wrench[:, 3:])
     )

@@ -118,10 +118,8 @@ def test_hps_without_noise_is_theirs():
     Beside this the ruler's inertia, which is below.
     """
     for name, tool in tools().items():
-        ours, theirs = (
-            tool.errors(HPS(tool.parts).fit(tool.samples).parameters),
-            published()[name, "HPS", "No"],
-        )
+        ours = tool.errors(HPS(tool.parts).fit(tool.samples).parameters)
+        theirs = published()[name, "HPS", "No"]
         print(
             f"{name:20s} mass {theirs[0]:.3f} {ours[0]:.3f}   inertia {theirs[2]:.3f} {ours[2]:.3f}"
         )
@@ -142,10 +140,8 @@ def test_the_rulers_parts_are_hardly_told_apart():
     still &= np.linalg.norm(z.angular_acceleration, axis=1) < 1.0
     labels = np.unique(tool.parts.labels)
     M = np.column_stack([of_part(tool.parts, label).vector for label in labels])
-    A, b = (
-        (reduced_regressor(z[still]) @ M).reshape(-1, len(labels)),
-        z[still].wrench.ravel(),
-    )
+    A = (reduced_regressor(z[still]) @ M).reshape(-1, len(labels))
+    b = z[still].wrench.ravel()
     found = HPS(tool.parts).fit(z)
     best = np.array(
         [found.point_masses[tool.parts.labels == label].sum() for label in labels]

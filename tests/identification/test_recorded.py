@@ -109,10 +109,8 @@ def pmd_over_box(z: Measurements):
 def panda_samples(run: str) -> Measurements:
     """The same at every sample of the log: residuals are counted there, with all the
     noise of a sample."""
-    recording, gravity = (
-        read_log(DATA / "panda-optoforce" / f"{run}.csv"),
-        (0.0, 0.0, -9.81),
-    )
+    recording = read_log(DATA / "panda-optoforce" / f"{run}.csv")
+    gravity = (0.0, 0.0, -9.81)
     found = condition(recording, gravity)
     assert found.sign.on_object
     return measure(
@@ -178,10 +176,8 @@ AROUND = Shape.from_box(-0.25, 0.25, -0.25, 0.25, -0.25, 0.25, points=512)
 @pytest.mark.parametrize("method", ["PMD", "OLS", "LMI", "RTLS"])
 def test_static_poses_of_a_kuka(method):
     """KUKA arm, ATI Gamma sensor: 0.932 kg at (0.3, 0.1, 43.9) mm."""
-    log, shape = (
-        DATA / "kuka-ati" / "static_poses.csv",
-        AROUND if method == "PMD" else None,
-    )
+    log = DATA / "kuka-ati" / "static_poses.csv"
+    shape = AROUND if method == "PMD" else None
     result = identify(log, shape, method=method, gravity=(0.0, 0.0, -9.82085))
     assert result.sign.certain
     assert not result.sign.on_object

@@ -114,10 +114,8 @@ def test_blurring_what_is_open_leaves_it_open(rank):
     """With Lambda = U D U' of fewer columns than rows: U (D^-1 + U'C U)^-1 U'
     (Woodbury), nothing of nothing."""
     rng = np.random.default_rng(rank)
-    U, D = (
-        np.linalg.qr(rng.normal(size=(10, 10)))[0][:, :rank],
-        np.diag(10.0 ** rng.uniform(-1, 3, rank)),
-    )
+    U = np.linalg.qr(rng.normal(size=(10, 10)))[0][:, :rank]
+    D = np.diag(10.0 ** rng.uniform(-1, 3, rank))
     C, at = random_covariance(rng), rng.normal(size=10)
     after = Likelihood(U @ D @ U.T, U @ D @ U.T @ at, np.eye(6)).blurred(C)
     expected = U @ np.linalg.inv(np.linalg.inv(D) + U.T @ C @ U) @ U.T

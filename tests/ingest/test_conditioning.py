@@ -116,11 +116,9 @@ def test_normal_equations_against_dense_least_squares():
     model = Model.at(p, 0.0, GRAVITY)
     columns = model.columns(phi)
     assert columns.shape[2] == 13  # parameters, offset, two of gravity's direction
-    weights, levels, hats = (
-        rng.random(len(p.time)),
-        np.array((0.1, 0.01)),
-        HatFunctions.over(p.time, 3),
-    )
+    weights = rng.random(len(p.time))
+    levels = np.array((0.1, 0.01))
+    hats = HatFunctions.over(p.time, 3)
     found, scale = solve(model, phi, weights, levels, hats), np.repeat(levels, 3)
     bias = np.einsum("kn,cd->kcnd", hats.combine(np.eye(3)), np.eye(6)).reshape(
         len(p.time), 6, 18
@@ -237,11 +235,9 @@ def test_shifts_signs_and_biases_pass_through():
     """The wrench 50 ms later, of the other sign, and with another bias: the same
     object, all else moved along."""
     d = disturbed("clean", 1.5, 2)
-    time, values, bias = (
-        d.recording["wrench"].time,
-        d.recording["wrench"].values,
-        np.array((7, -3, 2, 0.1, 0.2, -0.3)),
-    )
+    time = d.recording["wrench"].time
+    values = d.recording["wrench"].values
+    bias = np.array((7, -3, 2, 0.1, 0.2, -0.3))
     one = condition(with_wrench(d.recording, time + 0.03, values))
     other = condition(with_wrench(d.recording, time + 0.08, bias - values))
     # five samples fewer, of a thousand

@@ -253,10 +253,8 @@ def test_the_other_forms(tmp_path):
 
 @pytest.mark.parametrize("form", ["matrix4", "matrix4-columns"])
 def test_homogeneous_matrices(tmp_path, form):
-    rotation, position = (
-        turned_by(np.array([0.4, -0.9, 2.0])),
-        np.array([100.0, -200.0, 300.0]),
-    )
+    rotation = turned_by(np.array([0.4, -0.9, 2.0]))
+    position = np.array([100.0, -200.0, 300.0])
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, position
     cells = (pose if form == "matrix4" else pose.T).reshape(-1).tolist()

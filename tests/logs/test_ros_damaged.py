@@ -396,10 +396,8 @@ def test_a_message_of_very_many_joints_costs_no_more_a_joint(tmp_path):
 
 
 def test_topics_without_messages_are_told(tmp_path):
-    wrench, pose = (
-        mcap_topic(1, "/w", "geometry_msgs/msg/WrenchStamped"),
-        mcap_topic(2, "/p", "geometry_msgs/PoseStamped"),
-    )
+    wrench = mcap_topic(1, "/w", "geometry_msgs/msg/WrenchStamped")
+    pose = mcap_topic(2, "/p", "geometry_msgs/PoseStamped")
     message = mcap_message(
         2, 9, serialised("geometry_msgs/msg/PoseStamped", {"stamp": 9})
     )

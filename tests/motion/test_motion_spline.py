@@ -200,10 +200,8 @@ def test_band_algebra_equals_dense(m):
     penalty = 2.0 * h_wc ** (-2 * m)
     n = knots.size
     per_interval, first = np.nonzero(normal.weight)
-    weight, y = (
-        normal.weight[per_interval, first],
-        normal.values[:, per_interval, first].T,
-    )
+    weight = normal.weight[per_interval, first]
+    y = normal.values[:, per_interval, first].T
     B = np.zeros((len(weight), n))
     for a in range(6):
         B[np.arange(len(B)), first + a] = normal.rows[a, per_interval, first]

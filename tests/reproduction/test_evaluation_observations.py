@@ -192,10 +192,8 @@ def test_weak_geo_has_a_thousandth_of_the_rule(exact):
 
 def test_the_doubled_prior_has_the_parallel_axis_term_twice(exact):
     subject = thing("tee")
-    right, wrong = (
-        subject.shape.homogeneous,
-        observations.doubled(subject, exact.measurements).prior,
-    )
+    right = subject.shape.homogeneous
+    wrong = observations.doubled(subject, exact.measurements).prior
     mass, c = subject.held.parameters.mass, right.center_of_mass
     term = mass * (c @ c * np.eye(3) - np.outer(c, c))
     np.testing.assert_allclose(
@@ -359,10 +357,8 @@ def test_faults_do_what_they_say(exact):
 def test_a_moved_shape_moves_as_a_body():
     shape, rng = thing("tee").shape, np.random.default_rng(4)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = (
-        ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        (0.01, -0.02, 0.03),
-    )
+    pose[:3, :3] = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    pose[:3, 3] = (0.01, -0.02, 0.03)
     masses, moved = rng.uniform(size=shape.n), robot._moved(shape, pose)
     body = InertialParameters(shape.matrix @ masses).moved(pose)
     np.testing.assert_allclose(moved.matrix @ masses, body.vector, atol=1e-12)

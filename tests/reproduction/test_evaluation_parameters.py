@@ -377,10 +377,8 @@ def test_errors_by_c1_are_means_over_the_seeds():
 
 def test_lambda_kept_grows_as_the_root_of_the_number_of_points(quick):
     job, result = quick[density][0]
-    exact, subject = (
-        wielded(job["object"], density.SPEED).measurements,
-        thing(job["object"]),
-    )
+    exact = wielded(job["object"], density.SPEED).measurements
+    subject = thing(job["object"])
     keys = [(seed, OBJECTS.index(job["object"])) for seed in range(job["seeds"])]
     noisy = [exact.with_noise(NOISE_LEVELS["moderate"], key)[:150] for key in keys]
     # 126 points: 0.1 x 1.5

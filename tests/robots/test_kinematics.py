@@ -291,10 +291,8 @@ def test_joints_are_matched_by_name_or_else_by_number(tmp_path):
     q = np.random.default_rng(0).uniform(-1, 1, (5, 6))
     expected = robot.poses(q)[0]
     other = np.full((5, 1), 9.0)
-    names, backwards = (
-        ("wheel", *SIX[::-1], "wheel"),
-        joint_log(np.hstack((other, q[:, ::-1], other))),
-    )
+    names = ("wheel", *SIX[::-1], "wheel")
+    backwards = joint_log(np.hstack((other, q[:, ::-1], other)))
     for log, given in (
         (joint_log(q), ()),
         (joint_log(np.hstack((other, q))), ()),

@@ -75,10 +75,8 @@ def test_points_converge_to_the_homogeneous_body(name, sampling):
         shape = Shape.from_mesh(mesh, points=points, sampling=sampling)
         # equal masses, mere points
         body = InertialParameters(shape.matrix.mean(axis=1))
-        c, J = (
-            body.center_of_mass - mesh.center_mass,
-            body.inertia_at_com - mesh.moment_inertia / mesh.volume,
-        )
+        c = body.center_of_mass - mesh.center_mass
+        J = body.inertia_at_com - mesh.moment_inertia / mesh.volume
         errors.append(max(np.abs(c).max() / size, np.abs(J).max() / size**2))
     # 20,000 random points leave a standard error of 0.3 / sqrt(20000) = 0.002 of the
     # size; grids do better

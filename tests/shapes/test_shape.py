@@ -99,10 +99,8 @@ def test_homogeneous_is_the_exact_body(name):
 
 def test_box_in_closed_form():
     shape = Shape.from_box(-0.05, 0.05, 0, 0.2, 0.1, 0.15)
-    com, J = (
-        [0, 0.1, 0.125],
-        np.diag([0.2**2 + 0.05**2, 0.1**2 + 0.05**2, 0.1**2 + 0.2**2]) / 12,
-    )
+    com = [0, 0.1, 0.125]
+    J = np.diag([0.2**2 + 0.05**2, 0.1**2 + 0.05**2, 0.1**2 + 0.2**2]) / 12
     for shares in (np.full(shape.n, 1 / shape.n), shape.volumes):
         # the cells fill the box: exact but for rounding
         body = InertialParameters(shape.cell_matrix @ shares)

@@ -114,10 +114,8 @@ def test_holes_give_nearly_the_same_points_and_a_warning():
 
 
 def test_cavity_stays_empty():
-    outer, inner = (
-        trimesh.creation.icosphere(3, 0.05),
-        trimesh.creation.icosphere(3, 0.03),
-    )
+    outer = trimesh.creation.icosphere(3, 0.05)
+    inner = trimesh.creation.icosphere(3, 0.03)
     inner.invert()
     shape = Shape.from_mesh(trimesh.util.concatenate([outer, inner]), points=300)
     # the cavity's facets reach 1.5 % inward

@@ -103,11 +103,9 @@ def sensors(body, joints, gravity) -> np.ndarray:
     data = mujoco.MjData(model)
     out = np.empty((len(joints.time), model.nsensordata))
     for k in range(len(out)):
-        data.qpos[:], data.qvel[:], data.qacc[:] = (
-            joints.position[k],
-            joints.velocity[k],
-            joints.acceleration[k],
-        )
+        data.qpos[:] = joints.position[k]
+        data.qvel[:] = joints.velocity[k]
+        data.qacc[:] = joints.acceleration[k]
         mujoco.mj_inverse(model, data)
         out[k] = data.sensordata
     return out
@@ -257,11 +255,9 @@ def test_joints_that_slide_and_mimic(tmp_path):
     angle = time[:, None] * frequency
     from hefting.simulation.arm import JointMotion
 
-    q, dq, ddq = (
-        np.sin(angle),
-        frequency * np.cos(angle),
-        -(frequency**2) * np.sin(angle),
-    )
+    q = np.sin(angle)
+    dq = frequency * np.cos(angle)
+    ddq = -(frequency**2) * np.sin(angle)
     joints = JointMotion(time, amplitude * q, amplitude * dq, amplitude * ddq)
     body = BODIES["full tensor"]
     found, ours = wield_in_mujoco(arm, joints, body, GRAVITIES[1]), arm.motion(joints)

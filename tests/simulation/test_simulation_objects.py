@@ -59,10 +59,8 @@ def density_at(name, p, pockets):
 def integral(name):
     """Parameters by summing over a fine grid in the plane, exactly through the three
     layers that differ."""
-    x, y = (
-        np.arange(-0.1 + STEP / 2, 0.1, STEP),
-        np.arange(-0.158 + STEP / 2, 0.158, STEP),
-    )
+    x = np.arange(-0.1 + STEP / 2, 0.1, STEP)
+    y = np.arange(-0.158 + STEP / 2, 0.158, STEP)
     plane = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     P = np.zeros((4, 4))
     for low, high in ((0.0, 0.0123), (0.0123, 0.0377), (0.0377, 0.05)):

@@ -115,11 +115,9 @@ def reduced_regressor(measurements: Measurements) -> Array:
 def dynamism(measurements: Measurements) -> Array:
     """Dynamism nu (K,) = |a|² + |alpha|² + (|w| / 0.5)² (Nadeau et al. 2022, eq. 4, n1
     = n2 = 1, n3 = 0.5)."""
-    a, alpha, w = (
-        measurements.linear_acceleration,
-        measurements.angular_acceleration,
-        measurements.angular_velocity,
-    )
+    a = measurements.linear_acceleration
+    alpha = measurements.angular_acceleration
+    w = measurements.angular_velocity
     return np.add.reduce(a * a + alpha * alpha + 4.0 * (w * w), axis=1)
 
 

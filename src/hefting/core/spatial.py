@@ -108,16 +108,12 @@ def skew(vector: ArrayLike) -> Array:
     v == cross(u, v)``."""
     v = np.asarray(vector, dtype=float)
     matrix = np.zeros((*v.shape, 3))
-    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = (
-        -v[..., 2],
-        v[..., 1],
-        -v[..., 0],
-    )
-    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = (
-        v[..., 2],
-        -v[..., 1],
-        v[..., 0],
-    )
+    matrix[..., 0, 1] = -v[..., 2]
+    matrix[..., 0, 2] = v[..., 1]
+    matrix[..., 1, 2] = -v[..., 0]
+    matrix[..., 1, 0] = v[..., 2]
+    matrix[..., 2, 0] = -v[..., 1]
+    matrix[..., 2, 1] = v[..., 0]
     return matrix
 
 

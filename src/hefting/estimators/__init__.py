@@ -98,10 +98,8 @@ def options() -> dict[str, Option]:
     for method, kind in METHODS.items():
         for field in fields(kind):
             if "help" in field.metadata:
-                text, before = (
-                    f"{method}: {field.metadata['help']}",
-                    found.get(field.name),
-                )
+                text = f"{method}: {field.metadata['help']}"
+                before = found.get(field.name)
                 if before is not None:
                     found[field.name] = Option(f"{before.help}; {text}", before.metavar)
                 else:

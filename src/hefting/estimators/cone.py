@@ -183,12 +183,10 @@ class _Newton:
         = masses / sigma the dual is stationary and all norms are one; a Newton step in
         v, t and s together makes t that of v as well.
         """
-        K, b, lam, N = (
-            self._problem.K,
-            self._problem.b,
-            self._problem.regularization,
-            self._N,
-        )
+        K = self._problem.K
+        b = self._problem.b
+        lam = self._problem.regularization
+        N = self._N
         square = lam * lam
         first, second, third = s.tolist()
         if not (min(first, second) > FLOOR * self._problem.size and third > 0.0):
@@ -199,11 +197,9 @@ class _Newton:
         J = sigma * self._square
         J.ravel()[:: len(d) + 1] += d
         right = np.empty((4, len(v)))
-        right[0], right[1:3], right[3] = (
-            sigma * (self._square @ v - Nt),
-            K * v,
-            Nt / square,
-        )
+        right[0] = sigma * (self._square @ v - Nt)
+        right[1:3] = K * v
+        right[3] = Nt / square
         W = right[1:]
         solved, failed = lapack.dposv(J, right.T)[1:]
         change = W @ solved  # (3, 4)
@@ -231,12 +227,10 @@ class _Newton:
     def solve(self, s: Array) -> tuple[Array, Array, Array, int]:
         """v, the masses, the three norms over their bounds, and the linear systems
         solved, at scales `s` (3,)."""
-        K, b, lam, N = (
-            self._problem.K,
-            self._problem.b,
-            self._problem.regularization,
-            self._N,
-        )
+        K = self._problem.K
+        b = self._problem.b
+        lam = self._problem.regularization
+        N = self._N
         sigma = float(s[2]) / (lam * lam)  # masses = sigma t
         d = s[:2] @ K
         v = self._v

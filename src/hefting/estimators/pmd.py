@@ -171,10 +171,8 @@ class _Rows:
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0
-        A, b = (
-            np.zeros((len(reduced) + len(full) - n, 10)),
-            np.zeros(len(reduced) + len(full) - n),
-        )
+        A = np.zeros((len(reduced) + len(full) - n, 10))
+        b = np.zeros(len(reduced) + len(full) - n)
         middle = len(reduced)
         A[n:middle, :4], b[n:middle] = reduced[n:, n:-1], reduced[n:, -1]
         A[middle:], b[middle:] = full[n:, n:-1], full[n:, -1]

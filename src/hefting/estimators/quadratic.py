@@ -183,10 +183,8 @@ class Quadratic:
         """(6,) best bias [N, N m] beside parameters (10,); None where none is free."""
         if not len(self.bias_rows):
             return None
-        C, right = (
-            self.bias_rows[:, :6],
-            self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector,
-        )
+        C = self.bias_rows[:, :6]
+        right = self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector
         solution, failed = lapack.dtrtrs(C, right)
         return solution if not failed else np.zeros(6)
 

@@ -86,10 +86,8 @@ class SampleState:
             )
         if not w.shape:
             w = np.full(time.shape, w)
-        reduced, full = (
-            self.reduced.fold_features(x, time, 1.0 - w),
-            self.full.fold_features(x, time, w),
-        )
+        reduced = self.reduced.fold_features(x, time, 1.0 - w)
+        full = self.full.fold_features(x, time, w)
         return type(self)(reduced, full, samples, record)
 
     def _fold_in_chunks(
@@ -127,10 +125,8 @@ class SampleState:
     @property
     def duration(self) -> float:
         """Time between the first and the last sample [s]."""
-        start, end = (
-            min(self.reduced.start, self.full.start),
-            max(self.reduced.end, self.full.end),
-        )
+        start = min(self.reduced.start, self.full.start)
+        end = max(self.reduced.end, self.full.end)
         return max(0.0, end - start)
 
 

@@ -331,14 +331,12 @@ class _Step:
         mismatch: Array,
         e: Array | None,
     ):
-        self.s, self._slack, self._y, self._factor, self._mismatch, self._e = (
-            s,
-            slack,
-            y,
-            factor,
-            mismatch,
-            e,
-        )
+        self.s = s
+        self._slack = slack
+        self._y = y
+        self._factor = factor
+        self._mismatch = mismatch
+        self._e = e
         self.diagonal = s * _EYE
         self._sums = 0.5 * (s[:, None] + s)
         self._roots = np.sqrt(s[:, None] * s)

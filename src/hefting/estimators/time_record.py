@@ -50,10 +50,8 @@ class TimeRecord:
         )
         whole = count - count % BUFFERED_SAMPLES
         rest = (rows[whole:].copy(),) if whole < count else ()
-        scales, stretches = (
-            self.scales.fold(rows[:whole]),
-            self.stretches.fold(rows[:whole]),
-        )
+        scales = self.scales.fold(rows[:whole])
+        stretches = self.stretches.fold(rows[:whole])
         return type(self)(scales, stretches, rest, count - whole, motion)
 
     def merge(self, later: "TimeRecord") -> "TimeRecord":

@@ -39,11 +39,9 @@ class TimeScales:
 
     def fold(self, rows: Array) -> Self:
         """With the features `rows` (k, 22) of samples that follow those before."""
-        factors, counts, pending = (
-            list(self.factors),
-            list(self.counts),
-            list(self.pending),
-        )
+        factors = list(self.factors)
+        counts = list(self.counts)
+        pending = list(self.pending)
         level = 0
         while len(rows):
             if level == len(factors):
@@ -84,10 +82,8 @@ class TimeScales:
                 continue
             both = (number + size) ** 0.5
             contrast = (size**0.5 * total - number**0.5 * waiting) / both
-            total, number = (
-                (number**0.5 * total + size**0.5 * waiting) / both,
-                number + size,
-            )
+            total = (number**0.5 * total + size**0.5 * waiting) / both
+            number = number + size
             at: int = round(0.5 * np.log2((number - size) * size))
             while at >= len(factors):
                 factors.append(np.zeros((FEATURES, FEATURES)))

@@ -17,10 +17,8 @@ def write(body: Body) -> str:
     about axes through the COM, parallel to the faceplate's, in **kgf cm s²**. There is
     no place for products of inertia.
     """
-    com, moments = (
-        in_single(1e2 * body.center_of_mass),
-        in_single(np.diag(body.inertia) / KGF_CM_S2),
-    )
+    com = in_single(1e2 * body.center_of_mass)
+    moments = in_single(np.diag(body.inertia) / KGF_CM_S2)
     rows = [
         ("PAYLOAD           [kg]", in_single(body.mass)[0]),
         *(

@@ -11,10 +11,8 @@ def write(body: Body) -> str:
 
     https://github.com/xArm-Developer/xArm-Python-SDK/blob/master/doc/api/xarm_api.md
     """
-    mass, com = (
-        ", ".join(in_double(body.mass)),
-        ", ".join(in_double(1e3 * body.center_of_mass)),
-    )
+    mass = ", ".join(in_double(body.mass))
+    com = ", ".join(in_double(1e3 * body.center_of_mass))
     return (
         comment("#", body, "kg, mm; the controller takes no inertia")
         + f"arm.set_tcp_load({mass}, [{com}])\n"

@@ -261,16 +261,12 @@ def with_diagnostics(
     )
     if negative or not estimate.parameters.mass > 0.0:
         if shape is None or estimator.needs == "nothing":
-            what, fix = (
-                "no positive mass explains the wrench",
-                "check `wrench` (sign) and `gravity`",
-            )
+            what = "no positive mass explains the wrench"
+            fix = "check `wrench` (sign) and `gravity`"
         else:
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
-            what, fix = (
-                f"no mass inside the shape explains the wrench{doubts}",
-                "check the shape's pose and unit",
-            )
+            what = f"no mass inside the shape explains the wrench{doubts}"
+            fix = "check the shape's pose and unit"
         raise NotIdentifiableError(what, where=found.log, fix=fix)
     rms = found.residual(estimate.parameters.vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance

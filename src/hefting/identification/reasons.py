@@ -147,10 +147,8 @@ class _Reasons:
             )
         if not self._biased:
             assert direction is not None
-            tilt, name = (
-                self._rms_perpendicular(direction),
-                _format_direction(direction),
-            )
+            tilt = self._rms_perpendicular(direction)
+            name = _format_direction(direction)
             what = f"sensor {name}" if len(name) == 1 else "this direction"
             if tilt < STILL:
                 return f"{what} never left the vertical"
@@ -198,10 +196,8 @@ class _Reasons:
         if reason is not None:
             return _Finding(name, reason)
         limit = abs(float(self._fit.vector[0])) * self._size**2 / 12.0
-        yardstick, remedy = (
-            f"what a body of {self._size:g} m would have",
-            "turn faster or longer about {}",
-        )
+        yardstick = f"what a body of {self._size:g} m would have"
+        remedy = "turn faster or longer about {}"
         return _Finding(
             name, "", float(self._std[4 + entry]) / limit, yardstick, remedy, name[1:]
         )

@@ -36,10 +36,8 @@ class Truth:
         """
         extents, axes = self.extents, self.axes
         if extents is None and shape is not None:
-            extents, axes = (
-                shape.extents,
-                shape.pose[:3, :3] if shape.pose is not None else None,
-            )
+            extents = shape.extents
+            axes = shape.pose[:3, :3] if shape.pose is not None else None
         if extents is None:
             raise InputError(
                 "the errors need the object's size",

@@ -135,10 +135,8 @@ def within_blocks(
     total, count = np.zeros((6, 6)), 0
     for begins in range(0, len(blocks), BLOCKS_AT_A_TIME):
         part = slice(begins, begins + BLOCKS_AT_A_TIME)
-        sizes, samples = (
-            np.diff(ends)[part],
-            slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))]),
-        )
+        sizes = np.diff(ends)[part]
+        samples = slice(ends[begins], ends[min(begins + BLOCKS_AT_A_TIME, len(blocks))])
         since = time[samples] - np.repeat(blocks.time[part], sizes)
         apart = wrench[samples] - np.repeat(blocks.wrench[part], sizes, axis=0)
         apart -= np.repeat(rate[part], sizes, axis=0) * since[:, None]

@@ -72,10 +72,8 @@ def findings_of(
         offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
         said.append(note("clock-no-offset", f"no clock offset: {offset}"))
     if found.offset:
-        side, std = (
-            "late" if found.offset > 0.0 else "early",
-            1e3 * (found.offset_std or 0.0),
-        )
+        side = "late" if found.offset > 0.0 else "early"
+        std = 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
         said.append(
             note(

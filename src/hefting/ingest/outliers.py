@@ -189,10 +189,8 @@ def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
     table = np.sort(table, axis=1)  # NaN last
     n = np.sum(np.isfinite(table[:, :, 0]), axis=1)
     rows = np.arange(len(table))
-    low, high = (
-        table[rows, np.maximum(n - 1, 0) // 2],
-        table[rows, np.minimum(n // 2, table.shape[1] - 1)],
-    )
+    low = table[rows, np.maximum(n - 1, 0) // 2]
+    high = table[rows, np.minimum(n // 2, table.shape[1] - 1)]
     return np.where((n > 0)[:, None], 0.5 * (low + high), 0.0), n
 
 

@@ -104,10 +104,8 @@ class Path:
         if not (rates and self.moves):
             zero = np.zeros_like(value)
             return Reading(inside, value, zero, zero, variances, ~there, known)
-        earlier, later = (
-            np.maximum(inside - DIFFERENTIATION_STEP, self.first),
-            np.minimum(inside + DIFFERENTIATION_STEP, self.last),
-        )
+        earlier = np.maximum(inside - DIFFERENTIATION_STEP, self.first)
+        later = np.minimum(inside + DIFFERENTIATION_STEP, self.last)
         before, _, known_before = self.read(earlier, False)
         after, _, known_after = self.read(later, False)
         usable = (known_before & known_after & there)[:, None]
@@ -205,11 +203,9 @@ def _reading_rows(
     rows = np.zeros((len(w), 21))
     rows[:, WORLD_AXES_COLUMNS] = _world_to_sensor_rows(quaternions)
     if a is not None:
-        rows[:, 0:3], rows[:, 3:6], rows[:, 6:12] = (
-            a,
-            alpha,
-            w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS],
-        )
+        rows[:, 0:3] = a
+        rows[:, 3:6] = alpha
+        rows[:, 6:12] = w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
     known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
     rows[~known] = 0.0
     return rows, known
@@ -282,10 +278,8 @@ def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
         )
         return rows, np.where(known, np.square(std), 0.0), known
 
-    first, last = (
-        max(poses.first, accelerometer.time[0]),
-        min(poses.last, accelerometer.time[-1]),
-    )
+    first = max(poses.first, accelerometer.time[0])
+    last = min(poses.last, accelerometer.time[-1])
     return Path(
         "accelerometer",
         first,

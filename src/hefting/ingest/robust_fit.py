@@ -182,12 +182,10 @@ def _choose_bias(found: InlierFit) -> RobustFit:
 def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustFit:
     """The fit with the clock offset of generalised least squares, at most
     `LARGEST_OFFSET_STEP` from `middle` [s]."""
-    problem, fit, outliers, uncertainty = (
-        found.problem,
-        found.fit,
-        found.outliers,
-        found.uncertainty,
-    )
+    problem = found.problem
+    fit = found.fit
+    outliers = found.outliers
+    uncertainty = found.uncertainty
     fastest, knots = fastest_frequency(problem), fit.hats.n
     lowest, highest = middle - LARGEST_OFFSET_STEP, middle + LARGEST_OFFSET_STEP
     for _ in range(OFFSET_REFINEMENTS if problem.free_offset else 0):
@@ -210,10 +208,8 @@ def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustF
 def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustFit:
     """The fit without bias, without clock offset, and with gravity (3,) [m/s²] as
     given."""
-    problem, outliers = (
-        replace(found.problem, free_offset=False, free_gravity=False),
-        found.outliers,
-    )
+    problem = replace(found.problem, free_offset=False, free_gravity=False)
+    outliers = found.outliers
     start = replace(
         found.fit.start, offset=0.0, gravity=gravity, bias=np.zeros_like(found.fit.bias)
     )

@@ -125,10 +125,8 @@ class Uncertainty:
 
         1 where undetermined.
         """
-        ratio, known = (
-            np.ones(16),
-            np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0),
-        )
+        ratio = np.ones(16)
+        known = np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
         ratio[:10][known] = (
             self.covariance.diagonal()[:10][known] / self.naive[:10][known]
         )
@@ -181,10 +179,8 @@ def _residual_spectrum(
     """(F, 6) spectrum of the whitened residuals; `own` (q, q) is the covariance of the
     unknowns for white residuals."""
     root = _inverse_root(own)
-    power, remaining = (
-        np.zeros_like(transforms[0].count),
-        np.zeros_like(transforms[0].count),
-    )
+    power = np.zeros_like(transforms[0].count)
+    remaining = np.zeros_like(transforms[0].count)
     for t in transforms:
         remaining += np.maximum(t.count - _leverage(t.influences, root), 0.2 * t.count)
         power += np.abs(t.residual) ** 2

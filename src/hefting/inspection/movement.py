@@ -46,10 +46,8 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
     )
     time = linear = None
     if recording.has("linear_velocity"):
-        time, velocity = (
-            recording["linear_velocity"].time,
-            recording["linear_velocity"].values,
-        )
+        time = recording["linear_velocity"].time
+        velocity = recording["linear_velocity"].values
         linear = np.linalg.norm(velocity, axis=1)
     elif motion is not None and motion.linear_velocity is not None:
         time, linear = motion.time, np.linalg.norm(motion.linear_velocity, axis=1)

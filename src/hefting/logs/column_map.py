@@ -288,10 +288,8 @@ def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, st
     if key not in ("orientation", "pose"):
         return "", ""
     forms = FORMS if key == "orientation" else POSE_FORMS
-    form, order = (
-        entry.get("form", "xyzw" if key == "orientation" else None),
-        entry.get("order"),
-    )
+    form = entry.get("form", "xyzw" if key == "orientation" else None)
+    order = entry.get("order")
     if not isinstance(form, str) or form not in forms:
         what = (
             f"{brief(form)} is no form of {key}"

@@ -236,21 +236,17 @@ def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, s
     from scipy.spatial.transform import Rotation
 
     pose = values["actual_TCP_pose"]
-    position, rotation, remark = (
-        pose[:, :3],
-        Rotation.from_rotvec(np.array(pose[:, 3:])),
-        "pose of the TCP",
-    )
+    position = pose[:, :3]
+    rotation = Rotation.from_rotvec(np.array(pose[:, 3:]))
+    remark = "pose of the TCP"
     lever = np.zeros_like(position)
     if "tcp_offset" in values:
         offset = values["tcp_offset"]
         rotation = rotation * Rotation.from_rotvec(np.array(offset[:, 3:])).inv()
         # from the TCP to the flange, base axes
         lever = -rotation.apply(np.array(offset[:, :3]))
-        position, remark = (
-            position + lever,
-            "pose of the flange: actual_TCP_pose less tcp_offset",
-        )
+        position = position + lever
+        remark = "pose of the flange: actual_TCP_pose less tcp_offset"
     motion = {"position": position, "orientation": rotation.as_quat()}
     if "actual_TCP_speed" in values:
         turning = values["actual_TCP_speed"][:, 3:]

@@ -89,11 +89,9 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         predicted = transition @ covariance @ transition.T + step * noise
         predicted = 0.5 * (predicted + predicted.T)
     modes, shapes = np.linalg.eig(transition - np.outer(gain, transition[0]))
-    gains, cross, variances = (
-        [np.zeros(OUTPUT_STATES)],
-        [covariance[:OUTPUT_STATES]],
-        [np.diag(covariance)[:OUTPUT_STATES]],
-    )
+    gains = [np.zeros(OUTPUT_STATES)]
+    cross = [covariance[:OUTPUT_STATES]]
+    variances = [np.diag(covariance)[:OUTPUT_STATES]]
     for _ in range(lag):
         c = cross[-1] @ transition.T
         gains.append(c[:, 0] / surplus)

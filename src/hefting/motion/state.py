@@ -81,11 +81,9 @@ class Motion:
 
         Raises `InputError` for arrays of other shapes.
         """
-        time, values, g_world = (
-            frozen(wrench_time, 1),
-            frozen(wrench, 2),
-            frozen(gravity),
-        )
+        time = frozen(wrench_time, 1)
+        values = frozen(wrench, 2)
+        g_world = frozen(gravity)
         if values.shape != (len(time), 6):
             raise InputError(
                 f"has shape {values.shape}, expected {(len(time), 6)}", where="wrench"

@@ -41,10 +41,8 @@ def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
     gives those of force [N²] and torque [N² m²], summed over their three axes.
     """
     phi = np.asarray(vector, dtype=float)
-    lever, inertia = (
-        float(np.sum(skew(phi[1:4]) ** 2)),
-        float(np.sum(vector_to_tensor(phi[4:]) ** 2)),
-    )
+    lever = float(np.sum(skew(phi[1:4]) ** 2))
+    inertia = float(np.sum(vector_to_tensor(phi[4:]) ** 2))
     return np.array(((3.0 * float(phi[0]) ** 2, lever), (lever, inertia)))
 
 

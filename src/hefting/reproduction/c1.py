@@ -64,10 +64,8 @@ def run(job: Job) -> Result:
 
     Beside them the mean share of the full model (values of c1,).
     """
-    subject, exact = (
-        thing(job["object"]),
-        wielded(job["object"], job["speed"]).measurements,
-    )
+    subject = thing(job["object"])
+    exact = wielded(job["object"], job["speed"]).measurements
     errors = {name: np.zeros((len(VALUES), len(TIMES))) for name in QUANTITIES}
     for seed in range(job["seeds"]):
         key = (seed, OBJECTS.index(job["object"]), round(10 * job["speed"]))

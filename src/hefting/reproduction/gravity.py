@@ -46,10 +46,8 @@ def jobs(quick: bool) -> list[Job]:
 def run(job: Job) -> Result:
     """Mean magnitudes of gravity's and motion's part of force [N] and torque [N m], and
     of the motion."""
-    exact, body = (
-        wielded(job["object"], job["speed"]),
-        thing(job["object"]).held.parameters,
-    )
+    exact = wielded(job["object"], job["speed"])
+    body = thing(job["object"]).held.parameters
     z = exact.measurements
     force = -body.mass * z.gravity
     torque = np.cross(body.center_of_mass, force)

@@ -49,10 +49,8 @@ def jobs(quick: bool) -> list[Job]:
 def run(job: Job) -> Result:
     """Errors of every method at every noise level and time; the methods see the same
     noise."""
-    subject, exact = (
-        thing(job["object"]),
-        wielded(job["object"], job["speed"]).measurements,
-    )
+    subject = thing(job["object"])
+    exact = wielded(job["object"], job["speed"]).measurements
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
     levels = {}
     for level, noise in NOISE_LEVELS.items():

@@ -53,10 +53,8 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     rows = []
     for job, result in results:
         filling = MODULAR[job["object"]]
-        com, inertia = (
-            1e3 * np.array(result["center_of_mass"]),
-            1e4 * np.array(result["inertia"]),
-        )
+        com = 1e3 * np.array(result["center_of_mass"])
+        inertia = 1e4 * np.array(result["inertia"])
         # rounding errors are no asymmetry
         numbers = np.round((result["mass"], *com, *inertia), 9) + 0.0
         rows.append(

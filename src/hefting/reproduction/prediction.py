@@ -136,11 +136,9 @@ def _figure(result: Result) -> "Figure":
     """True (solid) and predicted (dashed) torques, and predicted minus true."""
     from matplotlib.lines import Line2D
 
-    time, true, found = (
-        np.array(result["time"]),
-        np.array(result["true"]),
-        np.array(result["warm"]["torque"]),
-    )
+    time = np.array(result["time"])
+    true = np.array(result["true"])
+    found = np.array(result["warm"]["torque"])
     with style():
         figure = figure_of(3.0)
         torques, rest = figure.subplots(

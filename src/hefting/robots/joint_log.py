@@ -76,10 +76,8 @@ def with_poses(
         for name, stream in recording.streams.items()
         if name not in REPLACED
     }
-    warnings, notes = (
-        (*recording.warnings, *_doubts(q, robot)),
-        (*recording.notes, note("poses-from-joints", done)),
-    )
+    warnings = (*recording.warnings, *_doubts(q, robot))
+    notes = (*recording.notes, note("poses-from-joints", done))
     return replace(recording, streams=kept | poses, warnings=warnings, notes=notes)
 
 

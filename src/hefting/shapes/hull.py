@@ -121,11 +121,9 @@ def _planes(points: Array) -> Array | None:
         > 0.0
     ):
         faces = faces[:, ::-1]
-    planes, corners, count = (
-        np.zeros((12 * LARGEST_HULL, 4)),
-        np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64),
-        4,
-    )
+    planes = np.zeros((12 * LARGEST_HULL, 4))
+    corners = np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64)
+    count = 4
     planes[:4], corners[:4] = _plane(points, faces), faces
     left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
     while len(left := left[_outside(points[left], planes[:count])]):

@@ -112,10 +112,8 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
     bottom = row(y_low)
     tall = row(y_high) - bottom + 1
     line = _ranges(bottom, tall) * nx
-    first, last = (
-        begin[line + np.repeat(column(x_low), tall)],
-        begin[line + np.repeat(column(x_high), tall) + 1],
-    )
+    first = begin[line + np.repeat(column(x_low), tall)]
+    last = begin[line + np.repeat(column(x_high), tall) + 1]
     some = np.flatnonzero(last > first)
     return order, first[some], last[some], np.repeat(index, tall)[some]
 

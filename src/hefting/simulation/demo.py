@@ -86,11 +86,9 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
         raise InputError(
             f"cannot be made a folder ({error.strerror})", where=folder
         ) from error
-    log, mesh_file, truth_file = (
-        folder / "log.csv",
-        folder / "hammer.stl",
-        folder / "truth.json",
-    )
+    log = folder / "log.csv"
+    mesh_file = folder / "hammer.stl"
+    truth_file = folder / "truth.json"
 
     held = hammer()
     body = held.parameters.moved(POSE)

@@ -79,10 +79,8 @@ def random_smooth(
     time = _instants(duration, rate, angular_speed)
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
-    amplitude, frequency = (
-        np.radians(rng.uniform(5.0, 15.0, shape)),
-        rng.uniform(0.05, 0.3, shape),
-    )
+    amplitude = np.radians(rng.uniform(5.0, 15.0, shape))
+    frequency = rng.uniform(0.05, 0.3, shape)
     amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)
     return _at_speed(

@@ -39,12 +39,10 @@ BOLT_HOLES = (
 THICKNESS = 0.050
 """Of the H [m]: its faces are at z = 0 and there."""
 
-POCKET, WEIGHT, BOLT_HOLE, BOSS = (
-    (0.015, 0.0254),
-    (0.0127, 0.0254),
-    (0.0033, THICKNESS),
-    (0.0075, THICKNESS),
-)
+POCKET = (0.015, 0.0254)
+WEIGHT = (0.0127, 0.0254)
+BOLT_HOLE = (0.0033, THICKNESS)
+BOSS = (0.0075, THICKNESS)
 """Radius and height [m]."""
 
 PAPER_VOLUME = 1400.0
@@ -176,10 +174,8 @@ def _grids(count: int) -> Iterator[tuple[Array, Array]]:
         )
         for bar in _bars()
     ]
-    low, high = (
-        np.min([low for low, _ in corners], axis=0),
-        np.max([high for _, high in corners], axis=0),
-    )
+    low = np.min([low for low, _ in corners], axis=0)
+    high = np.max([high for _, high in corners], axis=0)
     about = (high - low) / np.cbrt(1e-6 * PAPER_VOLUME / count)
     for cells in product(
         *(range(max(1, int(0.6 * number)), int(1.7 * number) + 2) for number in about)

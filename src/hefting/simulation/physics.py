@@ -79,10 +79,8 @@ def wield_in_mujoco(
     multiplier = np.array([screw.multiplier for screw in arm.robot.screws])
     offset = np.array([screw.offset for screw in arm.robot.screws])
     position = multiplier * joints.position[:, columns] + offset
-    velocity, acceleration = (
-        multiplier * joints.velocity[:, columns],
-        multiplier * joints.acceleration[:, columns],
-    )
+    velocity = multiplier * joints.velocity[:, columns]
+    acceleration = multiplier * joints.acceleration[:, columns]
     read = np.empty((len(joints.time), model.nsensordata))
     qpos, qvel, qacc, sensors = data.qpos, data.qvel, data.qacc, data.sensordata
     for k in range(len(read)):

@@ -211,11 +211,9 @@ class Bayes(Estimator):
     def _nearest_body(self, posterior: Posterior) -> Nearest:
         """The mass distribution over uniform cells or, where that is not near enough,
         over voxels."""
-        prior, mean, C = (
-            posterior.prior,
-            posterior.narrow.mean,
-            posterior.narrow.covariance,
-        )
+        prior = posterior.prior
+        mean = posterior.narrow.mean
+        C = posterior.narrow.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < SUFFICIENT_CELL_DISTANCE:
@@ -229,10 +227,8 @@ class Bayes(Estimator):
                     * mass
                     / (fine.sum() + 1e-6 * mass)
                 )
-            vector, masses = (
-                prior.voxels @ fine,
-                fine.reshape(self.shape.n, -1).sum(axis=1),
-            )
+            vector = prior.voxels @ fine
+            masses = fine.reshape(self.shape.n, -1).sum(axis=1)
         margin, move = None, posterior.move
         if move is not None and vector[0] > 0.0:
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))

@@ -201,12 +201,12 @@ class TimeSamples:
         own = signal / (float(signal.sum()) or 1.0)
         gain, parameters = found.gain(), 10.0
         if self.free_bias:
-            gain, parameters = (
+            gain = (
                 gain
                 + float(colour.energies.sum()) * colour.level
-                - float(found.energies.sum()),
-                16.0,
+                - float(found.energies.sum())
             )
+            parameters = 16.0
         energies = np.maximum(
             colour.energies - own * max(gain, 0.0) / colour.level, 0.0
         )

@@ -98,10 +98,8 @@ class Scores:
     def birge(self, variances: Array) -> Array:
         """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a
         group without information."""
-        G, u = (
-            self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES],
-            self.scores[:, :COMPARED_ENTRIES],
-        )
+        G = self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES]
+        u = self.scores[:, :COMPARED_ENTRIES]
         size = np.sqrt(np.maximum(np.einsum("gii->gi", G), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
         x = u / scale

@@ -165,10 +165,8 @@ class Mixture:
         J[:, 0, 0] = 1.0
         J[:, 1:4, 0], J[:, 1:4, 1:4] = -c / m, np.eye(3) / m[:, :, None]
         J[:, 4:10, 4:], J[:, 10:, 4:] = np.eye(6), np.eye(6)
-        J[:, 10:, 0], J[:, 10:, 1:4] = (
-            square / m**2,
-            -2.0 * moment.transpose(1, 0, 2) / m[:, :, None],
-        )
+        J[:, 10:, 0] = square / m**2
+        J[:, 10:, 1:4] = -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
         variance = ((J @ cov) * J).sum(axis=2)
         return (
             means,

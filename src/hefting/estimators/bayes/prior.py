@@ -133,10 +133,8 @@ class Prior:
         (d,)."""
         if not len(scores):
             return Placed(self, None, scores, np.zeros((len(self.spread), 0, 9)))
-        move, effects = (
-            self.distortions.by(scores),
-            self.distortions.effects(self.mean, scores),
-        )
+        move = self.distortions.by(scores)
+        effects = self.distortions.effects(self.mean, scores)
         M = move.parameters
         mean = M @ self.mean - effects @ scores
         both = np.concatenate(

@@ -208,10 +208,8 @@ def _stretch(from_: Array, to: Array) -> Array:
     another with the least displacement."""
     values, vectors = np.linalg.eigh(from_)
     values = np.maximum(values, 1e-12 * max(float(values[2]), 1e-30))
-    root, back = (
-        (vectors * np.sqrt(values)) @ vectors.T,
-        (vectors / np.sqrt(values)) @ vectors.T,
-    )
+    root = (vectors * np.sqrt(values)) @ vectors.T
+    back = (vectors / np.sqrt(values)) @ vectors.T
     values, vectors = np.linalg.eigh(root @ to @ root)
     return back @ ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T) @ back
 

@@ -47,10 +47,8 @@ class Link:
             values = np.repeat(self.series.values, len(time), axis=0)
             return values[:, :3], Rotation.from_quat(values[:, 3:])
         origin = self.series.time[0]
-        own, wanted = (
-            (self.series.time - origin).astype(float),
-            (time - origin).astype(float),
-        )
+        own = (self.series.time - origin).astype(float)
+        wanted = (time - origin).astype(float)
         position = np.stack(
             [np.interp(wanted, own, column) for column in self.series.values[:, :3].T],
             axis=1,

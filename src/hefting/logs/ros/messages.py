@@ -116,11 +116,9 @@ class Collector:
             if role is None or role in self.named:
                 return False
         self.gathered[topic] = Gathered(topic, role)
-        self._parts[topic], self._waiting[topic], self._bytes[topic] = (
-            defaultdict(list),
-            ([], []),
-            0,
-        )
+        self._parts[topic] = defaultdict(list)
+        self._waiting[topic] = ([], [])
+        self._bytes[topic] = 0
         return True
 
     def add(self, topic: Topic, logged: int, data: bytes) -> None:

@@ -213,10 +213,8 @@ def _bag_records(data: bytes, connections: dict, declare: Declare) -> Iterator[M
                 yield topic, seconds * 1_000_000_000 + nanoseconds, data[begin:position]
         elif op == BAG_CONNECTION:
             content = _fields(data, begin, position)
-            kind, definition = (
-                content[b"type"].decode(),
-                content.get(b"message_definition", b""),
-            )
+            kind = content[b"type"].decode()
+            definition = content.get(b"message_definition", b"")
             topic = Topic(
                 fields[b"topic"].decode(),
                 full_type(kind),
