@@ -145,9 +145,8 @@ def test_speeds_are_those_of_the_motion():
 
 def test_the_speed_limit_of_iso_10218():
     fast, slow = found_of(), found_of(speed=0.3)
-    # this motion exceeds it by far,
+    # the first motion exceeds the limit by far, the other keeps it
     assert np.linalg.norm(wielded().linear_velocity, axis=1).max() > 0.3
-    # and this one keeps it
     assert np.linalg.norm(wielded(0.3).linear_velocity, axis=1).max() < 0.24
     assert not fast.movement.keeps_limit
     assert slow.movement.keeps_limit

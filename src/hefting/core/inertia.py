@@ -191,7 +191,7 @@ class InertialParameters:
         moments = np.linalg.eigvalsh(self.inertia_at_com)
         # eigenvalues of the second-moment matrix about the COM
         second = 0.5 * moments.sum() - moments
-        # what remains of a point far away is rounding
+        # of a point far away rounding is all that remains
         floor = 1e-5 * float(np.abs(self.vector[4:]).max())
         largest = max(float(np.abs(moments).max()), floor) or 1.0
         return Consistency(

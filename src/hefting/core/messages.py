@@ -20,8 +20,10 @@ class Message(str):
     ----------
     code : short name in lower case with hyphens, such as ``"clock-offset-unknown"``.
     text : one sentence in plain English; arguments of the library in backquotes.
-    severity : ``"note"`` for what was found and done, ``"warning"`` for what gives doubt.
-    argument : argument of the library with which the user can act on it, if there is one.
+    severity : ``"note"`` for what was found and done, ``"warning"`` for what gives
+        doubt.
+    argument : argument of the library with which the user can act on it, if there is
+        one.
     """
 
     __slots__ = ("argument", "code", "severity")

@@ -32,6 +32,8 @@ in accuracy."""
 TOLERANCE = 3e-7
 """Gap at which to stop, relative to the objective (or to 1e-6 |b|, where the objective
 is smaller)."""
+SMALLEST_START = 1e-3
+"""Smallest scale of a residual norm to start from, relative to |b|."""
 MAX_STEPS = 200
 UNDAMPED_STEPS = 10
 """Newton steps taken in full at one set of scales; ordinary problems need fewer, and a
@@ -92,14 +94,8 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
             return near
     else:
         bounded = _ActiveSet(problem)
-    s = np.sqrt(
-        [
-            max(square, least)
-            for square, least in zip(
-                squares, 2 * [1e-6 * size**2] + [1e-200], strict=False
-            )
-        ]
-    )
+    least = np.array((SMALLEST_START * size, SMALLEST_START * size, 1e-100))
+    s = np.maximum(np.sqrt(squares), least[: len(squares)])
 
     total, lowest, length = 0, np.inf, 1.0
     base = newton = fixed = s
@@ -114,14 +110,14 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
             break
         # the bounded problem's optimum
         upper = 0.5 * float(s @ (1.0 - norms * norms)) - value
-        # Newton overshot: go a part of the way, at last by the fixed-point step,
+        # Newton overshot: go a part of the way, at last by the fixed-point step, which
+        # never overshoots
         if upper > lowest * (1.0 + 1e-12):
-            length *= 0.25  # which never overshoots
-            s, lowest = (
-                (base * (newton / base) ** length, lowest)
-                if length > 0.05
-                else (fixed, np.inf)
-            )
+            length *= 0.25
+            if length > 0.05:
+                s = base * (newton / base) ** length
+            else:
+                s, lowest = fixed, np.inf
             continue
         floor = FLOOR * scale
         lowest, base, length = upper, s, 1.0

@@ -94,11 +94,13 @@ def export(
     ----------
     estimate : in sensor axes about the sensor origin.
     target : a name in `TARGETS`.
-    sensor_pose_in_flange : (4, 4) pose of the sensor frame in the flange frame [m]; with it the text is in
-        flange axes about the flange origin, without it in sensor axes, which controllers do not expect: a
-        warning says so. JSON and CSV are always in sensor axes.
-    into : existing URDF, MJCF or SDF file: the text is that file with the body's inertial put into a link,
-        in place of one that is there, and every other byte unchanged.
+    sensor_pose_in_flange : (4, 4) pose of the sensor frame in the flange frame [m];
+        with it the text is in flange axes about the flange origin, without it in sensor
+        axes, which controllers do not expect: a warning says so. JSON and CSV are
+        always in sensor axes.
+    into : existing URDF, MJCF or SDF file: the text is that file with the body's
+        inertial put into a link, in place of one that is there, and every other byte
+        unchanged.
     link : name of the link (of the body, in MJCF) in that file.
     name : name of the body in a file of its own; one printable line.
 

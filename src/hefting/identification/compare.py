@@ -52,10 +52,11 @@ def compare(
 
     Parameters
     ----------
-    methods : names of methods and variants, separated by commas if in one string; ``"all"`` stands for all that can be
-        used, variants included.
+    methods : names of methods and variants, separated by commas if in one string;
+        ``"all"`` stands for all that can be used, variants included.
     hyperparameters : fields of estimators, such as ``c1``, for those that have them.
-    reading : gravity, wrench, bias, motion, start, duration as for `hefting.identification.identify`.
+    reading : gravity, wrench, bias, motion, start, duration as for
+        `hefting.identification.identify`.
 
     Raises `InputError` for an unknown method or hyperparameter, or one named that needs
     what is not given; and as `identify` does.

@@ -72,18 +72,25 @@ def identify(
     ----------
     recording : a recording or the path of a log.
     shape : where the object may have mass, in the sensor frame.
-    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by default Bayes with a shape and LMI
-        without (`hefting.estimators.default_method`).
-    gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot on a tilted base.
+    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
+        default Bayes with a shape and LMI without
+        (`hefting.estimators.default_method`).
+    gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot
+        on a tilted base.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
-    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there is none, ``"auto"`` keeps
-        one that exceeds three standard deviations; or six numbers [N, N m], as recorded, to subtract.
-    motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
+    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes
+        there is none, ``"auto"`` keeps one that exceeds three standard deviations; or
+        six numbers [N, N m], as recorded, to subtract.
+    motion : where velocities and accelerations come from, see
+        `hefting.motion.measure.measure`.
     start, duration : part of the recording to use [s].
-    tool : estimate, in the same sensor frame, of what the sensor holds besides the object, to subtract.
-    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or shape are not
-        exact, ``until`` to use no more of the recording than it takes. Of PMD: ``c1``, which is
-        `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here, else the paper's.
+    tool : estimate, in the same sensor frame, of what the sensor holds besides the
+        object, to subtract.
+    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
+        where pose or shape are not exact, ``until`` to use no more of the recording
+        than it takes. Of PMD: ``c1``, which is
+        `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here,
+        else the paper's.
 
     Raises `InputError` for input that cannot be right (names what, where and what to
     do) and `NotIdentifiableError` when the recording determines nothing.

@@ -14,8 +14,8 @@ from hefting.ingest.free_fit import FreeFit
 
 AXES = "xyz"
 STILL = 0.01
-"""[rad] Root-mean-square turn of gravity in sensor axes below which its direction counts
-as constant."""
+"""[rad] Root-mean-square turn of gravity in sensor axes below which its direction
+counts as constant."""
 NARROW = 0.2
 """[rad] Root-mean-square turn of gravity below which it counts as small."""
 IDLE = 0.005

@@ -27,8 +27,8 @@ def measured_blocks(
 
     Returns
     -------
-    The measurements, the number of samples averaged in each row (K,), and the covariance (6, 6) of the wrench within
-    the averages.
+    The measurements, the number of samples averaged in each row (K,), and the
+    covariance (6, 6) of the wrench within the averages.
     """
     corrected = found.corrected(recording, drift)
     wrench = corrected["wrench"]

@@ -92,11 +92,14 @@ def condition(
     Parameters
     ----------
     recording : the recording, with a wrench and orientations.
-    gravity : (3,) in world axes [m/s²]; with `tilt` its direction is only the start of the search.
+    gravity : (3,) in world axes [m/s²]; with `tilt` its direction is only the start of
+        the search.
     source : where the motion comes from, as for `hefting.motion.measure.measure`.
     clock : whether to look for an offset between wrench and motion.
-    tilt : whether to estimate gravity's direction. The errors of a sensor change it by a few degrees.
-    hint : whether to estimate, for information, gravity's direction even where it is given and the wrench is explained.
+    tilt : whether to estimate gravity's direction. The errors of a sensor change it by
+        a few degrees.
+    hint : whether to estimate, for information, gravity's direction even where it is
+        given and the wrench is explained.
 
     What cannot be found counts as absent, with a warning. Raises `InputError` where
     `hefting.motion.measure.measure` does.

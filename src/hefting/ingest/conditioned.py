@@ -139,8 +139,9 @@ class Conditioned:
         """The recording with its wrench synchronised with the motion, without drift and
         without the rejected samples.
 
-        The constant part of the bias is not removed: every estimator determines it along
-        with the inertial parameters. Where every sample was rejected, all are kept.
+        The constant part of the bias is not removed: every estimator determines it
+        along with the inertial parameters. Where every sample was rejected, all are
+        kept.
 
         Parameters
         ----------

@@ -141,9 +141,11 @@ def gauss_newton(
     problem : samples, motion and free unknowns.
     start : initial values.
     knots : number of knots of the bias.
-    robust : whether to weight the blocks by their residuals, as the Student t distribution does.
+    robust : whether to weight the blocks by their residuals, as the Student t
+        distribution does.
     steps : largest number of steps.
-    hold_offset : whether to keep the clock offset. It still counts as unknown in the final normal equations.
+    hold_offset : whether to keep the clock offset. It still counts as unknown in the
+        final normal equations.
     """
     hats = HatFunctions.over(problem.time, knots)
     phi, scale, bias = start.phi, start.scale, start.bias_at(problem.time)

@@ -35,12 +35,13 @@ class FreeFit:
     """Result of unconstrained least squares, weighted by its own residuals."""
 
     vector: Array
-    """(10,) Parameters about the sensor origin, with the sign of the recorded wrench."""
+    """(10,) Parameters about the sensor origin, with the sign of the recorded
+    wrench."""
     bias: Array | None
     """(6,) [N, N m] Constant bias; None if it was not free."""
     covariance: Array
-    """(10, 10), or (16, 16) with a bias; includes the residuals' autocorrelation, and is
-    infinite where undetermined."""
+    """(10, 10), or (16, 16) with a bias; includes the residuals' autocorrelation, and
+    is infinite where undetermined."""
     noise: Noise
     """Noise of the wrench: root-mean-square residual of a sample of unit weight."""
     inflation: Array
@@ -125,9 +126,9 @@ def free_fit(
 ) -> FreeFit:
     """Ten parameters, and a constant bias if it is free, by iterated least squares.
 
-    The residuals of an unweighted fit weight the next ones. The noise is the residual of
-    the full model, so it includes the effect of the motion's errors. The covariance is
-    that for white residuals, times the `inflation` (16,) where that exceeds 1.
+    The residuals of an unweighted fit weight the next ones. The noise is the residual
+    of the full model, so it includes the effect of the motion's errors. The covariance
+    is that for white residuals, times the `inflation` (16,) where that exceeds 1.
     """
     factor, rows = state.full.factor, float(max(state.full.samples, 1))
     regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
@@ -168,8 +169,9 @@ def fit_freely(
 def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
     """Sign convention of the wrench by the sign of the mass.
 
-    `with_bias` is the fit with a constant bias, None if there is no bias. If that leaves
-    the mass undetermined, as in a single orientation, the sign is that of the mass
+    `with_bias` is the fit with a constant bias, None if there is no bias. If that
+    leaves the mass undetermined, as in a single orientation, the sign is that of the
+    mass
     without a bias, and t is 0: not certain.
     """
     if with_bias is None:
@@ -190,10 +192,11 @@ def with_gravity_reversed(state: SampleState) -> SampleState:
 def lever(state: SampleState, free_bias: bool) -> float:
     """Approximate distance [m] of the COM from the sensor origin.
 
-    It is the ratio of the first moment by the torque to the mass by the force, both from
-    gravity alone. As the two are estimated separately, a wrong unit of the torque shows.
+    It is the ratio of the first moment by the torque to the mass by the force, both
+    from gravity alone. As the two are estimated separately, a wrong unit of the torque
+    shows.
     0 if undetermined: with a free bias, where gravity in sensor axes turns by less than
-    `SMALLEST_GRAVITY_CHANGE`.
+        `SMALLEST_GRAVITY_CHANGE`.
     """
     factor = state.full.factor
     ones, weight = factor[:, ONE], max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)

@@ -84,7 +84,8 @@ def errors_of_estimated_gravity(
     ----------
     recording : as recorded.
     source : where the motion comes from.
-    found : what conditioning found, with gravity (3,) and the standard deviation of its direction.
+    found : what conditioning found, with gravity (3,) and the standard deviation of its
+        direction.
     measured : the motion.
     measurements : the samples of the unconstrained fit.
     fit : their unconstrained least squares.

@@ -59,7 +59,8 @@ def ingest(
     ----------
     recording : a recording or the path of a log.
     gravity, wrench, bias, motion, start, duration, tool : as for `hefting.identify`.
-    hint : whether to estimate, for information, gravity's direction even where it is given and the wrench is explained.
+    hint : whether to estimate, for information, gravity's direction even where it is
+        given and the wrench is explained.
 
     Whether the recording determines an object is checked by
     `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be

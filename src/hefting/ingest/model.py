@@ -136,7 +136,8 @@ class Model:
         problem : samples and motion.
         offset : by which the wrench is late [s].
         gravity : (3,) in world axes [m/s²].
-        reading : motion at nearby times; it is extrapolated where that is accurate enough, to save time.
+        reading : motion at nearby times; it is extrapolated where that is accurate
+            enough, to save time.
         final : whether the accuracy is that of a final solution or of an iteration.
         """
         wanted = problem.time - offset if problem.path.moves else problem.time

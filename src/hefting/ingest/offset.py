@@ -94,7 +94,8 @@ def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
     Parameters
     ----------
     problem : samples, motion and free unknowns.
-    gravity : (3,) in world axes [m/s²], about which its direction is found where it is free.
+    gravity : (3,) in world axes [m/s²], about which its direction is found where it is
+        free.
     knots : number of knots of the bias.
     """
     chosen = problem.every(SCANNED_BLOCKS + 50 * (knots - 1))

@@ -46,8 +46,8 @@ class Reading:
     curvature: Array
     """(K, 21) Second derivative by time; zero if it was not asked for."""
     variances: Array
-    """(2, K) Error variance of the linear [m²/s⁴] and the angular [rad²/s⁴] acceleration
-    along one axis."""
+    """(2, K) Error variance of the linear [m²/s⁴] and the angular [rad²/s⁴]
+    acceleration along one axis."""
     in_gap: Mask
     """(K,) True in gaps of the motion, where the values are not valid."""
     known: Mask

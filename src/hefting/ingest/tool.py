@@ -1,10 +1,10 @@
 """Tool: the body between sensor and object, identified from a recording of its own and
 subtracted with its uncertainty.
 
-Inertial parameters in the same frame add, and so do the wrenches of object and tool. The
-wrench minus the predicted wrench of the tool is that of the object. The error of the
-tool's parameters becomes an error of the object's, independent of that of the recording:
-the covariances add.
+Inertial parameters in the same frame add, and so do the wrenches of object and tool.
+The wrench minus the predicted wrench of the tool is that of the object. The error of
+the tool's parameters becomes an error of the object's, independent of that of the
+recording: the covariances add.
 """
 
 from dataclasses import replace

@@ -49,8 +49,10 @@ def read_log(
 
     Parameters
     ----------
-    column_map : a TOML file that says which columns hold what, and in which units; see `hefting.logs.column_map`.
-    wrench_needed : whether a log without a wrench is refused, as one that nothing can be identified from.
+    column_map : a TOML file that says which columns hold what, and in which units; see
+        `hefting.logs.column_map`.
+    wrench_needed : whether a log without a wrench is refused, as one that nothing can
+        be identified from.
     options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
 
     Raises `InputError`, naming file, row and column, for anything that cannot be read

@@ -216,8 +216,8 @@ class Normal:
     The right-hand side is formed from the residuals of a pilot fit, which avoids
     cancellation. Samples are averaged over blocks of about `block` seconds, so that
     coloured noise has less effect; the basis functions are averaged alike, so that the
-    averages cause no bias. The averages are kept in a grid of P rows, one for each block
-    of a knot interval, and a column for each coefficient that is the first of an
+    averages cause no bias. The averages are kept in a grid of P rows, one for each
+    block of a knot interval, and a column for each coefficient that is the first of an
     interval; blocks without samples have weight zero.
     """
 

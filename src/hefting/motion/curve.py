@@ -194,7 +194,8 @@ def _tune_with_equations(
     name: str,
     near: Smoothness | None,
 ) -> tuple[Smoothness, float, float, Normal | None]:
-    """As `tune`; also the normal equations of all data, if the search has built them."""
+    """As `tune`; also the normal equations of all data, if the search has built
+    them."""
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(

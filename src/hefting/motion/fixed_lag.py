@@ -1,7 +1,8 @@
 """Fixed-lag Kalman filter of integrated white noise.
 
-A component is a chain of n integrators driven by white noise, measured with white noise.
-The estimate of a past state x_j given all samples so far follows from its covariance C_j
+A component is a chain of n integrators driven by white noise, measured with white
+noise. The estimate of a past state x_j given all samples so far follows from its
+covariance C_j
 with the present state: with innovation nu of variance S,
 
     C_j <- C_j F',   x_j <- x_j + C_j H' nu / S,   C_j <- C_j (I - K H)'
@@ -45,14 +46,15 @@ def _powers(n: int) -> tuple[Array, Array, Array, Array]:
 
 
 def _integrators(step: float, n: int) -> tuple[Array, Array]:
-    """Transition matrix (n, n) over `step`, and covariance (n, n) of the state that unit
-    white noise causes in it."""
+    """Transition matrix (n, n) over `step`, and covariance (n, n) of the state that
+    unit white noise causes in it."""
     transition, transition_power, noise, noise_power = _powers(n)
     return transition * step**transition_power, noise * step**noise_power
 
 
 class Steady(NamedTuple):
-    """The settled filter for samples at a constant step, with a lag of `lag` samples."""
+    """The settled filter for samples at a constant step, with a lag of `lag`
+    samples."""
 
     covariance: Array
     """(n, n) Covariance of the present state."""

@@ -3,8 +3,8 @@ the smooth curves.
 
 With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2
 (quaternion product) and an accelerometer d²p/dt² = R f + g. Each sensor has a constant
-bias and a constant clock offset; the accelerometer also has a lever arm, its position in
-the sensor frame. These are estimated relative to the curves through the poses. The
+bias and a constant clock offset; the accelerometer also has a lever arm, its position
+in the sensor frame. These are estimated relative to the curves through the poses. The
 curves are then fitted again with the corrected readings as additional observations.
 This is done `CALIBRATION_ROUNDS` times.
 """

@@ -82,11 +82,13 @@ def measure(
     Parameters
     ----------
     gravity : (3,) in world axes [m/s²].
-    source : ``"auto"`` takes twist and acceleration columns where the log has them, else smooths the poses;
-        ``"columns"``, ``"smooth"`` and ``"filter"`` (a fixed-lag Kalman filter, as live) ask for one of them.
+    source : ``"auto"`` takes twist and acceleration columns where the log has them,
+        else smooths the poses; ``"columns"``, ``"smooth"`` and ``"filter"`` (a
+        fixed-lag Kalman filter, as live) ask for one of them.
     curves : the poses' smooth curves (`smooth_poses`), where they are known already.
     of : what messages call a row of the wrench.
-    counts : (N,) how many of those each row of the wrench stands for; one each by default.
+    counts : (N,) how many of those each row of the wrench stands for; one each by
+        default.
 
     A recording of static poses, of one held pose, or of orientation alone, gives zero
     motion: the reduced model. With orientation and an accelerometer (specific force a -

@@ -75,8 +75,9 @@ class Motion:
         Parameters
         ----------
         wrench_time : (N,) [s], increasing, on the clock of the motion.
-        wrench : (N, 6) force [N] and torque [N m] exerted by the sensor on the object, in sensor axes about its origin;
-            a sensor that reports what the object exerts on it is the same with the sign flipped.
+        wrench : (N, 6) force [N] and torque [N m] exerted by the sensor on the object,
+            in sensor axes about its origin; a sensor that reports what the object
+            exerts on it is the same with the sign flipped.
         gravity : (3,) in world axes [m/s²], such as (0, 0, -9.81).
 
         Raises `InputError` for arrays of other shapes.

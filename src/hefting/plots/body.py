@@ -40,8 +40,10 @@ def plot_object(
 
     Parameters
     ----------
-    shape : its points are coloured by the masses [g] of ``estimate.point_masses``, heavier ones in front.
-    mesh : silhouette; an object with ``vertices`` (V, 3) [m] in the sensor frame and ``faces`` (F, 3).
+    shape : its points are coloured by the masses [g] of ``estimate.point_masses``,
+        heavier ones in front.
+    mesh : silhouette; an object with ``vertices`` (V, 3) [m] in the sensor frame and
+        ``faces`` (F, 3).
     truth : drawn beside the estimate.
 
     The ellipsoid is the homogeneous one with the same mass and inertia

@@ -52,11 +52,14 @@ def predict(
 
     Parameters
     ----------
-    estimate : or the file of one, with the parameters in the axes of the sensor that is to move.
-    trajectory : poses of the sensor, or the path of a log; planned or recorded. Without time: static poses. A wrench
-        is not needed; where there is one, ``Prediction.agreement`` says how well the estimate explains it.
+    estimate : or the file of one, with the parameters in the axes of the sensor that is
+        to move.
+    trajectory : poses of the sensor, or the path of a log; planned or recorded. Without
+        time: static poses. A wrench is not needed; where there is one,
+        ``Prediction.agreement`` says how well the estimate explains it.
     gravity : (3,) in world axes [m/s²].
-    motion : where velocities and accelerations come from, see `hefting.motion.measure.measure`.
+    motion : where velocities and accelerations come from, see
+        `hefting.motion.measure.measure`.
     start, duration : part of the motion to take [s].
 
     Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth

@@ -28,9 +28,11 @@ def reproduce(
 
     Parameters
     ----------
-    folder : where everything goes; what an earlier run with the same source left there is used again.
+    folder : where everything goes; what an earlier run with the same source left there
+        is used again.
     quick : few seeds and short lists.
-    workers, scheduler : local processes, one a core by default; or the address of a Dask scheduler.
+    workers, scheduler : local processes, one a core by default; or the address of a
+        Dask scheduler.
     show : a progress bar on standard error.
 
     Raises `InputError` for an unknown name, a folder that cannot be written, or a

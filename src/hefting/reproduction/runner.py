@@ -44,7 +44,8 @@ def run_experiments(
 
     Parameters
     ----------
-    folder : where results are kept, below ``results``; those found there are not computed again.
+    folder : where results are kept, below ``results``; those found there are not
+        computed again.
     workers : local processes, by default one a core.
     scheduler : address of a Dask scheduler to use instead (extra ``batch``).
 

@@ -39,8 +39,9 @@ def with_poses(
 
     Parameters
     ----------
-    joint_names : names of the columns q1..qn, by default those of the recording. With names, joints that the robot does
-        not need are ignored. Without, q1..qn are the robot's `joints` if that is their number, else its `all_joints`.
+    joint_names : names of the columns q1..qn, by default those of the recording. With
+        names, joints that the robot does not need are ignored. Without, q1..qn are the
+        robot's `joints` if that is their number, else its `all_joints`.
 
     Raises `InputError` when the recording has no joint positions, when names and
     columns differ in number, a name is repeated, a joint is missing, the number of

@@ -1,4 +1,5 @@
-"""Checks of what shapes are made of: units, numbers and arrays, and what is suspicious about a size."""
+"""Checks of what shapes are made of: units, numbers and arrays, and what is suspicious
+about a size."""
 
 from typing import Any
 

@@ -174,12 +174,15 @@ class Shape:
 
         Parameters
         ----------
-        mesh : path to .stl, .obj, .ply, .off, .glb, or an object with ``vertices`` (V, 3), ``faces`` (F, 3).
+        mesh : path to .stl, .obj, .ply, .off, .glb, or an object with ``vertices`` (V,
+            3), ``faces`` (F, 3).
         unit : length unit of the mesh: m, cm, mm or in; None means m.
-        pose : (4, 4) pose of the mesh's frame in the sensor frame [m]; by default the same frame.
+        pose : (4, 4) pose of the mesh's frame in the sensor frame [m]; by default the
+            same frame.
         points : how many points, about (default 56).
         points_per_cm3 : their density instead.
-        sampling : ``grid``, see `sampling.grid_points`, or ``random``: uniform, exactly `points` of them.
+        sampling : ``grid``, see `sampling.grid_points`, or ``random``: uniform, exactly
+            `points` of them.
         seed : of the random points.
 
         Meshes with holes are closed first (`solid.solid_from_mesh`). Raises

@@ -15,9 +15,11 @@ def winding_numbers(
 
     Parameters
     ----------
-    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another one).
+    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another
+        one).
     rays : (R, 2) x and y of every ray.
-    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count - 1), step > 0.
+    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count -
+        1), step > 0.
 
     Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
     oriented outward, 0 outside. Each is the signed number of triangles above the point.

@@ -7,8 +7,8 @@ with w = `DISTANCE_WEIGHT`.
 
 The second term, negligible compared with the first, selects the most uniform of all
 distributions with the same parameters. The dual problem has ten unknowns for any number
-of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0). A semismooth Newton
-method finds z.
+of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0). A semismooth
+Newton method finds z.
 """
 
 import numpy as np

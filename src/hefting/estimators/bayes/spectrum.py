@@ -55,10 +55,13 @@ def spectrum(
 
     Parameters
     ----------
-    energies : (J,) sums of squared details of residuals, whitened by their covariance at one instant.
-    degrees : (J,) degrees of freedom of each: what is left of six a detail after the fit.
+    energies : (J,) sums of squared details of residuals, whitened by their covariance
+        at one instant.
+    degrees : (J,) degrees of freedom of each: what is left of six a detail after the
+        fit.
     samples : length of the record.
-    free_bias : whether a constant bias is free; if not, the longest sums hold whatever seems constant.
+    free_bias : whether a constant bias is free; if not, the longest sums hold whatever
+        seems constant.
     """
     J = len(energies)
     log_table, table, log_prior = _family(

@@ -215,7 +215,8 @@ def _stretch(from_: Array, to: Array) -> Array:
 
 
 def _group_points(x: Array, number: int) -> Indices:
-    """Index (n,) of the cubic cell of each point x (n, 3), with about `number` cells."""
+    """Index (n,) of the cubic cell of each point x (n, 3), with about `number`
+    cells."""
     low: Array = x.min(axis=0)
     sides: Array = np.maximum(np.ptp(x, axis=0), 1e-9)
     sides = np.maximum(sides, 0.02 * sides.max())
