@@ -1,0 +1,80 @@
+"""Smoothing: curves through the poses of a recording, with the inertial sensors it has."""
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.messages import Message
+from hefting.core.recording import Recording
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    frozen,
+)
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
+from hefting.motion.inertial import fuse
+from hefting.motion.spline import SmoothedPoses, fit_poses
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Smooth curves through the poses of a recording, and how they came about."""
+
+    poses: SmoothedPoses
+    alone: SmoothedPoses
+    """Of the poses without those sensors, whose clocks and axes are their own."""
+    source: str
+    """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
+    notes: tuple[Message, ...]
+    """What was found of those sensors."""
+    warnings: tuple[Message, ...]
+
+
+def smooth_poses(
+    recording: Recording,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    alone: SmoothedPoses | None = None,
+) -> Curves:
+    """Fit smooth curves to the poses of a recording, and to its gyroscope and
+    accelerometer where it has them.
+
+    `gravity` (3,) in world axes [m/s²]; `alone`: the curves without those sensors,
+    where they were fitted before. Raises `InputError` for fewer than
+    `FEWEST_SEGMENT_SAMPLES` poses.
+    """
+    _check_number_of_poses(recording)
+    poses = _fit_recorded_poses(recording) if alone is None else alone
+    streams = recording.streams
+    accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
+    if accelerometer is None and "gyroscope" not in streams:
+        return Curves(poses, poses, "smooth", (), ())
+    gravity_removed = not recording.has("accelerometer")
+    fused, notes, warnings = fuse(
+        poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed
+    )
+    return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
+
+
+def _check_number_of_poses(recording: Recording) -> None:
+    """Raise `InputError` if the poses are too few to differentiate."""
+    poses = len(recording["orientation"])
+    if recording.has("position"):
+        # an empty position stream is left to the fit
+        poses = min(poses, len(recording["position"]) or poses)
+    if poses < FEWEST_SEGMENT_SAMPLES:
+        raise InputError(
+            f"{poses} poses are too few to find velocities from",
+            where=recording.source,
+            fix="give a longer recording, or static poses without the time column",
+        )
+
+
+def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
+    """Smooth curves through the orientation and, where there is one, the position."""
+    orientation = recording["orientation"]
+    if not recording.has("position"):
+        return fit_poses(orientation.time, None, orientation.values)
+    position = recording["position"]
+    return fit_poses(
+        orientation.time, position.values, orientation.values, position.time
+    )
