@@ -38,7 +38,8 @@ RIGID_MOTION_FREQUENCY = 15.0
 """[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring
 there, each with its own delay."""
 OFFSET_WITHOUT_EFFECT_ON_OUTLIERS = 5e-3
-"""[s] Removing a smaller clock offset keeps the outliers that were found with it."""
+"""[s] Where a smaller clock offset is removed, the outliers found with it are the
+start, and are found once more; from a larger one they are found from scratch."""
 SMALLEST_EXPLAINED_SHARE_WITH_OFFSET = 0.8
 """Share of the wrench's variance that a fit must explain for its clock offset to be
 believed."""
