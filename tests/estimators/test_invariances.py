@@ -143,7 +143,7 @@ KINDS = {
     ),
     "Bayes, noise": Kind(
         lambda p: Bayes(p.shape, noise=p.covariance),
-        frozenset({"sensor origin", "wrench scale"}),
+        frozenset({"wrench scale"}),
         SAME_STEPS,
     ),
     "PMD": Kind(lambda p: PMD(p.shape, c1=10.0), frozenset(), SAME_STEPS),

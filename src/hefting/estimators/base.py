@@ -73,6 +73,9 @@ class Known:
     systematic: Array | None
     """(10, 10) covariance of an error in the parameters that is the same for all
     samples; None where there is none."""
+    carried: Array | None
+    """(10,) parameters of a tool whose wrench was subtracted; None where there is
+    none."""
     shape: Shape | None
     """Where the object may have mass, if that is known."""
 

@@ -32,6 +32,13 @@ class Checked:
     shape: Shape | None
 
 
+LARGEST_RELATIVE_HALF_WIDTH = 0.5
+"""Half-width of the mass's interval over the mass, above which the recording does not
+determine the mass."""
+LARGEST_CHANGE_BY_SHAPE = 2.0
+"""Difference between the mass with a shape and by least squares without one, in
+standard deviations, that is attributed to chance."""
+
 Check = Callable[[Checked], Iterable[str]]
 
 
@@ -80,6 +87,37 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     return [warning("open-without-shape", what)]
 
 
+def _mass_undetermined(checked: Checked) -> Iterable[Message]:
+    """A mass whose interval is about as wide as itself."""
+    intervals, mass = checked.estimate.intervals, checked.estimate.parameters.mass
+    if intervals is None:
+        return []
+    low, high = (float(end) for end in intervals["mass"])
+    if 0.5 * (high - low) <= LARGEST_RELATIVE_HALF_WIDTH * mass:
+        return []
+    what = (
+        f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
+        "this answer is not to be used"
+    )
+    return [warning("mass-undetermined", what)]
+
+
+def _against_least_squares(checked: Checked) -> Iterable[Message]:
+    """A mass that a shape moves by more than chance."""
+    estimate, fit = checked.estimate, checked.found.fit
+    if checked.shape is None or estimate.covariance is None or fit.mass_is_open:
+        return []
+    variance = float(estimate.covariance[0, 0] + fit.covariance[0, 0])
+    mass, free = estimate.parameters.mass, float(fit.vector[0])
+    if not abs(mass - free) > LARGEST_CHANGE_BY_SHAPE * variance**0.5:
+        return []
+    what = (
+        f"the shape moves the mass from {free:.3g} kg, by least squares, to "
+        f"{mass:.3g} kg: does it fit the object, and is its pose right?"
+    )
+    return [warning("mass-moved-by-shape", what, "shape")]
+
+
 def _not_converged(checked: Checked) -> Iterable[Message]:
     certificate = checked.estimate.certificate
     if certificate is None or certificate.converged:
@@ -103,6 +141,8 @@ CHECKS: list[Check] = [
     _of_the_method,
     _misfit,
     _undetermined,
+    _mass_undetermined,
+    _against_least_squares,
     _not_converged,
     _not_physical,
 ]

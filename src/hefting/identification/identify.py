@@ -236,7 +236,8 @@ def _known(found: Ingested, shape: Shape | None) -> Known:
         if found.source == "columns"
         else found.measurements.motion_noise,
         smoothed=found.source in ("smooth", "inertial"),
-        systematic=found.systematic,
+        systematic=found.common_errors,
+        carried=None if found.tool is None else found.tool.parameters.vector,
         shape=shape,
     )
 

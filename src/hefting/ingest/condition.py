@@ -276,6 +276,7 @@ def _conclude(
         },
         inflation=uncertainty.inflation,
         findings=(),
+        offset_left=_offset_left(found) if clock and path.moves else 0.0,
         curves=curves,
     )
     search = Search(
@@ -307,6 +308,12 @@ def _offset_std(found: _Found) -> float:
     """Standard deviation of the clock offset [s], also of one that was rejected."""
     rejected = found.rejected_offset
     return found.fit.uncertainty.offset_std if rejected is None else rejected.std
+
+
+def _offset_left(found: _Found) -> float:
+    """A clock offset [s] that is significant and was rejected; else zero."""
+    rejected = found.rejected_offset
+    return rejected.value if rejected is not None and rejected.contradictory else 0.0
 
 
 def _estimate_noise(

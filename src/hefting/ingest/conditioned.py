@@ -113,6 +113,9 @@ class Conditioned:
     """what was found and corrected, a sentence each"""
     warnings: tuple[Message, ...] = ()
     """what could not be found, and what is doubtful"""
+    offset_left: float = 0.0
+    """s, a significant clock offset that was not removed, as it explains too little of
+    the wrench; else zero"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
 

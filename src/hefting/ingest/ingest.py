@@ -18,6 +18,7 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import measured_blocks, residual_size
+from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
@@ -119,6 +120,7 @@ def ingest(
     gravity_errors = errors_of_estimated_gravity(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
+    clock_error = errors_of_clock_offset(found, z, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
@@ -150,6 +152,7 @@ def ingest(
         noise=Noise(float(level[0]), float(level[1])),
         within=within,
         systematic=_systematic_covariance(gravity_errors, tool),
+        clock_error=clock_error,
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
     )

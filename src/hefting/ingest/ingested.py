@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.messages import Message
@@ -68,6 +70,9 @@ class Ingested:
     systematic: Array | None
     """(10, 10) covariance of the parameters' error due to tool and gravity's direction,
     the same for all samples; None where there is none."""
+    clock_error: Array | None
+    """(10,) error of the parameters by one standard deviation of the clock offset; None
+    where there is no clock or no motion."""
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
     """What reader and smoother chose and found, for the user."""
@@ -87,6 +92,15 @@ class Ingested:
             if z.weights is None
             else replace(z, weights=z.weights * float(self.counts.mean()))
         )
+
+    @property
+    def common_errors(self) -> Array | None:
+        """(10, 10) covariance of all errors of the parameters that the samples share:
+        `systematic` and that of the clock; None where there are none."""
+        if self.clock_error is None:
+            return self.systematic
+        clock = np.outer(self.clock_error, self.clock_error)
+        return clock if self.systematic is None else self.systematic + clock
 
     @cached_property
     def state(self) -> SampleState:

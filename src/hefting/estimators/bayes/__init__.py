@@ -1,7 +1,7 @@
 """Bayes: the posterior of an object of known shape and unknown density, under a model
 of the noise."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,8 @@ from hefting.estimators.base import (
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.passes import Data, Passes
+from hefting.estimators.bayes.noise import NoiseSource
+from hefting.estimators.bayes.passes import Passes
 from hefting.estimators.bayes.posterior import (
     CONTRADICTING_SHAPE_DISTANCE,
     Nearest,
@@ -33,6 +34,7 @@ from hefting.estimators.bayes.posterior import (
 )
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
+from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
@@ -55,11 +57,6 @@ UNSETTLED_DISTORTION_CHANGE = 0.5
 above which it was not found."""
 NEGLIGIBLE_VARIANCE_CHANGE = 0.02
 """Relative change of the residual's variances at which the passes end."""
-SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
-objects from shrinking to zero."""
-LARGEST_PRIOR_SCALE = 2.0
-"""Upper bound on the prior's mass, as a multiple of the rough mass."""
 SUFFICIENT_CELL_DISTANCE = 1.0
 """Squared Mahalanobis distance, for ten parameters, within which a mass distribution
 over whole cells is accepted instead of one over voxels."""
@@ -108,9 +105,21 @@ class Bayes(Estimator):
     """Known white noise of the wrench: levels, with those of the accelerations where
     samples do not tell them (`Measurements.motion_noise`), or a covariance (6, 6).
     None: found from the residuals, with its colour."""
+    sensor_error: float = field(
+        default=TYPICAL_SENSOR_ERROR,
+        metadata={
+            "help": "slow errors of the sensor (hysteresis, creep) over its load; default 0.005"
+        },
+    )
+    """Standard deviation of slow errors of the sensor, which more samples do not
+    lessen, as a share of the load: hysteresis, creep, cables. Zero for a sensor without
+    any. Where `noise` is given, there are none but that."""
     systematic: Array | None = None
     """Covariance (10, 10) of an error in the parameters that more samples do not
     lessen: that of a tool whose wrench was subtracted, or of gravity's direction."""
+    carried: Array | None = None
+    """Parameters (10,) of what the sensor holds besides the object, a tool whose wrench
+    was subtracted: errors of the sensor follow the wrench of both."""
     until: Accuracy | str | None = None
     """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then
     tell what they reach (`Estimate.accuracy`) and whether that suffices."""
@@ -145,6 +154,13 @@ class Bayes(Estimator):
             raise InputError(
                 f"the shape's deviation is a share from 0 to 1, not {self.shape_std}"
             )
+        if not (
+            isinstance(self.sensor_error, int | float)
+            and 0.0 <= self.sensor_error <= 1.0
+        ):
+            raise InputError(
+                f"the sensor's error is a share from 0 to 1, not {self.sensor_error}"
+            )
         if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
             raise InputError(
                 f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
@@ -155,7 +171,12 @@ class Bayes(Estimator):
         """As of every method, with the shape's own deviation; the noise it finds
         itself."""
         shape_std = 0.0 if known.shape is None else known.shape.shape_std
-        own = {"noise": None, "shape_std": shape_std, "systematic": known.systematic}
+        own = {
+            "noise": None,
+            "shape_std": shape_std,
+            "systematic": known.systematic,
+            "carried": known.carried,
+        }
         return super().settings(known, model) | own
 
     @property
@@ -212,8 +233,8 @@ class Bayes(Estimator):
         """The mass distribution over uniform cells or, where that is not near enough,
         over voxels."""
         prior = posterior.prior
-        mean = posterior.narrow.mean
-        C = posterior.narrow.covariance
+        mean = posterior.mixture.mean
+        C = posterior.mixture.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < SUFFICIENT_CELL_DISTANCE:
@@ -245,69 +266,55 @@ class Bayes(Estimator):
         samples = Samples.of(state, free_bias)
         _require_information(samples, state)
         known, motion = self._given_noise(state)
-        data = Data(samples, TimeSamples.of(state, free_bias), known, motion)
-        steps = Passes(data, self._prior, self.systematic)
-        current, rough_mass = steps.first_pass(start)
-        passes = 0
-        while True:
-            passes += 1
-            before = current.excess * current.covariance
-            scale = float(
-                np.clip(
-                    current.phi[0],
-                    SMALLEST_PRIOR_SCALE * rough_mass,
-                    LARGEST_PRIOR_SCALE * rough_mass,
-                )
+        carried = np.zeros(10) if self.carried is None else self.carried
+        time = TimeSamples.of(state, free_bias)
+        source = NoiseSource(samples, time, known, motion, carried, self.sensor_error)
+        steps = Passes(source, self._prior, self.systematic)
+        found = steps.first(start)
+        scores = found.scores
+        most = MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
+        passes = 1
+        while passes < most:
+            passes, last = passes + 1, found
+            found = steps.next(last, scores)
+            before, now = (
+                last.noise.equations.covariance,
+                found.noise.equations.covariance,
             )
-            fitted = steps.fit(current, scale)
-            current = steps.update_noise(current, fitted)
-            variance_change = np.abs(
-                current.excess * current.covariance.diagonal() / before.diagonal() - 1.0
-            ).max()
-            scores = fitted.placed.most_likely(
-                fitted.mixture.weights, fitted.mixture.means
-            )
-            distortion_change = float(
-                np.abs(scores - fitted.placed.scores).max(initial=0.0)
-            )
-            settled = (
+            variance_change = np.abs(now.diagonal() / before.diagonal() - 1.0).max()
+            scores = found.scores
+            distortion_change = _largest(scores - found.placed.scores)
+            if (
                 variance_change < NEGLIGIBLE_VARIANCE_CHANGE
                 and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
-            )
-            if settled or passes >= (
-                MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
             ):
                 break
-            if distortion_change >= NEGLIGIBLE_DISTORTION_CHANGE:
-                scores = (
-                    scores if passes == 1 else 0.5 * (fitted.placed.scores + scores)
-                )
-                current = replace(current, placed=self._prior.about(scores))
-        doubts = steps.widen_for_doubts(current, fitted, before)
-        colour, enough = doubts.colour, state.samples >= FEWEST_SAMPLES_FOR_NOISE
+            scores = 0.5 * (found.placed.scores + scores)
+        distortion_change = _largest(found.scores - found.placed.scores)
+        found, disagreement = steps.settled(found)
+        noise, mixture = found.noise, found.mixture
+        enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
+        slow = samples.pace >= SEPARATE_POSE_INTERVAL
+        colour = noise.colour
         return Posterior(
-            mixture=doubts.mixture,
-            narrow=fitted.mixture,
-            prior=fitted.placed.prior,
-            move=fitted.placed.move,
-            residual_covariance=before,
-            excess=current.excess,
-            contradicted=current.contradicted,
-            autocorrelation=fitted.autocorrelation,
-            disagreement=doubts.disagreement,
-            response=doubts.response,
+            mixture=mixture,
+            prior=found.placed.prior,
+            move=found.placed.move,
+            residual_covariance=noise.equations.covariance,
+            excess=noise.excess,
+            contradicted=noise.contradicted,
+            autocorrelation=noise.autocorrelation,
+            disagreement=disagreement,
+            response=noise.response,
             variances=None if colour is None else colour.variances,
             noise_known=known is not None
-            or (
-                state.record is not None
-                and (enough or samples.pace >= SEPARATE_POSE_INTERVAL)
-            ),
+            or (state.record is not None and (enough or slow)),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
-            misfit=fitted.likelihood.misfit(current.phi),
+            misfit=found.likelihood.misfit(mixture.mean),
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
-            bias=samples.bias(current.phi) if free_bias else None,
+            bias=samples.bias(mixture.mean) if free_bias else None,
         )
 
     def _given_noise(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
@@ -324,6 +331,11 @@ class Bayes(Estimator):
         elif noise is not None:
             wrench_noise = np.array(noise, dtype=float)
         return wrench_noise, MotionErrors.of(motion_noise, state)
+
+
+def _largest(changes: Array) -> float:
+    """Largest size of changes (d,); 0 of none."""
+    return float(np.abs(changes).max(initial=0.0))
 
 
 def _require_information(samples: Samples, state: SampleState) -> None:

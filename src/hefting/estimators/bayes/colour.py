@@ -18,7 +18,7 @@ import numpy as np
 from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Groups, Scores
-from hefting.estimators.bayes.spectrum import spectrum
+from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, spectrum
 from hefting.estimators.sample_state import SampleState
 
 FEWEST_SAMPLES_FOR_NOISE = 20
@@ -59,16 +59,13 @@ class Colour:
     """Noise of a record by time scale, at one body and one covariance of the wrench."""
 
     noise: Array
-    """(10, 10) covariance of the score of all samples, with coloured noise as it may
-    be"""
-    noise_seen: Array
-    """(10, 10) the same with coloured noise as the record shows it"""
+    """(10, 10) covariance of the score of all samples"""
     autocorrelation: float
     """variance of the parameters over that with white noise, on average"""
     variances: Array
     """(J + 1,) of the noise at each time scale and beyond, over that of one sample"""
-    fitted: float
-    """sum of squared whitened residuals that the fit takes away"""
+    white: float
+    """how much of these is white noise"""
     energies: Array
     """(J,) sums of squared residuals at each scale, whitened to a mean square of 1"""
     degrees: Array
@@ -79,6 +76,13 @@ class Colour:
     """whether the noise was claimed to be white"""
     exceeds_claim: bool
     """whether that is contradicted"""
+
+    @property
+    def coloured(self) -> Array:
+        """(J,) variances at each time scale beyond white noise and one standard
+        deviation of chance."""
+        chance = np.sqrt(2.0 / (self.degrees + PRIOR_DEGREES))
+        return np.maximum(self.variances[:-1] - self.white * (1.0 + chance), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,43 +139,24 @@ class TimeSamples:
         energies = found.energies / level
         rest = G - found.information.sum(axis=0)
         if white_claimed:
-            variances, noise, seen = np.ones(len(degrees) + 1), G, G
+            variances, white, noise = np.ones(len(degrees) + 1), 1.0, G
         else:
-            variances, likely = spectrum(
-                energies, degrees, self.samples, self.free_bias
-            )
-            noise, seen = (
-                np.tensordot(v[:-1], found.information, 1) + v[-1] * rest
-                for v in (variances, likely)
-            )
-        fitted = float(variances[:-1] @ spent) + variances[-2] * max(
-            float((rest * P.T).sum()), 0.0
-        )
-        size = G.diagonal()
-        average = float(np.mean(noise.diagonal()[size > 0.0] / size[size > 0.0]))
+            variances, white = spectrum(energies, degrees, self.samples, self.free_bias)
+            noise = np.tensordot(variances[:-1], found.information, 1)
+            noise = noise + variances[-1] * rest
+        average = float((P * noise).sum()) / max(float((P * G).sum()), 1e-300)
         exceeds_claim = white_claimed and exceeds(energies, degrees)
         return Colour(
             noise,
-            seen,
             max(average, 1.0),
             variances,
-            level * fitted,
+            white,
             energies,
             degrees,
             level,
             white_claimed,
             exceeds_claim,
         )
-
-    def response(self, found: Scores, G: Array, phi: Array, colour: Colour) -> float:
-        """Relative error of the whole body by errors of the wrench in step with the
-        motion (`response_errors`)."""
-        information = np.concatenate(
-            (found.information, (G - found.information.sum(axis=0))[None])
-        )
-        signal = information @ phi @ phi
-        errors = response_errors(found, colour.variances[:-1], self.scales.counts, phi)
-        return float(errors @ signal) / (float(signal.sum()) or 1.0)
 
     def disagreement(
         self,
@@ -180,9 +165,11 @@ class TimeSamples:
         attenuation: Array | None,
         scales: Scores,
         colour: Colour,
-    ) -> float:
+        more: Array | None = None,
+    ) -> tuple[float, float]:
         """Variance of mass and first moment between stretches over what each claims
-        (Birge 1932).
+        (Birge 1932): by its noise, and by its noise and `more` (g, 10, 10), another
+        part of the scores' covariance.
 
         About 1 where all is as modelled; 0 where there are too few stretches. What
         stretches differ by must not excuse them: their noise is what the residuals tell
@@ -192,11 +179,11 @@ class TimeSamples:
         n = len(self.stretches.counts)
         # a claim that does not hold is no measure
         if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:
-            return 0.0
+            return 0.0, 0.0
         found = self.stretches.scores(W, phi, attenuation)
         white = float(found.birge(np.ones(n)).sum()) / (n - 1)
         if colour.white_claimed and white < LARGEST_STRETCH_DISAGREEMENT:
-            return white
+            return white, white
         signal = scales.information @ phi @ phi
         own = signal / (float(signal.sum()) or 1.0)
         gain, parameters = found.gain(), 10.0
@@ -219,7 +206,11 @@ class TimeSamples:
         variance = max(
             variance, 1.0 if colour.white_claimed else SMALLEST_STRETCH_VARIANCE
         )
-        return float(found.birge(np.full(n, variance)).sum()) / (n - 1)
+        ratios = [
+            float(found.birge(np.full(n, variance), part).sum()) / (n - 1)
+            for part in (None, more)
+        ]
+        return ratios[0], ratios[1]
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:

@@ -95,17 +95,19 @@ class Scores:
         x = self.scores / scale
         return float((x * np.linalg.solve(G, x[:, :, None])[:, :, 0]).sum())
 
-    def birge(self, variances: Array) -> Array:
+    def birge(self, variances: Array, more: Array | None = None) -> Array:
         """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a
-        group without information."""
-        G = self.information[:, :COMPARED_ENTRIES, :COMPARED_ENTRIES]
-        u = self.scores[:, :COMPARED_ENTRIES]
-        size = np.sqrt(np.maximum(np.einsum("gii->gi", G), 0.0))
+        group without information.
+
+        `more` (g, 10, 10) is a part of the scores' covariance beside that noise's.
+        """
+        n = COMPARED_ENTRIES
+        V = variances[:, None, None] * self.information[:, :n, :n]
+        if more is not None:
+            V = V + more[:, :n, :n]
+        u = self.scores[:, :n]
+        size = np.sqrt(np.maximum(np.einsum("gii->gi", V), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
         x = u / scale
-        G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(
-            COMPARED_ENTRIES
-        )
-        return np.einsum("gi,gi->g", x, np.linalg.solve(G, x[:, :, None])[:, :, 0]) / (
-            COMPARED_ENTRIES * variances
-        )
+        V = V / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(n)
+        return np.einsum("gi,gi->g", x, np.linalg.solve(V, x[:, :, None])[:, :, 0]) / n

@@ -37,12 +37,6 @@ rounding."""
 POOR_SENSOR_NOISE = 0.05
 """Noise of a poor sensor relative to its wrench, assumed while there are too few
 samples to measure it."""
-FEWEST_SAMPLES_FOR_RESIDUALS = 5.0
-"""Number of samples below which the residuals of least squares tell nothing of the
-noise."""
-LARGEST_RESIDUAL_RATIO = 10.0
-"""Largest ratio of the mean squared residuals to those of least squares that is
-attributed to noise."""
 SEPARATE_POSE_INTERVAL = 0.5
 """[s] Mean time between samples from which on they count as separate poses. Within a
 shorter time slow errors of a sensor are the same."""
@@ -126,25 +120,12 @@ class Samples:
         r = self.b - self.A @ phi
         return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
 
-    def excess_over_noise(self, R: Array) -> float:
-        """How many times too large for noise residuals of covariance R (6, 6) are,
-        beside those of least squares; at least 1. More than 1 is a body of the wrong
-        shape; 1 where there are too few samples to tell."""
-        if self.K < FEWEST_SAMPLES_FOR_RESIDUALS:
-            return 1.0
-        least = self.least_residual.diagonal() + self.floor**2
-        return max(float((R.diagonal() / least).mean()) / LARGEST_RESIDUAL_RATIO, 1.0)
-
-    def limited_to_noise(self, R: Array) -> Array:
-        """R, or as much of it as may be noise."""
-        return R / self.excess_over_noise(R)
-
-    def noise_left(self, R: Array) -> Array:
-        """(6, 6) noise covariance that residuals of covariance R bear out."""
+    def noise_left(self, R: Array, autocorrelation: float = 1.0) -> Array:
+        """(6, 6) noise covariance that residuals of covariance R bear out, if so many
+        samples (`autocorrelation`) are worth one independent one."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
-        S = (self.K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (
-            self.K + ISOTROPY_SAMPLES
-        )
+        K = self.K / autocorrelation
+        S = (K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (K + ISOTROPY_SAMPLES)
         return S + np.diag(self.floor**2)
 
     def unproven(self, enough: int) -> Array:
@@ -256,20 +237,17 @@ class Equations:
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
 
-    def spent(self, found: Likelihood, covariance: Array) -> Array:
-        """P (10, 10): samples of information G_j spend tr(G_j P) degrees of freedom on
-        the fit.
-
-        G^-1 where the samples alone decide; less where the prior, with the posterior
-        `covariance` (10, 10), does.
-        """
-        return self.inverse @ (found.precision @ covariance)
-
     @property
     def inverse(self) -> Array:
         """(10, 10) G^+"""
         root = _root_of_inverse(self.G)
         return root.T @ root
+
+    @property
+    def least_squares(self) -> Array:
+        """(10,) parameters of least squares; of directions without information the
+        smallest."""
+        return self.inverse @ self.h
 
     def white(self, inflation: float = 1.0) -> Likelihood:
         """Likelihood for white noise, whose variance is `inflation` times the modelled

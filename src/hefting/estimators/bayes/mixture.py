@@ -92,25 +92,6 @@ class Mixture:
         """Standard deviation of the mass [kg]."""
         return float(self.covariance[0, 0]) ** 0.5
 
-    def scaled(self, error: float) -> Self:
-        """The mixture with an additional relative error, common to all ten parameters,
-        of standard deviation `error`."""
-        rows = np.concatenate(
-            (self.factors.transpose(0, 2, 1), error * self.means[:, None, :]), axis=1
-        )
-        units = np.sqrt((rows**2).sum(axis=1))
-        units = np.where(units > 0.0, units, 1.0)
-        root = np.asarray(np.linalg.qr(rows / units[:, None, :], mode="r"))
-        return type(self)(
-            self.weights, self.means, (root * units[:, None, :]).transpose(0, 2, 1)
-        )
-
-    def determined(self, likelihood: Likelihood) -> float:
-        """Number of parameters that the samples determine, and not the prior: the trace
-        of precision times covariance, from 0 to 10."""
-        weighted = (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10)
-        return float(np.clip((likelihood.precision * weighted).sum(), 0.0, 10.0))
-
     def draws(self, number: int = NUMBER_OF_DRAWS) -> Array:
         """(number, 10) draws from the posterior, the same in every call."""
         ends = np.round(number * np.cumsum(self.weights)).astype(int)

@@ -22,15 +22,17 @@ CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 maximum of the likelihood above which the shape contradicts the wrench."""
 
 
+LARGEST_RESPONSE_SHARE = 0.5**0.5
+"""Error by uneven response, over the mass's whole standard deviation, above which it is
+the larger part of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """Posterior of the parameters and of the noise after the samples of a state."""
 
     mixture: Mixture
-    """of the ten parameters, with all doubts"""
-    narrow: Mixture
-    """without the doubts that must not give the prior more weight: the estimate is its
-    mean"""
+    """of the ten parameters: the estimate is its mean, the intervals its quantiles"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None
@@ -145,10 +147,8 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "intervals are wider by that",
             )
         )
-    if (
-        posterior.response > 0.0
-        and posterior.response * posterior.narrow.mean[0] > posterior.narrow.mass_std
-    ):
+    error = posterior.response * posterior.mixture.mean[0]
+    if error > LARGEST_RESPONSE_SHARE * posterior.mixture.mass_std:
         warnings.append(
             warning(
                 "response-uneven",

@@ -37,21 +37,16 @@ MOST_LIKELIHOOD_DEGREES = 200.0
 true spectrum is closer than a tenth to one of the family."""
 PRIOR_DEGREES = 10.0
 """Degrees of freedom of the family's mean at a level, beside those of the observed
-energy, for what is possible."""
-SEEN_DEGREES = 1.0
-"""Degrees of freedom of the family's mean at a level, beside those of the observed
-energy, for what was observed."""
+energy."""
 
 
 def spectrum(
     energies: Array, degrees: Array, samples: float, free_bias: bool = True
-) -> tuple[Array, Array]:
-    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums:
-    as possible, and as seen.
+) -> tuple[Array, float]:
+    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums;
+    and how much of each is white noise.
 
-    The first allow for what the record is too short to show, the others hardly:
-    intervals follow from the first, the balance of what was measured and what the shape
-    says from the second.
+    They allow for what the record is too short to show.
 
     Parameters
     ----------
@@ -77,11 +72,11 @@ def spectrum(
     )
     weights = np.exp(log - log.max())
     weights *= scale / weights.sum()
-    mean = weights @ table
-    possible, seen = mean.copy(), mean.copy()
-    for variances, worth in ((possible, PRIOR_DEGREES), (seen, SEEN_DEGREES)):
-        variances[:J] = (energies + worth * mean[:J]) / (degrees + worth)
-    return possible, seen
+    variances, white = weights @ table, float(weights.sum())
+    variances[:J] = (energies + PRIOR_DEGREES * variances[:J]) / (
+        degrees + PRIOR_DEGREES
+    )
+    return variances, white
 
 
 SCALE_DEGREES = 4.0

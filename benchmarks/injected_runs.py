@@ -1,0 +1,89 @@
+"""One identification of a body that was added to a real recording, by each method."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.bodies import sixteen
+from benchmarks.injected import Case
+from hefting.core.errors import HeftingError
+from hefting.core.estimate import Estimate
+from hefting.core.spatial import Array, tensor_to_vector
+from hefting.identification.identify import identify
+
+METHODS = {"with the shape": True, "without a shape": False}
+"""What is identified, and whether the shape is given: the default method of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came of one identification."""
+
+    method: str
+    """key of `METHODS`"""
+    set: str
+    """data set"""
+    window: str
+    """length of the part, or "whole" """
+    held: Array | None
+    """(10,) booleans: mass, COM, inertia about the sensor; None where the method
+    refused"""
+    beyond_twice: float = 0.0
+    """share of the ten that are beyond twice the interval"""
+    error: float = 0.0
+    """of the mass [kg]"""
+    half_width: float = 0.0
+    """of the mass's interval [kg]"""
+    doubted: bool = False
+    """whether the answer says that its mass is not to be used"""
+
+
+def identified(case: Case) -> list[Run]:
+    """Identify the body of a case by every method."""
+    runs: list[Run] = []
+    for method, with_shape in METHODS.items():
+        try:
+            estimate = identify(
+                case.recording,
+                case.body.shape if with_shape else None,
+                gravity=case.host.gravity,
+                tool=case.host.tool,
+            ).estimate
+        except HeftingError:
+            runs.append(Run(method, case.host.set, case.name, None))
+            continue
+        runs.append(_judged(method, case, estimate))
+    return runs
+
+
+def _judged(method: str, case: Case, estimate: Estimate) -> Run:
+    truth = sixteen(case.body.parameters)[:10]
+    low, high = ends(estimate)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    return Run(
+        method,
+        case.host.set,
+        case.name,
+        (low <= truth) & (truth <= high),
+        float(np.mean(np.abs(truth - middle) > 2.0 * half)),
+        abs(estimate.parameters.mass - truth[0]),
+        float(half[0]),
+        any(getattr(w, "code", "") == "mass-undetermined" for w in estimate.warnings),
+    )
+
+
+def ends(estimate: Estimate) -> tuple[Array, Array]:
+    """Lower and upper ends (10,) of mass, COM and inertia about the sensor."""
+    intervals = estimate.intervals
+    assert intervals is not None
+    both = [
+        np.concatenate(
+            (
+                [intervals["mass"][i]],
+                intervals["center_of_mass"][i],
+                tensor_to_vector(intervals["inertia_at_origin"][i]),
+            )
+        )
+        for i in (0, 1)
+    ]
+    return both[0], both[1]

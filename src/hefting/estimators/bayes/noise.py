@@ -1,0 +1,229 @@
+"""Noise of the samples: the covariance of the score h - H phi (`likelihood`), found
+once, at the parameters of least squares.
+
+What least squares leaves is noise for any shape: a prior that contradicts the wrench
+cannot explain its own misfit as noise, and the noise does not depend on the prior.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.estimators.bayes.colour import (
+    FEWEST_SAMPLES_FOR_NOISE,
+    LARGEST_CLAIM_EXCESS,
+    LARGEST_STRETCH_DISAGREEMENT,
+    Colour,
+    TimeSamples,
+    response_errors,
+)
+from hefting.estimators.bayes.groups import Scores
+from hefting.estimators.bayes.likelihood import (
+    Equations,
+    Likelihood,
+    Samples,
+    motion_effect,
+)
+from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.sensor_errors import (
+    InStep,
+    slow_variances,
+)
+
+LARGEST_RESIDUAL_RATIO = 10.0
+"""Largest ratio of the mean squared residuals to those of least squares that is
+attributed to noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseFound:
+    """Noise of all samples for one covariance of a sample's residual."""
+
+    equations: Equations
+    residual_covariance: Array
+    """(6, 6) of the residuals of least squares"""
+    contradicted: bool
+    """whether the residuals exceed a given noise by more than chance"""
+    excess: float
+    """variance of the residuals over that of a given noise, where it is contradicted;
+    else 1"""
+    at: Array
+    """(10,) parameters of least squares"""
+    scores: Scores | None
+    """of the time scales there; None without a record of time"""
+    colour: Colour | None
+    sensor: Array
+    """(10, 10) part of the score's covariance by errors of the sensor that more samples
+    do not lessen"""
+    response: float
+    """relative error of the body by errors of the wrench in step with the motion"""
+
+    @property
+    def autocorrelation(self) -> float:
+        """Variance of the parameters over that for white noise."""
+        return 1.0 if self.colour is None else self.colour.autocorrelation
+
+    def likelihood(self, inflation: float = 1.0) -> Likelihood:
+        """Likelihood of the parameters, the noise's variance so many times as large."""
+        if self.colour is None or self.colour.white_claimed:
+            return self.equations.white(inflation)
+        V = self.colour.noise + self.sensor + self.equations.products
+        return self.equations.likelihood(inflation * V)
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseSource:
+    """What samples and given noise tell of the noise."""
+
+    samples: Samples
+    time: TimeSamples | None
+    """samples by time scale and stretch; None where the state keeps no record of
+    time"""
+    given: Array | None
+    """(6, 6) known covariance of the wrench's noise; None where it is found from the
+    residuals"""
+    motion: MotionErrors
+    carried: Array
+    """(10,) parameters of what the sensor holds besides the object, whose wrench was
+    subtracted"""
+    sensor_error: float
+    """standard deviation of the sensor's slow errors over the load"""
+
+    def level(self) -> Array:
+        """(6, 6) covariance of the wrench's noise, before any pass."""
+        return self.samples.least_residual if self.given is None else self.given
+
+    def found(self, phi: Array, before: NoiseFound | None = None) -> NoiseFound:
+        """The noise, if the parameters are near phi (10,), which tell what errors of
+        the motion do to the wrench; `before` is what was found in the last pass."""
+        samples, time = self.samples, self.time
+        at = self._judged_at(phi, before)
+        autocorrelation = 1.0 if before is None else before.autocorrelation
+        R = samples.residual_covariance(at)
+        S, contradicted, excess = self._covariance(phi, R, autocorrelation), False, 1.0
+        mean_square = _mean_square(S, R)
+        if self.given is not None:
+            chance = (autocorrelation / (3.0 * samples.K)) ** 0.5
+            contradicted = mean_square > 1.0 + LARGEST_CLAIM_EXCESS * chance
+            excess = max(mean_square, 1.0) if contradicted else 1.0
+            S = excess * S
+            mean_square /= excess
+        equations = Equations.of(samples, phi, S, self.motion.white)
+        if self.motion.white is None:
+            at = equations.least_squares
+        scores = colour = None
+        sensor, response = np.zeros((10, 10)), 0.0
+        if time is not None:
+            scores = time.scales.scores(equations.whitening, at, equations.attenuation)
+            colour = time.colour(
+                scores,
+                equations.G,
+                equations.inverse,
+                mean_square,
+                self.given is not None,
+            )
+            if self.given is None:
+                sensor, response = self._sensor_errors(equations, at, scores, colour)
+        return NoiseFound(
+            equations,
+            R,
+            contradicted,
+            excess,
+            at,
+            scores,
+            colour,
+            sensor,
+            response,
+        )
+
+    def disagreement(self, found: NoiseFound) -> tuple[float, float]:
+        """Variance of mass and first moment between stretches over what they claim by
+        noise alone, and by noise and errors in step with the motion; zeros where there
+        are too few (`TimeSamples.disagreement`)."""
+        time, colour = self.time, found.colour
+        if time is None or colour is None or found.scores is None:
+            return 0.0, 0.0
+        W, more = found.equations.whitening, None
+        if not colour.white_claimed:
+            counts = time.scales.counts
+            mean = float(counts @ colour.coloured) / max(float(counts.sum()), 1.0)
+            stretches = InStep.of(time.stretches, W, found.at + self.carried)
+            more = stretches.of_each(np.full(len(stretches.counts), mean))
+        return time.disagreement(
+            W, found.at, found.equations.attenuation, found.scores, colour, more
+        )
+
+    def _judged_at(self, phi: Array, before: NoiseFound | None) -> Array:
+        """(10,) parameters whose residuals are the noise.
+
+        They are those of least squares. White errors of the motion attenuate these, so
+        that their residuals follow the motion; then phi (10,) serves, unless the prior
+        contradicts the wrench.
+        """
+        samples = self.samples
+        if before is None or self.motion.white is None:
+            return samples.least_squares if before is None else before.at
+        ratio = samples.residual_covariance(phi).diagonal() / (
+            samples.least_residual.diagonal() + samples.floor**2
+        )
+        contradicts = float(ratio.mean()) > LARGEST_RESIDUAL_RATIO
+        return samples.least_squares if contradicts else phi
+
+    def _covariance(self, phi: Array, R: Array, autocorrelation: float) -> Array:
+        """S (6, 6), the modelled covariance of one sample's residual for parameters
+        near phi (10,), if those of least squares have the covariance R."""
+        samples, motion = self.samples, self.motion
+        if self.given is None:
+            S = samples.noise_left(R, autocorrelation)
+            S = S + samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
+            memory = motion.memory - 1.0
+        else:
+            S = self.given + np.diag(samples.floor**2)
+            memory = motion.memory
+        if motion.variances is not None and memory > 0.0:
+            E = motion_effect(phi)
+            S = S + memory / autocorrelation * (E * motion.variances) @ E.T
+        return S
+
+    def _sensor_errors(
+        self, equations: Equations, at: Array, scores: Scores, colour: Colour
+    ) -> tuple[Array, float]:
+        """(10, 10) part of the score's covariance by errors of the sensor that more
+        samples do not lessen (`sensor_errors`), and the relative error of the body by
+        uneven response."""
+        time, samples, G = self.time, self.samples, equations.G
+        assert time is not None
+        W, whole = equations.whitening, at + self.carried
+        load = float(whole @ G @ whole) / samples.K
+        if time.free_bias:
+            load += float(np.sum((W @ samples.A_mean @ whole) ** 2))
+        information = np.concatenate(
+            (scores.information, (G - scores.information.sum(axis=0))[None])
+        )
+        slow = slow_variances(
+            self.sensor_error,
+            load / 6.0,
+            time.samples,
+            len(time.scales.counts),
+            time.free_bias,
+        )
+        variances = colour.variances[:-1]
+        gain = response_errors(scores, variances, time.scales.counts, whole)
+        signal = information @ whole @ whole
+        response = float(gain @ signal) / (float(signal.sum()) or 1.0)
+        in_step = InStep.of(time.scales, W, whole)
+        sensor = np.tensordot(slow, information, 1)
+        sensor += in_step.covariance(colour.coloured, gain[:-1])
+        return sensor, response
+
+
+def inflation_of(disagreement: float) -> float:
+    """Factor of the noise's variance for stretches that disagree by more than
+    chance."""
+    return disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0
+
+
+def _mean_square(S: Array, R: Array) -> float:
+    """Mean square of residuals of covariance R (6, 6), whitened by S (6, 6)."""
+    return max(float(np.trace(np.linalg.solve(S, R))) / 6.0, 1e-12)

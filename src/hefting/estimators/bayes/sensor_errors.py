@@ -1,0 +1,105 @@
+"""Errors of the sensor that more samples do not lessen: hysteresis, creep, cables,
+cross-talk, thermal drift.
+
+Two kinds are part of the covariance V of the score h - H phi (`likelihood`), beside the
+noise that the residuals show:
+
+- slow errors, a share of the load, which last `SLOW_ERROR_TIME`. In a short
+  recording the fit absorbs them, and its residuals do not show them.
+- errors in step with the motion. What is coloured in the residuals may follow the
+  wrench w: at each time scale it may be wrong by M w, with a random matrix M (6, 6) of
+  independent entries whose size is such that `IN_STEP_SHARE` of the coloured noise's
+  energy there is that of M w. Unlike noise, such errors do not average out over the
+  samples of a scale. Of the whitened rows A_c of channel c they add to V
+  var sum_c A_c' (w w') A_c.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.core.regressor import FEATURES
+from hefting.core.spatial import Array
+from hefting.estimators.bayes.groups import Groups
+from hefting.estimators.bayes.spectrum import first_order
+
+TYPICAL_SENSOR_ERROR = 0.005
+"""Standard deviation of slow errors over the load, where nothing is said of the sensor.
+Data sheets of six-axis sensors state hysteresis and non-linearity of 0.5 to 2 % of full
+scale."""
+SLOW_ERROR_TIME = 0.25
+"""Correlation time of slow errors over the length of the record."""
+IN_STEP_SHARE = 1.0
+"""Share of the coloured noise that counts as in step with the motion. With one the
+intervals of bodies added to recordings of three real sensors held
+(`benchmarks.injection`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class InStep:
+    """What errors in step with the motion do to the scores of groups of samples."""
+
+    gains: Array
+    """(g, 10, 10) covariance of each group's score if every channel's wrench were wrong
+    by the same relative error of variance 1"""
+    mixed: Array
+    """(g, 10, 10) the same if each channel had an error of variance 1 that is a random
+    mixture of the wrench of all channels"""
+    counts: Array
+    """(g,) samples of each group"""
+
+    @classmethod
+    def of(cls, groups: Groups, W: Array, whole: Array) -> Self:
+        """For the parameters `whole` (10,) of all that the sensor holds, the wrench
+        whitened by W (6, 6)."""
+        g = len(groups.counts)
+        A = (W @ groups.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
+        w = (A @ whole).transpose(0, 2, 1)  # (g, 22, 6)
+        gram = w @ w.transpose(0, 2, 1)
+        energy = np.maximum(np.einsum("gkk->g", gram), 1e-300)
+        mixed = (A.transpose(0, 1, 3, 2) @ gram[:, None] @ A).sum(axis=1)
+        rows = A.transpose(0, 2, 1, 3).reshape(g, 6 * FEATURES, 10)
+        x = (rows.transpose(0, 2, 1) @ w.reshape(g, 6 * FEATURES, 1))[:, :, 0]
+        return cls(
+            x[:, :, None] * x[:, None, :],
+            mixed / energy[:, None, None],
+            groups.counts,
+        )
+
+    def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
+        """(g, 10, 10) covariance of each group's score by errors in step with the
+        motion.
+
+        `coloured` (g,) is the variance of coloured noise of a channel in each group,
+        over that of one sample; `gain` (g,) a relative error of the wrench that was
+        found.
+        """
+        energy = IN_STEP_SHARE * coloured * self.counts
+        square = np.square(gain) * np.ones(len(energy))
+        return energy[:, None, None] * self.mixed + square[:, None, None] * self.gains
+
+    def covariance(self, coloured: Array, gain: Array) -> Array:
+        """(10, 10) sum of `of_each`: errors of one group are independent of another's."""
+        return self.of_each(coloured, gain).sum(axis=0)
+
+
+def slow_variances(
+    error: float, load: float, samples: float, levels: int, free_bias: bool
+) -> Array:
+    """(J + 1,) variances of slow errors at each time scale and beyond.
+
+    Parameters
+    ----------
+    error : standard deviation of slow errors over the load.
+    load : mean square of the whitened wrench, gravity included and without a bias.
+    samples : length of the record.
+    levels : number of time scales J.
+    free_bias : whether a constant bias is free; if not, a constant error is excluded,
+        as the bias is.
+    """
+    rho = float(np.exp(-1.0 / max(SLOW_ERROR_TIME * samples, 1.0)))
+    variances = error**2 * load * first_order(rho, levels + 1)
+    if not free_bias:
+        variances[-1] = 0.0
+    return variances

@@ -1,0 +1,132 @@
+"""Errors of the sensor that more samples do not lessen, and the noise as least squares
+leaves it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from estimators.test_bayes_streamed import WHITE, coloured, noisy, shape
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import FULL_MAP, MOTION, features
+from hefting.core.spatial import Array
+from hefting.estimators import Bayes
+from hefting.estimators.bayes.groups import Groups
+from hefting.estimators.bayes.sensor_errors import (
+    IN_STEP_SHARE,
+    InStep,
+    slow_variances,
+)
+from hefting.estimators.bayes.spectrum import first_order
+from hefting.shapes import Shape
+
+
+def groups(seed: int) -> tuple[Groups, list[Array], list[Array]]:
+    """Three groups of random samples: as `Groups`, and their regressors and wrenches
+    one by one."""
+    rng = np.random.default_rng(seed)
+    z = noisy(seed, 90, WHITE)
+    rows = features(z)[rng.permutation(90)].reshape(3, 30, -1)
+    factors = [np.linalg.qr(part, mode="r") for part in rows]
+    regressors = [(part[:, MOTION] @ FULL_MAP).reshape(30, 6, 10) for part in rows]
+    return Groups.of(factors, [30.0] * 3, None), regressors, list(rows)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_step_errors_are_random_mixtures_of_the_wrench(seed):
+    """Against every entry of the 36 of M one by one, on the samples themselves."""
+    rng = np.random.default_rng([7, seed])
+    found, regressors, _ = groups(seed)
+    W, whole = np.diag(rng.uniform(0.5, 20.0, 6)), rng.normal(size=10)
+    coloured_noise, gain = rng.uniform(0.1, 5.0, 3), rng.uniform(0.0, 0.1, 3)
+    ours = InStep.of(found, W, whole).of_each(coloured_noise, gain)
+    for A, variance, error, each in zip(
+        regressors, coloured_noise, gain, ours, strict=True
+    ):
+        A = W @ A
+        w = A @ whole
+        expected = np.zeros((10, 10))
+        size = IN_STEP_SHARE * variance * 30.0 / np.sum(w * w)
+        for c in range(6):
+            for d in range(6):
+                x = A[:, c].T @ w[:, d]
+                expected += size * np.outer(x, x)
+        x = np.einsum("kci,kc->i", A, w)
+        expected += error**2 * np.outer(x, x)
+        scale = np.sqrt(expected.diagonal())
+        # rounding of the factors
+        np.testing.assert_allclose(
+            each / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-9
+        )
+
+
+def test_slow_errors_follow_the_load_and_spare_a_bias_that_is_excluded():
+    free = slow_variances(0.01, 400.0, 200.0, 6, free_bias=True)
+    np.testing.assert_allclose(free, 0.04 * first_order(np.exp(-1.0 / 50.0), 7))
+    fixed = slow_variances(0.01, 400.0, 200.0, 6, free_bias=False)
+    np.testing.assert_array_equal(fixed, [*free[:-1], 0.0])
+    assert not slow_variances(0.0, 400.0, 200.0, 6, True).any()
+    with pytest.raises(InputError, match="share from 0 to 1"):
+        Bayes(shape(), sensor_error=1.5)
+
+
+def test_a_sensor_s_error_widens_the_intervals_by_its_size():
+    """The mass's by about as much of it: its sensor is half a percent off."""
+    z = noisy(5, 1000, WHITE)
+    widths = []
+    for error in (0.0, 0.005, 0.02):
+        estimate = Bayes(shape(), sensor_error=error).fit(z)
+        widths.append(float(estimate.covariance[0, 0]) ** 0.5)  # type: ignore[index]
+    assert widths[0] < widths[1] < widths[2]
+    mass = Bayes(shape()).fit(z).parameters.mass
+    # it lasts a quarter of the record: some four independent errors, on a wrench that
+    # turns
+    assert 0.1 * 0.02 < widths[2] / mass < 0.02
+
+
+def widened(z: Measurements, factor: float) -> Bayes:
+    """Bayes, its noise's deviation a `factor` of the true one."""
+    noise = replace(WHITE, force=factor * WHITE.force, torque=factor * WHITE.torque)
+    return Bayes(shape(), noise=noise)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.95])
+def test_wider_intervals_never_move_a_mass_that_is_determined(rho):
+    """By a tenth of their deviation, whatever widens them: noise that is claimed larger,
+    and a poorer sensor."""
+    z = noisy(3, 1000, WHITE) if rho == 0.0 else coloured(3, rho)
+    sure = Bayes(shape(), sensor_error=0.0).fit(z)
+    others = [
+        Bayes(shape(), sensor_error=error).fit(z) for error in (0.002, 0.01, 0.05)
+    ]
+    others += [widened(z, factor).fit(z) for factor in (1.0, 3.0)]
+    for other in others:
+        std = float(other.covariance[0, 0]) ** 0.5  # type: ignore[index]
+        assert abs(other.parameters.mass - sure.parameters.mass) < 0.1 * max(
+            std,
+            float(sure.covariance[0, 0]) ** 0.5,  # type: ignore[index]
+        )
+    assert others[2].covariance[0, 0] > 4.0 * sure.covariance[0, 0]  # type: ignore[index]
+
+
+def test_a_wrong_shape_does_not_explain_its_misfit_as_noise():
+    """The noise is what least squares leaves: the same for a shape 30 cm aside."""
+    z = coloured(4, 0.9)
+    right, wrong = shape(), shape()
+    pose = np.array(wrong.pose)
+    pose[0, 3] += 0.3
+    wrong = Shape(
+        wrong.positions + np.array((0.3, 0.0, 0.0)), volumes=wrong.volumes, pose=pose
+    )
+    found = []
+    for each in (right, wrong):
+        estimator = Bayes(each)
+        found.append(estimator.posterior(estimator.update(estimator.start(), z)))
+    # the autocorrelation, on which the covariance depends, settles to a percent
+    np.testing.assert_allclose(
+        found[0].residual_covariance.diagonal(),
+        found[1].residual_covariance.diagonal(),
+        rtol=0.02,
+    )
+    np.testing.assert_allclose(found[0].variances, found[1].variances, rtol=0.05)
