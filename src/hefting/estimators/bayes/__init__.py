@@ -90,7 +90,7 @@ class Bayes(Estimator):
     best_for = (
         "a known shape, any motion, and wherever it matters how sure the answer is"
     )
-    invariances = frozenset(INVARIANCES) - {"sensor origin"}
+    invariances = frozenset(INVARIANCES)
     keeps_time_record = True
 
     shape: Shape
