@@ -50,6 +50,9 @@ it undetermined."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
 """Change of the shape's distortion, in prior standard deviations, at which the passes
 end."""
+NEGLIGIBLE_COM_CHANGE = 0.03
+"""Change of the COM about which the prior is linear, over half the shape's diagonal, at
+which the passes end: what it leaves out is of the order of its square."""
 UNSETTLED_DISTORTION_CHANGE = 0.5
 """Change of the shape's distortion in the last pass, in prior standard deviations,
 above which it was not found."""
@@ -60,9 +63,13 @@ SMALLEST_PRIOR_SCALE = 0.2
 objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
-SUFFICIENT_CELL_DISTANCE = 1.0
+SUFFICIENT_CELL_DISTANCE = 0.3
 """Squared Mahalanobis distance, for ten parameters, within which a mass distribution
 over whole cells is accepted instead of one over voxels."""
+
+SUFFICIENT_STATED_DISTANCE = 2.0
+"""Squared Mahalanobis distance within which a mass distribution over the shape as
+stated is accepted, where nothing was said of the pose's error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +105,10 @@ class Bayes(Estimator):
 
     shape: Shape
     """Where the object may have mass, in the sensor frame."""
-    pose_std: tuple[float, float] = (0.0, 0.0)
+    pose_std: tuple[float, float] | None = None
     """How well the shape's place is known: standard deviations along [m] and about
-    [rad] each axis of its frame."""
+    [rad] each axis of its frame; (0, 0) is exact. None: perhaps exact, perhaps some
+    5 mm and 5 degrees off (`distortion.TYPICAL_POSE_STD`)."""
     shape_std: float | None = None
     """How well the shape itself is known, as a share of its size; None: as it says
     (`Shape.shape_std`)."""
@@ -128,7 +136,8 @@ class Bayes(Estimator):
                 fix="as in mass=1%,com=2mm,inertia=20%",
             )
         try:
-            pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
+            pose_std = np.zeros(2) if self.pose_std is None else self.pose_std
+            pose_std, C = np.array(pose_std, dtype=float), self.systematic
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
             raise InputError(
@@ -155,8 +164,18 @@ class Bayes(Estimator):
         """As of every method, with the shape's own deviation; the noise it finds
         itself."""
         shape_std = 0.0 if known.shape is None else known.shape.shape_std
+        if known.shape is not None and known.shape.known != "object":
+            shape_std = None
         own = {"noise": None, "shape_std": shape_std, "systematic": known.systematic}
         return super().settings(known, model) | own
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """As of every method, with what is known of the shape where that is only
+        bounds."""
+        if self.shape_std is not None or self.shape.known == "object":
+            return super().provenance
+        return super().provenance | {"shape_known": self.shape.known}
 
     @property
     def asked(self) -> Accuracy | None:
@@ -169,7 +188,14 @@ class Bayes(Estimator):
         return self.estimate(state, start)
 
     @cached_property
+    def _size(self) -> float:
+        """Half the diagonal of the bounding box [m]."""
+        return 0.5 * float(np.linalg.norm(self.shape.extents)) or 1.0
+
+    @cached_property
     def _prior(self) -> Prior:
+        if self.shape_std is None and self.shape.known != "object":
+            return Prior.of_bounds(self.shape)
         shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
         return Prior.of(self.shape, self.pose_std, shape_std)
 
@@ -211,11 +237,20 @@ class Bayes(Estimator):
     def _nearest_body(self, posterior: Posterior) -> Nearest:
         """The mass distribution over uniform cells or, where that is not near enough,
         over voxels."""
-        prior = posterior.prior
-        mean = posterior.narrow.mean
-        C = posterior.narrow.covariance
+        prior, move = posterior.prior, posterior.move
+        narrow = posterior.narrow
+        mean = prior.mean_as_stated(narrow.weights, narrow.means)
+        C = narrow.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        bounded = prior.offsets is not None
+        if bounded and distance > SUFFICIENT_CELL_DISTANCE and mean[0] > 0.0:
+            prior = prior.drawn_together(mean)
+            masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        elif distance > SUFFICIENT_STATED_DISTANCE and move is None:
+            prior, move = prior.slipped(narrow.weights, narrow.means)
+            if move is not None:
+                masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < SUFFICIENT_CELL_DISTANCE:
             vector = prior.cells @ masses
         else:
@@ -229,7 +264,7 @@ class Bayes(Estimator):
                 )
             vector = prior.voxels @ fine
             masses = fine.reshape(self.shape.n, -1).sum(axis=1)
-        margin, move = None, posterior.move
+        margin = None
         if move is not None and vector[0] > 0.0:
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
         return Nearest(vector, masses, distance, margin)
@@ -248,7 +283,11 @@ class Bayes(Estimator):
         data = Data(samples, TimeSamples.of(state, free_bias), known, motion)
         steps = Passes(data, self._prior, self.systematic)
         current, rough_mass = steps.first_pass(start)
-        passes = 0
+        com, passes = self.shape.homogeneous.center_of_mass, 0
+        if start is not None and current.phi[0] > 0.0:
+            com = current.phi[1:4] / current.phi[0]
+            placed = self._prior.about(current.placed.scores, com)
+            current = replace(current, placed=placed)
         while True:
             passes += 1
             before = current.excess * current.covariance
@@ -270,9 +309,13 @@ class Bayes(Estimator):
             distortion_change = float(
                 np.abs(scores - fitted.placed.scores).max(initial=0.0)
             )
+            own = fitted.own.mean
+            found = own[1:4] / max(own[0], 1e-9 * scale)
+            com_change = float(np.linalg.norm(found - com)) / self._size
             settled = (
                 variance_change < NEGLIGIBLE_VARIANCE_CHANGE
                 and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
+                and com_change < NEGLIGIBLE_COM_CHANGE
             )
             if settled or passes >= (
                 MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
@@ -282,7 +325,10 @@ class Bayes(Estimator):
                 scores = (
                     scores if passes == 1 else 0.5 * (fitted.placed.scores + scores)
                 )
-                current = replace(current, placed=self._prior.about(scores))
+            elif com_change < NEGLIGIBLE_COM_CHANGE:
+                continue
+            com = found
+            current = replace(current, placed=self._prior.about(scores, com))
         doubts = steps.widen_for_doubts(current, fitted, before)
         colour, enough = doubts.colour, state.samples >= FEWEST_SAMPLES_FOR_NOISE
         return Posterior(
