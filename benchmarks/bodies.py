@@ -1,15 +1,16 @@
-"""Random bodies whose truth is known: voxels inside random solids, filled in six ways
-by no estimator's prior."""
+"""Random bodies whose truth is known: voxels inside random solids, filled in ways that
+no estimator's prior has, and things of several materials (`benchmarks.things`)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial.transform import Rotation
 
+from benchmarks.things import THINGS
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.shapes import Shape
@@ -25,15 +26,17 @@ class Body:
     """A body in the sensor frame."""
 
     kind: str
-    """key of `FILLINGS`"""
+    """key of `FILLINGS` or `THINGS`"""
     solid: str
-    """key of `SOLIDS`"""
+    """key of `SOLIDS` or `THINGS`"""
     shape: Shape
     """what is known of it"""
     parameters: InertialParameters
     """its truth"""
     mesh: Any
     """its surface, in axes of its own"""
+    contrast: float
+    """standard deviation over mean of its density, by volume"""
 
     @cached_property
     def numbers(self) -> Array:
@@ -55,8 +58,11 @@ def sixteen(body: InertialParameters) -> Array:
 def random_body(kind: str, seed: int) -> Body:
     """A body of one of the kinds, of a random solid, size, weight and grasp."""
     rng = np.random.default_rng([seed, *kind.encode()])
-    solid = list(SOLIDS)[rng.integers(len(SOLIDS))]
-    mesh = SOLIDS[solid](rng)
+    if kind in THINGS:
+        solid, (mesh, filling) = kind, THINGS[kind](rng)
+    else:
+        solid = list(SOLIDS)[rng.integers(len(SOLIDS))]
+        mesh, filling = SOLIDS[solid](rng), partial(FILLINGS[kind], rng)
     pose = np.eye(4)
     pose[:3, :3] = Rotation.random(rng=rng).as_matrix()
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
@@ -67,16 +73,16 @@ def random_body(kind: str, seed: int) -> Body:
         - pose[:3, :3] @ middle
     )
     fine = Shape.from_mesh(mesh, pose=pose, points=FINE)
-    density = FILLINGS[kind](rng, (fine.positions - pose[:3, 3]) @ pose[:3, :3])
+    density = filling((fine.positions - pose[:3, 3]) @ pose[:3, :3])
     assert fine.volumes is not None
     masses = fine.volumes * density
+    contrast = float(np.sqrt(max(masses @ density / masses.sum() ** 2 - 1.0, 0.0)))
     mass = float(np.exp(rng.uniform(np.log(0.1), np.log(3.0))))
     truth = InertialParameters(fine.cell_matrix @ (mass * masses / masses.sum()))
     if kind == "homogeneous":
         truth = InertialParameters(mass * fine.homogeneous.vector)
-    return Body(
-        kind, solid, Shape.from_mesh(mesh, pose=pose, points=POINTS), truth, mesh
-    )
+    known = Shape.from_mesh(mesh, pose=pose, points=POINTS)
+    return Body(kind, solid, known, truth, mesh, contrast)
 
 
 # solids [m], in the axes of their file
@@ -193,6 +199,21 @@ def _cavity(rng: np.random.Generator, x: Array) -> Array:
     return np.where(hole & (np.count_nonzero(~hole) > 0.2 * len(x)), 0.0, 1.0)
 
 
+def _materials(rng: np.random.Generator, x: Array) -> Array:
+    """Two to five materials, from foam to steel, each nearest to a place of its own."""
+    seeds = x[rng.integers(len(x), size=int(rng.integers(2, 6)))]
+    near = np.argmin(((x[:, None] - seeds) ** 2).sum(axis=2), axis=1)
+    return np.exp(rng.uniform(np.log(0.2), np.log(8.0), len(seeds)))[near]
+
+
+def _insert(rng: np.random.Generator, x: Array) -> Array:
+    """Something small and very heavy in or on something very light."""
+    middle = x[rng.integers(len(x))]
+    apart = np.linalg.norm(x - middle, axis=1)
+    near = apart <= np.quantile(apart, rng.uniform(0.03, 0.2))
+    return np.where(near, np.exp(rng.uniform(np.log(10.0), np.log(100.0))), 1.0)
+
+
 FILLINGS: dict[str, Callable[[np.random.Generator, Array], Array]] = {
     "homogeneous": _homogeneous,
     "two-material": _two_material,
@@ -200,6 +221,8 @@ FILLINGS: dict[str, Callable[[np.random.Generator, Array], Array]] = {
     "concentrated": _concentrated,
     "graded": _graded,
     "cavity": _cavity,
+    "materials": _materials,
+    "insert": _insert,
 }
 
 

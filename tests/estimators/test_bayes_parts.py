@@ -14,12 +14,13 @@ from hefting.core.estimate import com_jacobian
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor, predict_wrench
-from hefting.core.spatial import tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import Array, tensor_to_vector, vector_to_tensor
 from hefting.estimators import OLS, Bayes
+from hefting.estimators.bayes.densities import MEMBERS, between_cells
 from hefting.estimators.bayes.distortion import affine
 from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
 from hefting.estimators.bayes.mixture import Mixture
-from hefting.estimators.bayes.prior import Prior, covariances
+from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
@@ -37,7 +38,7 @@ def test_the_prior_holds_the_homogeneous_body_exactly(points):
     """Its mean, its voxels and its cells, whatever the number of points; cells gathered
     from many points too."""
     solid = box(points=points)
-    prior, sides = Prior.of(solid), np.array((0.2, 0.04, 0.1))
+    prior, sides = Prior.of(solid, (0.0, 0.0)), np.array((0.2, 0.04, 0.1))
     J = (np.eye(3) * (sides @ sides) - np.diag(sides**2)) / 12.0
     # closed form of a box
     body = InertialParameters.from_com(1.0, (0.05, -0.01, 0.07), J)
@@ -68,44 +69,50 @@ def test_the_prior_expects_what_random_densities_do():
         @ solid.cell_matrix
         @ (v[:, None] * density)
     )
-    Q1 = covariances(Voxels.of(solid), diagonal)[0]
+    Q1 = between_cells(Voxels.of(solid), 0.25 * diagonal)
     scale = np.sqrt(np.cov(drawn).diagonal()[1:])
     # a deviation of 3,000 draws is 1.3 % of a standard deviation; four of it, twice for
     # variances
     np.testing.assert_allclose(
-        (Q1 - np.cov(drawn))[1:, 1:] / np.outer(scale, scale), 0.0, atol=0.1
+        (Q1 - np.cov(drawn)[1:, 1:]) / np.outer(scale, scale), 0.0, atol=0.1
     )
-    assert np.abs(Q1[0]).max() < 1e-12
 
 
 def test_a_shell_is_one_of_the_bodies_expected():
-    """An empty box has more inertia about its middle than a full one, along the
-    direction that Qd has and Q1 lacks."""
-    prior = Prior.of(box(points=56))
-    # sigma = 0.1, k = 0.2, delta = 0 and 1
-    even, delta = prior.spread[0], prior.spread[3]
-    T = affine(np.eye(3), -box().homogeneous.center_of_mass)
-    growth = [np.sqrt(((T @ F)[4:, 1:] ** 2).sum()) for F in (even, delta)]
-    assert growth[1] > 3.0 * growth[0]
+    """Members with a shell have the direction of Qd, an empty box's inertia about its
+    middle, beside that of the same density without one."""
+    Q = covariances(box(points=56))
+    sigma, _, delta, kappa = MEMBERS[:, :4].T
+    # of even density, but for the shell, and little freedom of the inertia
+    shells = (sigma < 0.15) & (delta >= 1.0) & (kappa < 0.1)
+    even = (sigma < 0.15) & (delta == 0.0) & (kappa < 0.1)
+    assert shells.any()
+    assert even.any()
+    growth = np.trace(Q[:, 3:, 3:], axis1=1, axis2=2) ** 0.5
+    # delta is ten times sigma and more
+    assert growth[shells].max() > 3.0 * growth[even].max()
 
 
-def test_how_likely_each_body_is():
-    """Four spreads of the density, even bodies and shells, three ways for the inertia:
-    independent of each other."""
-    prior = Prior.of(box(points=56))
-    expected = np.einsum("i,j,k->ijk", np.full(4, 0.25), (0.5, 0.5), (0.3, 0.4, 0.3))
-    np.testing.assert_allclose(
-        np.exp(prior.log_weight).reshape(4, 2, 3), expected, rtol=1e-12
-    )
-    # without a shell, the centre of mass scatters by the density's spread alone
-    T = affine(np.eye(3), -box().homogeneous.center_of_mass)
-    even = (T @ prior.spread).reshape(4, 2, 3, 10, 10)[:, 0, :, 1:4, 1:]
-    scatter = np.sqrt((even**2).sum(axis=(2, 3)))
-    np.testing.assert_allclose(
-        scatter / scatter[0],
-        np.array((1.0, 3.0, 7.0, 14.0))[:, None] * np.ones(3),
-        rtol=1e-9,
-    )
+def test_members_scatter_as_their_numbers_say():
+    """Without a shell the centre of mass scatters by sigma, and the inertia given the
+    centre of mass by kappa; the weights are probabilities."""
+    assert MEMBERS[:, 5].sum() == pytest.approx(1.0, abs=0.02)  # three digits each
+    prior = Prior.of(box(points=56), (0.0, 0.0))
+    assert np.exp(prior.log_weight).sum() == pytest.approx(1.0, abs=1e-12)
+    Q = covariances(box(points=56))
+    even = np.flatnonzero((MEMBERS[:, 2] == 0.0) & (MEMBERS[:, 1] == 0.25))
+    given = [q[3:, 3:] - q[3:, :3] @ np.linalg.solve(q[:3, :3], q[:3, 3:]) for q in Q]
+    for number, found in ((0, Q[:, :3, :3]), (3, np.array(given))):
+        size = np.trace(found, axis1=1, axis2=2)[even] ** 0.5
+        ratio = MEMBERS[even, number] / MEMBERS[even[0], number]
+        np.testing.assert_allclose(size / size[0], ratio, rtol=1e-6)
+
+
+def covariances(solid: Shape) -> Array:
+    """(j, 9, 9) of the prior's members about the homogeneous COM."""
+    T = affine(np.eye(3), -solid.homogeneous.center_of_mass)
+    F = (T @ Prior.of(solid, (0.0, 0.0)).spread)[:, 1:, 1:]
+    return F @ F.transpose(0, 2, 1)
 
 
 def test_voxels_fill_their_cells_whatever_way_these_are_turned():

@@ -133,8 +133,8 @@ def samples() -> Measurements:
 def test_a_posterior_holds_a_systematic_error():
     """Where the samples know the rest well, its covariance is theirs and that of the
     error."""
-    C = np.diag(np.repeat((1e-6, 1e-8, 0.0), (1, 3, 6)))
-    C[0, 1] = C[1, 0] = 8e-8
+    C = np.diag(np.repeat((5.6e-7, 5.6e-9, 0.0), (1, 3, 6)))
+    C[0, 1] = C[1, 0] = 4.5e-8
     estimator = Bayes(shape(), noise=NOISE_LEVELS["low"])
     state = estimator.update(estimator.start(), samples())
     alone = estimator.posterior(state).mixture

@@ -28,14 +28,13 @@ from hefting.shapes.checks import (
 )
 from hefting.shapes.clouds import convex_hull, voxel_representatives
 from hefting.shapes.counts import DEFAULT_POINTS, count_of_points
+from hefting.shapes.doubt import KNOWN, REACH, ROUGH, SMALL_CAPS, doubt_of_caps
 from hefting.shapes.hull import Hull
 from hefting.shapes.ply import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
 from hefting.shapes.solid import Solid, solid_from_mesh
 
-ROUGH = 0.2
-"""`Shape.shape_std` of a box or a hull that is only known to hold the object."""
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
 
@@ -75,6 +74,9 @@ class Shape:
     shape_std: float = 0.0
     """Share of its size by which the object may differ from the shape, as a standard
     deviation: see `ROUGH`."""
+    known: str = "object"
+    """What is known: ``"object"``, this is its shape; ``"bounds"``, it is somewhere
+    inside, of any shape; ``"reach"``, it is somewhere about the sensor, of any size."""
     warnings: tuple[str, ...] = ()
     """What looks wrong with the shape, one line each."""
 
@@ -105,6 +107,10 @@ class Shape:
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
         check_hull(self.hull)
         keep("warnings", tuple(self.warnings))
+        if self.known not in KNOWN:
+            raise InputError(
+                f"what is known of a shape is one of {', '.join(KNOWN)}, not {self.known}"
+            )
         if not 0.0 <= self.shape_std <= 1.0:
             raise InputError(
                 f"a shape's deviation is a share from 0 to 1, not {self.shape_std}"
@@ -324,12 +330,19 @@ class Shape:
         seed: int = 0,
     ) -> Self:
         """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1)
-        [m]: a `ROUGH` shape."""
+        [m], which the object is somewhere inside: its own shape is not known."""
         solid = box_solid((x0, y0, z0), (x1, y1, z1))
         shape = cls._from_solid(
             solid, "m", None, points, points_per_cm3, sampling, seed, "box"
         )
-        return replace(shape, shape_std=ROUGH)
+        return replace(shape, shape_std=ROUGH, known="bounds")
+
+    @classmethod
+    def unknown(cls, reach: float = REACH) -> Self:
+        """No shape at all: an object of a few to some 40 cm, within `reach` [m] of the
+        sensor along each axis."""
+        box = cls.from_box(-reach, reach, -reach, reach, -reach, reach)
+        return replace(box, known="reach", warnings=())
 
     @classmethod
     def _from_solid(
@@ -347,7 +360,7 @@ class Shape:
         count = count_of_points(solid, points, points_per_cm3, where)
         samples = sample(solid, count, sampling, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
-        if solid.cap_fraction > 0.02:
+        if solid.cap_fraction > SMALL_CAPS:
             what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
             warnings.append(warning("mesh-holes", what))
         rotation, second = matrix[:3, :3], samples.cell_second_moment
@@ -363,6 +376,7 @@ class Shape:
                 matrix
             ),
             hull=solid.vertices @ rotation.T + matrix[:3, 3],
+            shape_std=doubt_of_caps(solid.cap_fraction),
             warnings=tuple(warnings),
         )
 

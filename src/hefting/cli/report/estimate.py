@@ -202,6 +202,8 @@ def facts(estimate: Estimate) -> Iterable[str]:
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"
     if made.get("shape_std"):
         yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
+    if made.get("shape_known") == "bounds":
+        yield "the object is taken to be somewhere inside the box, of any shape"
     settings = [
         f"{k} = {made[k]:g}"
         for k in ("points", *options())

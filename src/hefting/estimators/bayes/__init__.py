@@ -52,14 +52,21 @@ it undetermined."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
 """Change of the shape's distortion, in prior standard deviations, at which the passes
 end."""
+NEGLIGIBLE_COM_CHANGE = 0.03
+"""Change of the COM about which the prior is linear, over half the shape's diagonal, at
+which the passes end: what it leaves out is of the order of its square."""
 UNSETTLED_DISTORTION_CHANGE = 0.5
 """Change of the shape's distortion in the last pass, in prior standard deviations,
 above which it was not found."""
 NEGLIGIBLE_VARIANCE_CHANGE = 0.02
 """Relative change of the residual's variances at which the passes end."""
-SUFFICIENT_CELL_DISTANCE = 1.0
+SUFFICIENT_CELL_DISTANCE = 0.3
 """Squared Mahalanobis distance, for ten parameters, within which a mass distribution
 over whole cells is accepted instead of one over voxels."""
+
+SUFFICIENT_STATED_DISTANCE = 2.0
+"""Squared Mahalanobis distance within which a mass distribution over the shape as
+stated is accepted, where nothing was said of the pose's error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +102,10 @@ class Bayes(Estimator):
 
     shape: Shape
     """Where the object may have mass, in the sensor frame."""
-    pose_std: tuple[float, float] = (0.0, 0.0)
+    pose_std: tuple[float, float] | None = None
     """How well the shape's place is known: standard deviations along [m] and about
-    [rad] each axis of its frame."""
+    [rad] each axis of its frame; (0, 0) is exact. None: perhaps exact, perhaps some
+    5 mm and 5 degrees off (`distortion.TYPICAL_POSE_STD`)."""
     shape_std: float | None = None
     """How well the shape itself is known, as a share of its size; None: as it says
     (`Shape.shape_std`)."""
@@ -137,7 +145,8 @@ class Bayes(Estimator):
                 fix="as in mass=1%,com=2mm,inertia=20%",
             )
         try:
-            pose_std, C = np.array(self.pose_std, dtype=float), self.systematic
+            pose_std = np.zeros(2) if self.pose_std is None else self.pose_std
+            pose_std, C = np.array(pose_std, dtype=float), self.systematic
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
             raise InputError(
@@ -171,6 +180,8 @@ class Bayes(Estimator):
         """As of every method, with the shape's own deviation; the noise it finds
         itself."""
         shape_std = 0.0 if known.shape is None else known.shape.shape_std
+        if known.shape is not None and known.shape.known != "object":
+            shape_std = None
         own = {
             "noise": None,
             "shape_std": shape_std,
@@ -178,6 +189,14 @@ class Bayes(Estimator):
             "carried": known.carried,
         }
         return super().settings(known, model) | own
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """As of every method, with what is known of the shape where that is only
+        bounds."""
+        if self.shape_std is not None or self.shape.known == "object":
+            return super().provenance
+        return super().provenance | {"shape_known": self.shape.known}
 
     @property
     def asked(self) -> Accuracy | None:
@@ -190,7 +209,14 @@ class Bayes(Estimator):
         return self.estimate(state, start)
 
     @cached_property
+    def _size(self) -> float:
+        """Half the diagonal of the bounding box [m]."""
+        return 0.5 * float(np.linalg.norm(self.shape.extents)) or 1.0
+
+    @cached_property
     def _prior(self) -> Prior:
+        if self.shape_std is None and self.shape.known != "object":
+            return Prior.of_bounds(self.shape)
         shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
         return Prior.of(self.shape, self.pose_std, shape_std)
 
@@ -232,11 +258,19 @@ class Bayes(Estimator):
     def _nearest_body(self, posterior: Posterior) -> Nearest:
         """The mass distribution over uniform cells or, where that is not near enough,
         over voxels."""
-        prior = posterior.prior
-        mean = posterior.mixture.mean
-        C = posterior.mixture.covariance
+        prior, move, mixture = posterior.prior, posterior.move, posterior.mixture
+        mean = prior.mean_as_stated(mixture.weights, mixture.means)
+        C = mixture.covariance
         mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
         masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        bounded = prior.offsets is not None
+        if bounded and distance > SUFFICIENT_CELL_DISTANCE and mean[0] > 0.0:
+            prior = prior.drawn_together(mean)
+            masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        elif distance > SUFFICIENT_STATED_DISTANCE and move is None:
+            prior, move = prior.slipped(mixture.weights, mixture.means)
+            if move is not None:
+                masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
         if distance < SUFFICIENT_CELL_DISTANCE:
             vector = prior.cells @ masses
         else:
@@ -250,7 +284,7 @@ class Bayes(Estimator):
                 )
             vector = prior.voxels @ fine
             masses = fine.reshape(self.shape.n, -1).sum(axis=1)
-        margin, move = None, posterior.move
+        margin = None
         if move is not None and vector[0] > 0.0:
             margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
         return Nearest(vector, masses, distance, margin)
@@ -284,9 +318,11 @@ class Bayes(Estimator):
             variance_change = np.abs(now.diagonal() / before.diagonal() - 1.0).max()
             scores = found.scores
             distortion_change = _largest(scores - found.placed.scores)
+            com_change = float(np.linalg.norm(found.center - found.com)) / self._size
             if (
                 variance_change < NEGLIGIBLE_VARIANCE_CHANGE
                 and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
+                and com_change < NEGLIGIBLE_COM_CHANGE
             ):
                 break
             scores = 0.5 * (found.placed.scores + scores)

@@ -17,6 +17,10 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, skew, tensor_to_vector
 from hefting.shapes import Shape
 
+TYPICAL_POSE_STD = (0.003, 0.05)
+"""[m, rad] Standard deviations along and about each axis of a pose of which nothing was
+said: together 5 mm and 5 degrees."""
+
 
 @dataclass(frozen=True, eq=False)
 class Distortions:
@@ -30,18 +34,41 @@ class Distortions:
     """(3,) that COM [m], in the sensor frame"""
 
     @classmethod
-    def of(cls, shape: Shape, pose_std: tuple[float, float], shape_std: float) -> Self:
+    def none(cls, shape: Shape) -> Self:
+        """Of a shape that is certain."""
+        return cls._of(shape, [])
+
+    @classmethod
+    def typical(cls, shape: Shape) -> Self:
+        """`TYPICAL_POSE_STD`, about the place in the bounding box nearest to the origin
+        of the shape's frame."""
+        axes, fixed = shape.pose[:3, :3].T, _fixed_point(shape)
+        move, turn = TYPICAL_POSE_STD
+        modes = [(np.zeros((3, 3)), move * axis) for axis in axes]
+        modes += [(B, -B @ fixed) for B in (turn * skew(axis) for axis in axes)]
+        return cls._of(shape, modes)
+
+    @classmethod
+    def of(
+        cls, shape: Shape, pose_std: tuple[float, float] | None, shape_std: float
+    ) -> Self:
         """Of a pose known to so many m and rad about each axis of its frame, and a
         shape known to a share of itself.
 
         That share is the deviation of the whole size, of each side about the COM, and,
         of half a side, of the place of the COM. The whole grows from the origin of its
-        frame, or from the place in its bounding box nearest to that.
+        frame, or from the place in its bounding box nearest to that. `pose_std` None: a
+        `typical` one beside a shape that is uncertain, else none.
         """
-        center = shape.homogeneous.center_of_mass
-        axes, origin = shape.pose[:3, :3].T, shape.pose[:3, 3] - center
+        axes = shape.pose[:3, :3].T
+        origin = shape.pose[:3, 3] - shape.homogeneous.center_of_mass
         none, nowhere = np.zeros((3, 3)), np.zeros(3)
         modes: list[tuple[Array, Array]] = []  # B, u at the COM
+        if pose_std is None:
+            if shape_std > 0.0:
+                both = cls.typical(shape)
+                modes += list(zip(both.gradients, both.shifts, strict=True))
+            pose_std = (0.0, 0.0)
         if pose_std[0] > 0.0:
             modes += [(none, pose_std[0] * axis) for axis in axes]
         if pose_std[1] > 0.0:
@@ -49,20 +76,20 @@ class Distortions:
                 (B, -B @ origin) for B in (pose_std[1] * skew(axis) for axis in axes)
             ]
         if shape_std > 0.0:
-            corners = (shape.hull - center) @ axes.T
-            fixed = (
-                np.clip(axes @ origin, corners.min(axis=0), corners.max(axis=0)) @ axes
-            )
-            modes.append((shape_std * np.eye(3), -shape_std * fixed))
+            modes.append((shape_std * np.eye(3), -shape_std * _fixed_point(shape)))
             modes += [(shape_std * np.outer(axis, axis), nowhere) for axis in axes]
             modes += [
                 (none, 0.5 * shape_std * side * axis)
                 for side, axis in zip(shape.extents, axes, strict=True)
             ]
+        return cls._of(shape, modes)
+
+    @classmethod
+    def _of(cls, shape: Shape, modes: list[tuple[Array, Array]]) -> Self:
         return cls(
             np.array([B for B, _ in modes]).reshape(-1, 3, 3),
             np.array([u for _, u in modes]).reshape(-1, 3),
-            center,
+            shape.homogeneous.center_of_mass,
         )
 
     def by(self, scores: Array) -> "Move":
@@ -73,16 +100,29 @@ class Distortions:
     def effects(self, body: Array, scores: Array) -> Array:
         """(10, d) change of parameters `body` (10,) by each, to first order about the
         distortion of these scores."""
-        there = self.by(scores)
-        changes: list[Array] = []
-        for B, u in zip(self.gradients, self.shifts, strict=True):
-            t = u - B @ self.center
-            changes.append(
-                0.5
-                * (affine(there.A + B, there.t + t) - affine(there.A - B, there.t - t))
-                @ body
-            )
-        return np.array(changes).T
+        X, P = self.by(scores).transform, InertialParameters(body).pseudo_inertia
+        half = self._changes @ P @ X.T
+        return _parameters(half + half.transpose(0, 2, 1)).T
+
+    def covariance(self, body: Array) -> Array:
+        """(10, 10) of parameters `body` (10,) moved by all at once, each normal: exact,
+        as what they do is quadratic in their scores."""
+        P, dX = InertialParameters(body).pseudo_inertia, self._changes
+        linear = self.effects(body, np.zeros(len(dX)))
+        i, k = np.triu_indices(len(dX))
+        half = dX[i] @ P @ dX[k].transpose(0, 2, 1)
+        products = _parameters(half + half.transpose(0, 2, 1)).T
+        # z_i z_k and (z_i² - 1) / 2^½ are uncorrelated and of variance one
+        products *= np.where(i == k, 0.5**0.5, 1.0)
+        return linear @ linear.T + products @ products.T
+
+    @cached_property
+    def _changes(self) -> Array:
+        """(d, 4, 4) of the homogeneous transform, by each distortion."""
+        dX = np.zeros((len(self.shifts), 4, 4))
+        dX[:, :3, :3] = self.gradients
+        dX[:, :3, 3] = self.shifts - self.gradients @ self.center
+        return dX
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +134,13 @@ class Move:
     t: Array
     """(3,) [m]"""
 
+    @property
+    def transform(self) -> Array:
+        """(4, 4) homogeneous."""
+        X = np.eye(4)
+        X[:3, :3], X[:3, 3] = self.A, self.t
+        return X
+
     @cached_property
     def parameters(self) -> Array:
         """(10, 10) takes those of a body to those of the moved one."""
@@ -104,15 +151,28 @@ class Move:
         return np.linalg.pinv(self.A) @ (x - self.t)
 
 
+def _fixed_point(shape: Shape) -> Array:
+    """(3,) [m] from the homogeneous COM to the place in the bounding box nearest to the
+    origin of the shape's frame."""
+    axes, center = shape.pose[:3, :3].T, shape.homogeneous.center_of_mass
+    corners = (shape.hull - center) @ axes.T
+    origin = axes @ (shape.pose[:3, 3] - center)
+    return np.clip(origin, corners.min(axis=0), corners.max(axis=0)) @ axes
+
+
 def affine(A: Array, t: Array) -> Array:
     """(10, 10) takes the parameters of a body to those of the same masses at A x + t
     instead of x."""
-    X = np.eye(4)
-    X[:3, :3], X[:3, 3] = A, t
-    moved = X @ _PSEUDO_INERTIAS @ X.T
-    S = moved[:, :3, :3]
+    X = Move(A, t).transform
+    return _parameters(X @ _PSEUDO_INERTIAS @ X.T).T
+
+
+def _parameters(pseudo_inertias: Array) -> Array:
+    """(n, 10) of pseudo-inertia matrices (n, 4, 4)."""
+    S = pseudo_inertias[:, :3, :3]
     J = S.trace(axis1=1, axis2=2)[:, None, None] * np.eye(3) - S
-    return np.vstack((moved[:, 3, 3], moved[:, :3, 3].T, tensor_to_vector(J).T))
+    h = pseudo_inertias[:, 3, :3]
+    return np.column_stack((pseudo_inertias[:, 3, 3], h, tensor_to_vector(J)))
 
 
 _PSEUDO_INERTIAS = np.array(

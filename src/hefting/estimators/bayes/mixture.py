@@ -51,19 +51,29 @@ class Mixture:
 
         With F = s F_j and the prior's mean s mu: I + F'Lambda F = R R', y = R^-1
         F'(lambda - Lambda s mu), the mean is s mu + F R^-T y, the covariance F (R
-        R')^-1 F', and the log weight ½ |y|² - log det R + log of the prior's.
+        R')^-1 F', and the log weight ½ |y|² - log det R + log of the prior's. Where the
+        members have means of their own, mu_j, that of the samples at each is added,
+        lambda' mu_j - ½ mu_j' Lambda mu_j.
         """
         F, mu = scale * prior.spread, scale * prior.mean
+        own = np.zeros(1)
+        if prior.offsets is not None:
+            mu = mu + scale * prior.offsets
+            own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
+                axis=1
+            )
         FL = F.transpose(0, 2, 1) @ likelihood.precision
         R = np.linalg.cholesky(np.eye(10) + FL @ F)
-        rest = F.transpose(0, 2, 1) @ (likelihood.shift - likelihood.precision @ mu)
+        left = likelihood.shift - mu @ likelihood.precision
         inverse = np.array([lapack.dtrtri(each, lower=1)[0] for each in R])
-        y = (inverse @ rest[:, :, None])[:, :, 0]
+        rest = F.transpose(0, 2, 1) @ left[..., None]
+        y = (inverse @ rest)[:, :, 0]
         half = F @ inverse.transpose(0, 2, 1)
         log = (
             0.5 * (y * y).sum(axis=1)
             - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1)
             + prior.log_weight
+            + own
         )
         weights = np.exp(log - log.max())
         weights /= weights.sum()

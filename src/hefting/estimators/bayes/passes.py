@@ -27,12 +27,20 @@ class Pass:
 
     placed: Placed
     """prior about the shape's distortion"""
+    com: Array
+    """(3,) [m] centre of mass about which it is linear"""
     scale: float
     """of the prior [kg]"""
     noise: NoiseFound
     likelihood: Likelihood
     """with systematic errors"""
     mixture: Mixture
+
+    @property
+    def center(self) -> Array:
+        """(3,) [m] centre of mass, by this posterior."""
+        mean = self.mixture.mean
+        return mean[1:4] / max(float(mean[0]), 1e-9 * self.scale)
 
     @property
     def scores(self) -> Array:
@@ -52,18 +60,21 @@ class Passes:
 
     def first(self, start: Estimate | None) -> Pass:
         """The first pass, from an earlier estimate if there is one."""
-        phi = self.rough_mass * self.prior.mean
+        phi, com = self.rough_mass * self.prior.mean, None
         if start is not None:
             phi = start.parameters.vector
-        placed = self.prior.about(np.zeros(len(self.prior.distortions.shifts)))
-        return self._pass(placed, phi, None)
+            if phi[0] > 0.0:
+                com = phi[1:4] / phi[0]
+        placed = self.prior.about(np.zeros(len(self.prior.distortions.shifts)), com)
+        return self._pass(
+            placed, self.prior.mean[1:4] if com is None else com, phi, None
+        )
 
     def next(self, last: Pass, scores: Array) -> Pass:
-        """The pass after another, about the distortion `scores` (d,)."""
-        placed = last.placed
-        if np.any(scores != placed.scores):
-            placed = self.prior.about(scores)
-        return self._pass(placed, last.mixture.mean, last.noise)
+        """The pass after another, about its centre of mass and the distortion `scores`
+        (d,)."""
+        placed = self.prior.about(scores, last.center)
+        return self._pass(placed, last.center, last.mixture.mean, last.noise)
 
     def settled(self, last: Pass) -> tuple[Pass, float]:
         """The last pass, its noise larger where stretches of the record disagree by
@@ -73,7 +84,9 @@ class Passes:
         inflation = inflation_of(unexplained)
         if inflation == 1.0:
             return last, disagreement
-        wider = self._posterior(last.placed, last.scale, last.noise, inflation)
+        wider = self._posterior(
+            last.placed, last.com, last.scale, last.noise, inflation
+        )
         return wider, disagreement
 
     @cached_property
@@ -82,20 +95,27 @@ class Passes:
         level = self.source.level()
         return self.source.samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
 
-    def _pass(self, placed: Placed, phi: Array, before: NoiseFound | None) -> Pass:
+    def _pass(
+        self, placed: Placed, com: Array, phi: Array, before: NoiseFound | None
+    ) -> Pass:
         rough = self.rough_mass
         scale = min(
             max(float(phi[0]), SMALLEST_PRIOR_SCALE * rough),
             LARGEST_PRIOR_SCALE * rough,
         )
         noise = self.source.found(phi, before)
-        return self._posterior(placed, scale, noise, 1.0)
+        return self._posterior(placed, com, scale, noise, 1.0)
 
     def _posterior(
-        self, placed: Placed, scale: float, noise: NoiseFound, inflation: float
+        self,
+        placed: Placed,
+        com: Array,
+        scale: float,
+        noise: NoiseFound,
+        inflation: float,
     ) -> Pass:
         likelihood = noise.likelihood(inflation)
         if self.systematic is not None:
             likelihood = likelihood.blurred(self.systematic)
         mixture = Mixture.of(placed.prior, scale, likelihood)
-        return Pass(placed, scale, noise, likelihood, mixture)
+        return Pass(placed, com, scale, noise, likelihood, mixture)

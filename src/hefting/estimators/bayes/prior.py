@@ -3,55 +3,42 @@ wrench was measured.
 
 The object is thought of as some 4,000 voxels; a_f (10,) are the parameters of 1 kg in
 voxel f, v_f its share of the volume, mu = sum v_f a_f those of the homogeneous body.
-The density is 1 + e(p), with e a Gaussian process. About the homogeneous centre of
-mass, for 1 kg, phi then has the mean mu and, the mass apart, the covariance
-
-    Q = sigma² (Q1 + `WITHIN_CELL_VARIANCE` Qw) + delta² Qd
-
-- Q1 = M (C - C 1 1' C / 1' C 1) M': between cells, C_ij = v_i v_j exp(-d_ij² / 2 l²), l =
-  `CORRELATION_LENGTH` times the diagonal of the bounding box; M (10, cells) are the means of a_f in each cell.
-- Qw: within cells, the covariance of a_f, scaled to the inertia of Q1.
-- Qd: a shell or a core. With r_f the rank of the voxel's depth, 0 at the surface and 1 in the middle, the density
-  has random shares of the Legendre polynomials P1 and, with `CURVED_SHELL_VARIANCE` of the variance, P2:
-  Qd = d1 d1' + `CURVED_SHELL_VARIANCE` d2 d2',
-  d1 = sqrt(3) sum v_f a_f P1(2 r_f - 1),  d2 = sqrt(5) sum v_f a_f P2(2 r_f - 1).
-
-The block of the inertia, given the centre of mass, is scaled by k². What sigma, delta
-and k are is not known: the prior is a mixture of Gaussians over all of them.
+About the homogeneous centre of mass, for 1 kg, phi has the mean mu and, the mass apart,
+a covariance that depends on how the density may vary (`densities`) and on how the shape
+or its place may be wrong (`distortion`). Neither is known: the prior is a mixture of
+Gaussians.
 """
 
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, tensor_to_vector
+from hefting.estimators.bayes import bounds
+from hefting.estimators.bayes.densities import (
+    MEMBERS,
+    OFF_CENTRE_GROWTH,
+    member_covariances,
+)
 from hefting.estimators.bayes.distortion import Distortions, Move, affine
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 
-DENSITY_STD_WEIGHTS = {0.1: 0.25, 0.3: 0.25, 0.7: 0.25, 1.4: 0.25}
-"""sigma, the relative standard deviation of the density, and the prior probability of
-each value."""
-SHELL_STD_WEIGHTS = {0.0: 0.5, 1.0: 0.5}
-"""delta, the relative difference in density between core and shell, and the prior
-probability of each value."""
-INERTIA_SCALE_WEIGHTS = {0.2: 0.3, 0.6: 0.4, 2.0: 0.3}
-"""k, the factor of the inertia's standard deviation given the COM, and the prior
-probability of each value."""
-WITHIN_CELL_VARIANCE = 0.2
-"""Variance of the density within cells, relative to that between them."""
-CURVED_SHELL_VARIANCE = 0.3
-"""Variance of the second Legendre polynomial of the depth rank, relative to that of the
-first."""
-TENSOR_MULTIPLICITY = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
-"""(6,) number of times each entry xx, xy, xz, yy, yz, zz occurs in the symmetric
-tensor."""
-CORRELATION_LENGTH = 0.25
-"""Correlation length of the density, as a share of the diagonal of the bounding box."""
+MASS_STD = 3.0
+"""Standard deviation of the mass over the prior's: next to free."""
 LARGEST_DISTORTION = 3.0
 """Largest distortion of a shape along each mode, in prior standard deviations."""
+CELL_REACH = 3.0
+"""Half the side of the box of cells about an object of unknown shape, in standard
+deviations of its mass along that side."""
+NEGLIGIBLE_MEMBER = 1e-3
+"""Posterior weight of a member up to which it does not matter where a shape is."""
+SMALLEST_SHARE = 1e-12
+"""Least variance of a combination of parameters, as a share of that of each: what is
+smaller is rounding."""
+NEGLIGIBLE_SLIP = 0.1
+"""Error of a pose, in prior standard deviations, for which nothing is moved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,65 +68,146 @@ class Prior:
     """(n k,)"""
     distortions: Distortions
     """in which ways the shape may be wrong; none for one that is certain"""
+    slips: Distortions
+    """small errors of a pose of which nothing was said, which `spread` has already"""
+    growth: float
+    """of the second moment with the square of the COM's way from that of `mean`:
+    `OFF_CENTRE_GROWTH`"""
+    offsets: Array | None = None
+    """(j, 10) of the members' means from `mean`; None where they have the same"""
 
     @classmethod
     def of(
         cls,
         shape: Shape,
-        pose_std: tuple[float, float] = (0.0, 0.0),
+        pose_std: tuple[float, float] | None = None,
         shape_std: float = 0.0,
     ) -> Self:
-        """Of a shape in the sensor frame; for its deviations see `Distortions.of`."""
-        voxels = Voxels.of(shape)
-        Q1, Qw, Qd = covariances(voxels, float(np.linalg.norm(shape.extents)) or 1.0)
+        """Of a shape in the sensor frame; for its deviations see `Distortions.of`.
+
+        `pose_std` None: some members of the mixture have the pose exact, some allow for
+        a typical error.
+        """
+        voxels, com = Voxels.of(shape), shape.homogeneous.center_of_mass
+        mean = shape.homogeneous.vector / shape.homogeneous.mass
         size = np.sqrt(max(float(np.trace(vector_second(voxels.mean))), 1e-12))
         units = np.repeat((size, size**2), (3, 6))
-        pairs = list(product(DENSITY_STD_WEIGHTS.items(), SHELL_STD_WEIGHTS.items()))
-        Q = np.stack(
-            [
-                s**2 * (Q1 + WITHIN_CELL_VARIANCE * Qw) + d**2 * Qd
-                for (s, _), (d, _) in pairs
-            ]
-        )[:, 1:, 1:]
-        members = _stiffened(
-            Q / np.outer(units, units), np.array(list(INERTIA_SCALE_WEIGHTS))
-        )
-        weights = np.outer(
-            [p * q for (_, p), (_, q) in pairs], list(INERTIA_SCALE_WEIGHTS.values())
-        ).ravel()
-        values, vectors = np.linalg.eigh(members)
-        L = (
-            vectors
-            * np.sqrt(np.maximum(values, 0.0))[:, None, :]
-            * units[None, :, None]
-        )
-        spread = np.zeros((len(members), 10, 10))
-        spread[:, :, 0] = 3.0 * voxels.mean
-        spread[:, 1:, 1:] = L
-        T = affine(np.eye(3), shape.homogeneous.center_of_mass)
+        diagonal = float(np.linalg.norm(shape.extents)) or 1.0
+        Q = member_covariances(voxels, diagonal, units)
+        T = affine(np.eye(3), com)
+        unsaid = pose_std is None and shape_std == 0.0
+        slips = Distortions.typical(shape) if unsaid else Distortions.none(shape)
+        if unsaid:
+            back = affine(np.eye(3), -com)
+            moved = (back @ slips.covariance(mean) @ back.T)[1:, 1:]
+            Q = Q + MEMBERS[:, 4, None, None] * (moved / np.outer(units, units))
+        values, vectors = np.linalg.eigh(Q)
+        L = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        spread = np.zeros((len(Q), 10, 10))
+        spread[:, :, 0] = MASS_STD * voxels.mean
+        spread[:, 1:, 1:] = L * units[None, :, None]
         return cls(
-            shape.homogeneous.vector / shape.homogeneous.mass,
+            mean,
             T @ spread,
-            np.log(weights / weights.sum()),
+            np.log(MEMBERS[:, 5] / MEMBERS[:, 5].sum()),
             T @ voxels.points,
             voxels.shares,
             T @ voxels.parameters,
             voxels.volumes,
             Distortions.of(shape, pose_std, shape_std),
+            slips,
+            OFF_CENTRE_GROWTH,
         )
 
-    def about(self, scores: Array) -> "Placed":
+    @classmethod
+    def of_bounds(cls, shape: Shape) -> Self:
+        """Of an object that is somewhere inside a box in the sensor frame, or, where
+        the shape says so, within reach of the sensor (`Shape.known`)."""
+        table = (
+            bounds.REACH_MEMBERS if shape.known == "reach" else bounds.BOUNDS_MEMBERS
+        )
+        means, factors = bounds.bounded_members(table, np.asarray(shape.extents))
+        T = affine(np.eye(3), shape.homogeneous.center_of_mass)
+        voxels, none = Voxels.of(shape), Distortions.none(shape)
+        weights = table[:, 5] / table[:, 5].sum()
+        spread = np.zeros((len(table), 10, 10))
+        spread[:, :, 0] = MASS_STD * means
+        spread[:, 1:, 1:] = factors
+        mean = weights @ means
+        return cls(
+            T @ mean,
+            T @ spread,
+            np.log(weights),
+            T @ voxels.points,
+            voxels.shares,
+            T @ voxels.parameters,
+            voxels.volumes,
+            none,
+            none,
+            bounds.OFF_CENTRE_GROWTH,
+            (means - mean) @ T.T,
+        )
+
+    def mean_as_stated(self, weights: Array, means: Array) -> Array:
+        """(10,) posterior mean of the parameters, given each member's weight (j,) and
+        mean (j, 10); of those with an exact pose alone, where that is more likely than
+        not."""
+        if len(self.slips.shifts):
+            exact = weights * (1.0 - MEMBERS[:, 4])
+            if (total := float(exact.sum())) > 0.5:
+                return exact @ means / total
+        return weights @ means
+
+    def slipped(self, weights: Array, means: Array) -> "tuple[Self, Move | None]":
+        """Cells and voxels where a pose of which nothing was said most likely has them,
+        given each member's posterior weight (j,) and mean (j, 10); None where it is
+        about as stated."""
+        if not len(self.slips.shifts):
+            return self, None
+        effects = self.slips.effects(self.mean, np.zeros(len(self.slips.shifts)))
+        scores = _most_likely(self, effects, weights * MEMBERS[:, 4], means)
+        if np.abs(scores).max() < NEGLIGIBLE_SLIP:
+            return self, None
+        move = self.slips.by(scores)
+        M = move.parameters
+        return replace(self, cells=M @ self.cells, voxels=M @ self.voxels), move
+
+    def drawn_together(self, phi: Array) -> Self:
+        """Cells and voxels of a box drawn together about the body of parameters phi
+        (10,), `CELL_REACH` of its standard deviations to each side but inside the box:
+        as they are, they may be larger than the whole object."""
+        c = phi[1:4] / phi[0]
+        second = vector_second(phi) / phi[0] - np.outer(c, c)
+        low, high = self.voxels[1:4].min(axis=1), self.voxels[1:4].max(axis=1)
+        least = (1e-3 * (high - low).max()) ** 2
+        reach = CELL_REACH * np.sqrt(np.maximum(second.diagonal(), least))
+        lower, upper = np.maximum(c - reach, low), np.minimum(c + reach, high)
+        if (lower >= upper).any():
+            return self
+        A = np.diag((upper - lower) / (high - low))
+        M = affine(A, lower - A @ low)
+        return replace(self, cells=M @ self.cells, voxels=M @ self.voxels)
+
+    def about(self, scores: Array, com: Array | None = None) -> "Placed":
         """With the distortions, linear about the one of so many standard deviations
-        (d,)."""
+        (d,), and about a centre of mass `com` (3,) [m], by default the homogeneous
+        one."""
         if not len(scores):
-            return Placed(self, None, scores, np.zeros((len(self.spread), 0, 9)))
+            mean, spread = self._bent(com)
+            return Placed(
+                replace(self, mean=mean, spread=spread),
+                None,
+                scores,
+                np.zeros((10, 0)),
+            )
         move = self.distortions.by(scores)
         effects = self.distortions.effects(self.mean, scores)
         M = move.parameters
-        mean = M @ self.mean - effects @ scores
+        bent, spread = self._bent(None if com is None else move.back(com))
+        mean = M @ bent - effects @ scores
         both = np.concatenate(
             (
-                M[1:, 1:] @ self.spread[:, 1:, 1:],
+                M[1:, 1:] @ spread[:, 1:, 1:],
                 np.tile(effects[1:], (len(self.spread), 1, 1)),
             ),
             2,
@@ -148,12 +216,32 @@ class Prior:
             0, 2, 1
         )
         spread = np.zeros_like(self.spread)
-        spread[:, :, 0] = 3.0 * mean
+        spread[:, :, 0] = MASS_STD * mean
         spread[:, 1:, 1:] = L
         prior = replace(
             self, mean=mean, spread=spread, cells=M @ self.cells, voxels=M @ self.voxels
         )
-        return Placed(prior, move, scores, _attribution(L, effects[1:]))
+        return Placed(prior, move, scores, effects)
+
+    def _bent(self, com: Array | None) -> tuple[Array, Array]:
+        """`mean` and `spread` where the second moment grows with the square of the
+        COM's way from the homogeneous one, linear about `com` (3,) [m]."""
+        if com is None:
+            return self.mean, self.spread
+        c = com - self.mean[1:4]
+        square = float(c @ c) * np.eye(3) - np.outer(c, c)
+        slopes = np.zeros((10, 10))
+        for k, unit in enumerate(np.eye(3)):
+            both = np.outer(c, unit)
+            slopes[4:, 1 + k] = tensor_to_vector(2.0 * c[k] * np.eye(3) - both - both.T)
+        away = affine(np.eye(3), self.mean[1:4])
+        back = affine(np.eye(3), -self.mean[1:4])
+        mean = self.mean.copy()
+        mean[4:] -= self.growth * tensor_to_vector(square)
+        spread = self.spread + self.growth * (away @ slopes @ back) @ self.spread
+        own = mean if self.offsets is None else mean + self.offsets
+        spread[:, :, 0] = MASS_STD * own
+        return mean, spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,32 +255,33 @@ class Placed:
     """what it does; None for a certain shape"""
     scores: Array
     """(d,) its standard deviations"""
-    attribution: Array
-    """(j, d, 9) to how many deviations of each a difference from `mean`, the mass
-    apart, comes"""
+    effects: Array
+    """(10, d) what one standard deviation of each does to the parameters of 1 kg"""
 
     def most_likely(self, weights: Array, means: Array) -> Array:
         """(d,) posterior mean of the distortion, given each member's weight (j,) and
         mean (j, 10)."""
-        off = means[:, 1:] / means[:, :1] - self.prior.mean[1:]
-        return np.clip(
-            weights @ (self.attribution @ off[:, :, None])[:, :, 0],
-            -LARGEST_DISTORTION,
-            LARGEST_DISTORTION,
-        )
+        if not len(self.scores):
+            return self.scores
+        return _most_likely(self.prior, self.effects, weights, means)
 
 
-def _attribution(L: Array, effects: Array) -> Array:
-    """(j, d, 9): mean of z (d,) given x (9,), whose covariance is L L' (j, 9, 9), of
-    which effects z is a part."""
-    scale = np.linalg.norm(L, axis=2, keepdims=True)
+def _most_likely(prior: Prior, effects: Array, weights: Array, means: Array) -> Array:
+    """(d,) posterior mean of distortions z with these effects (10, d), of members of
+    posterior weights (j,), which need not sum to one, and means (j, 10).
+
+    Of a member whose parameters have the covariance Q, z is X' Q^-1 times what they
+    differ from the prior's, the mass apart.
+    """
+    kept = weights > NEGLIGIBLE_MEMBER
+    L, X = prior.spread[kept, 1:, 1:], effects[1:]
+    off = means[kept, 1:] / means[kept, :1] - prior.mean[1:]
+    scale = np.linalg.norm(L, axis=2)
     scale = np.where(scale > 0.0, scale, 1.0)
-    inverse = np.linalg.pinv(L / scale, rcond=1e-9)
-    return (
-        (inverse @ (effects / scale)).transpose(0, 2, 1)
-        @ inverse
-        / scale.transpose(0, 2, 1)
-    )
+    L = L / scale[:, :, None]
+    Q = L @ L.transpose(0, 2, 1) + SMALLEST_SHARE * np.eye(9)
+    y = np.linalg.solve(Q, (off / scale)[:, :, None])[:, :, 0] / scale
+    return np.clip((weights[kept] @ y) @ X, -LARGEST_DISTORTION, LARGEST_DISTORTION)
 
 
 def vector_second(vector: Array) -> Array:
@@ -200,41 +289,3 @@ def vector_second(vector: Array) -> Array:
     xx, xy, xz, yy, yz, zz = vector[4:]
     J = np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
     return 0.5 * np.trace(J) * np.eye(3) - J
-
-
-def covariances(voxels: Voxels, diagonal: float) -> tuple[Array, Array, Array]:
-    """Q1, Qw and Qd (10, 10) for 1 kg; `diagonal` [m] is that of the bounding box."""
-    v, M, x = voxels.cell_shares, voxels.cells, voxels.cell_positions
-    square = ((x[:, None] - x[None]) ** 2).sum(axis=2)
-    C = np.outer(v, v) * np.exp(-0.5 * square / (CORRELATION_LENGTH * diagonal) ** 2)
-    row = C.sum(axis=1)
-    Mr = M @ row
-    Q1 = M @ C @ M.T - np.outer(Mr, Mr) / row.sum()
-    centred = voxels.parameters - voxels.mean[:, None]
-    Qw = (centred * voxels.volumes) @ centred.T
-    r = 2.0 * voxels.depth_rank - 1.0
-    polynomials = np.stack(
-        (3.0**0.5 * r, (5.0 * CURVED_SHELL_VARIANCE) ** 0.5 * (1.5 * r * r - 0.5))
-    )
-    d = voxels.parameters @ (voxels.volumes * polynomials).T
-    within = float(Qw.diagonal()[4:] @ TENSOR_MULTIPLICITY)
-    return (
-        Q1,
-        Qw
-        * (float(Q1.diagonal()[4:] @ TENSOR_MULTIPLICITY) / within if within else 0.0),
-        d @ d.T,
-    )
-
-
-def _stiffened(Q: Array, k: Array) -> Array:
-    """Q (j, 9, 9) with the inertia's covariance, the centre of mass given, scaled by
-    each k²: (j len(k), 9, 9)."""
-    values, vectors = np.linalg.eigh(Q[:, :3, :3])
-    inverse = 1.0 / np.where(values > 1e-9 * values[:, -1:], values, np.inf)
-    half = Q[:, 3:, :3] @ (vectors * np.sqrt(inverse)[:, None, :])
-    explained = half @ half.transpose(0, 2, 1)
-    members = np.repeat(Q[:, None], len(k), axis=1)
-    members[:, :, 3:, 3:] = (
-        explained[:, None] + (k**2)[:, None, None] * (Q[:, 3:, 3:] - explained)[:, None]
-    )
-    return members.reshape(-1, 9, 9)

@@ -1,0 +1,21 @@
+"""Doubt: how far a shape may be from the object it stands for."""
+
+KNOWN = ("object", "bounds", "reach")
+"""What may be known of an object: its shape, a box around it, or nothing."""
+REACH = 0.5
+"""[m] Distance from the sensor, along each axis, within which a held object is taken to
+be."""
+ROUGH = 0.2
+"""`Shape.shape_std` of a box or a hull that is only known to hold the object."""
+SMALL_CAPS = 0.02
+"""Share of a surface in the caps of its holes up to which they do not matter."""
+DOUBT_OF_CAPS = 0.5
+"""`Shape.shape_std` of a mesh with holes over the share of the caps, up to `ROUGH`:
+nobody knows how the object bulges where the mesh has a hole. With meshes of which a
+fifth to a half is missing on one side, 95 % intervals hold 95 to 96 %; without it 92.5
+at 150 samples."""
+
+
+def doubt_of_caps(share: float) -> float:
+    """`Shape.shape_std` of a mesh whose caps have this share of its surface."""
+    return min(DOUBT_OF_CAPS * share, ROUGH) if share > SMALL_CAPS else 0.0
