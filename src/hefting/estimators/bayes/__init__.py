@@ -23,16 +23,14 @@ from hefting.estimators.base import (
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.passes import Data, Passes
 from hefting.estimators.bayes.posterior import (
-    CONTRADICTING_SHAPE_DISTANCE,
-    Nearest,
     Posterior,
     contradiction,
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior
-from hefting.estimators.bayes.projection import projected
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
@@ -63,13 +61,6 @@ SMALLEST_PRIOR_SCALE = 0.2
 objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
-SUFFICIENT_CELL_DISTANCE = 0.3
-"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution
-over whole cells is accepted instead of one over voxels."""
-
-SUFFICIENT_STATED_DISTANCE = 2.0
-"""Squared Mahalanobis distance within which a mass distribution over the shape as
-stated is accepted, where nothing was said of the pose's error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +199,9 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        nearest = self._nearest_body(posterior)
+        nearest = nearest_body(
+            posterior.prior, posterior.move, posterior.narrow, self.shape
+        )
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
@@ -233,41 +226,6 @@ class Bayes(Estimator):
             warnings=warnings_of(posterior, nearest.distance),
             provenance=posterior.noise_found,
         )
-
-    def _nearest_body(self, posterior: Posterior) -> Nearest:
-        """The mass distribution over uniform cells or, where that is not near enough,
-        over voxels."""
-        prior, move = posterior.prior, posterior.move
-        narrow = posterior.narrow
-        mean = prior.mean_as_stated(narrow.weights, narrow.means)
-        C = narrow.covariance
-        mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
-        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        bounded = prior.offsets is not None
-        if bounded and distance > SUFFICIENT_CELL_DISTANCE and mean[0] > 0.0:
-            prior = prior.drawn_together(mean)
-            masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        elif distance > SUFFICIENT_STATED_DISTANCE and move is None:
-            prior, move = prior.slipped(narrow.weights, narrow.means)
-            if move is not None:
-                masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        if distance < SUFFICIENT_CELL_DISTANCE:
-            vector = prior.cells @ masses
-        else:
-            fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-            # no distribution fits: keep at least the mass
-            if distance > CONTRADICTING_SHAPE_DISTANCE:
-                fine = (
-                    (fine + 1e-6 * mass * prior.voxel_shares)
-                    * mass
-                    / (fine.sum() + 1e-6 * mass)
-                )
-            vector = prior.voxels @ fine
-            masses = fine.reshape(self.shape.n, -1).sum(axis=1)
-        margin = None
-        if move is not None and vector[0] > 0.0:
-            margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
-        return Nearest(vector, masses, distance, margin)
 
     def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any
