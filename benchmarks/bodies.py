@@ -26,7 +26,7 @@ class Body:
     """A body in the sensor frame."""
 
     kind: str
-    """key of `FILLINGS` or `THINGS`"""
+    """one of `KINDS`"""
     solid: str
     """key of `SOLIDS` or `THINGS`"""
     shape: Shape
@@ -62,7 +62,7 @@ def random_body(kind: str, seed: int) -> Body:
         solid, (mesh, filling) = kind, THINGS[kind](rng)
     else:
         solid = list(SOLIDS)[rng.integers(len(SOLIDS))]
-        mesh, filling = SOLIDS[solid](rng), partial(FILLINGS[kind], rng)
+        mesh, filling = SOLIDS[solid](rng), partial(_FILLINGS[kind], rng)
     pose = np.eye(4)
     pose[:3, :3] = Rotation.random(rng=rng).as_matrix()
     middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
@@ -199,6 +199,16 @@ def _cavity(rng: np.random.Generator, x: Array) -> Array:
     return np.where(hole & (np.count_nonzero(~hole) > 0.2 * len(x)), 0.0, 1.0)
 
 
+FILLINGS: dict[str, Callable[[np.random.Generator, Array], Array]] = {
+    "homogeneous": _homogeneous,
+    "two-material": _two_material,
+    "hollow": _hollow,
+    "concentrated": _concentrated,
+    "graded": _graded,
+    "cavity": _cavity,
+}
+
+
 def _materials(rng: np.random.Generator, x: Array) -> Array:
     """Two to five materials, from foam to steel, each nearest to a place of its own."""
     seeds = x[rng.integers(len(x), size=int(rng.integers(2, 6)))]
@@ -214,16 +224,13 @@ def _insert(rng: np.random.Generator, x: Array) -> Array:
     return np.where(near, np.exp(rng.uniform(np.log(10.0), np.log(100.0))), 1.0)
 
 
-FILLINGS: dict[str, Callable[[np.random.Generator, Array], Array]] = {
-    "homogeneous": _homogeneous,
-    "two-material": _two_material,
-    "hollow": _hollow,
-    "concentrated": _concentrated,
-    "graded": _graded,
-    "cavity": _cavity,
+MATERIALS: dict[str, Callable[[np.random.Generator, Array], Array]] = {
     "materials": _materials,
     "insert": _insert,
 }
+_FILLINGS = {**FILLINGS, **MATERIALS}
+KINDS = (*FILLINGS, *MATERIALS, *THINGS)
+"""Classes of bodies."""
 
 
 def _along(rng: np.random.Generator, x: Array) -> Array:

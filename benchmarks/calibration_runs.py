@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.bodies import Body
+from benchmarks.bodies import Body, sixteen
 from benchmarks.wrong_shapes import WRONG
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
 from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
-from hefting.estimators import PMD, Bayes
+from hefting.estimators import LMI, PMD, Bayes
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.estimators.sample_state import SampleState
@@ -20,6 +20,9 @@ from hefting.simulation.arm import SensorMotion
 
 RATE = 100.0
 SAMPLES = (150, 500, 1000)
+"""Lengths of streams."""
+SPANS = (150, 1000)
+"""Samples of an identification."""
 LEVELS = ("low", "moderate", "high")
 LOOKS = (50, 100, 250, 600)
 """Samples of a stream after which it is looked at, besides the end."""
@@ -30,13 +33,20 @@ class Run:
     """What came of one identification."""
 
     body: Body
+    samples: int
     held95: Array
     """(10,) booleans: mass, COM, inertia about the sensor"""
     held50: Array
     errors: Array
     """(3,) [%] of mass, COM and inertia about the sensor"""
-    pmd: Array
-    """the same of PMD on the same samples"""
+    beside: Array
+    """the same of PMD on the same samples; of an unknown shape, of LMI"""
+    beyond: bool
+    """whether a number is further from its interval's middle than twice its ends"""
+    outside: bool
+    """whether the estimate is outside its own intervals"""
+    unknown: bool
+    """whether no shape was given"""
     widths: Array
     """(3,) [%] width of the 95 % intervals of mass, COM (of the mean side) and trace of
     the inertia"""
@@ -55,12 +65,12 @@ def motions() -> tuple[SensorMotion, ...]:
     return tuple(UR5.motion(j) for j in joints)
 
 
-def identified(body: Body, case: str, seed: tuple[int, ...]) -> Run:
-    """Wield a body once more; `case` is one of `benchmarks.calibration.CASES`."""
+def identified(body: Body, case: str, count: int, seed: tuple[int, ...]) -> Run:
+    """Wield a body once more, for `count` samples; `case` is one of
+    `benchmarks.calibration.CASES`."""
     rng = np.random.default_rng(seed)
     motion = motions()[rng.integers(len(motions()))]
     level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
-    count = int(rng.choice(SAMPLES))
     exact = wield(motion, body.parameters)
     first = int(rng.integers(len(exact) - count + 1))
     exact = exact[first : first + count]
@@ -138,7 +148,11 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
         e = errors_between(found, body.parameters, sides, axes)
         return np.array((e.mass, e.center_of_mass, e.inertia_at_origin))
 
-    width = high - low
+    found = estimate.parameters
+    rival = LMI() if estimator.shape.known == "reach" else PMD(estimator.shape)
+    if isinstance(rival, LMI) and isinstance(estimator.noise, Noise):
+        rival = replace(rival, noise=estimator.noise)
+    middle, width = 0.5 * (low + high), high - low
     widths = (
         width[0] / truth[0],
         width[1:4].mean() / sides.mean(),
@@ -146,6 +160,7 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
     )
     return Run(
         body,
+        state.samples,
         (low <= truth) & (truth <= high),
         np.logical_and(
             *(
@@ -153,8 +168,11 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
                 for s, e in zip((1, -1), ends(mixture, 0.5), strict=True)
             )
         ),
-        errors(estimate.parameters),
-        errors(PMD(estimator.shape).fit(z).parameters),
+        errors(found),
+        errors(rival.fit(z).parameters),
+        bool((np.abs(truth - middle) > width).any()),
+        bool(((sixteen(found)[:10] < low) | (sixteen(found)[:10] > high)).any()),
+        estimator.shape.known == "reach",
         100.0 * np.array(widths),
     )
 

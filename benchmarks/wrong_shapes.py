@@ -1,5 +1,5 @@
-"""Shapes that are not the body's: what somebody might give in its place, and how well
-it would be said to be known."""
+"""Shapes that are not the body's: what somebody might give in its place, and what would
+be said of how well it is known, if anything."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +16,39 @@ PLACED = {"pose_std": (0.005, float(np.radians(5.0)))}
 
 
 def _box(body: Body, rng: np.random.Generator) -> Shape:
+    """The solid of the mesh's bounding box."""
     return _placed(body, body.mesh.bounding_box)
+
+
+def _around(body: Body, rng: np.random.Generator) -> Shape:
+    """A box in sensor axes that touches the body, which is tilted in it."""
+    low, high = body.shape.hull.min(axis=0), body.shape.hull.max(axis=0)
+    return Shape.from_box(*np.stack((low, high), axis=1).ravel(), points=POINTS)
+
+
+def _generous(body: Body, rng: np.random.Generator) -> Shape:
+    """A box in sensor axes, each side 1.2 to 2.5 times as long as needed, the body
+    anywhere in it."""
+    low, high = body.shape.hull.min(axis=0), body.shape.hull.max(axis=0)
+    sides = (high - low) * rng.uniform(1.2, 2.5, 3)
+    low = low - (sides - (high - low)) * rng.uniform(size=3)
+    return Shape.from_box(*np.stack((low, low + sides), axis=1).ravel(), points=POINTS)
+
+
+def _unknown(body: Body, rng: np.random.Generator) -> Shape:
+    return Shape.unknown()
+
+
+def _open(body: Body, rng: np.random.Generator) -> Shape:
+    """A mesh without most of what faces away from a camera, a fifth to a half of the
+    way down."""
+    mesh = body.mesh.copy().subdivide_to_size(float(max(body.mesh.extents)) / 8.0)
+    view = rng.normal(size=3)
+    view /= np.linalg.norm(view)
+    depth = mesh.triangles_center @ view
+    hidden = depth < np.quantile(depth, rng.uniform(0.2, 0.5))
+    mesh.update_faces(~(hidden & (mesh.face_normals @ view < -0.3)))
+    return _placed(body, mesh)
 
 
 def _hull(body: Body, rng: np.random.Generator) -> Shape:
@@ -95,5 +127,10 @@ WRONG: dict[
     "misplaced": (_misplaced, PLACED),
     "noisy scan": (_noisy, COARSE),
     "one side": (_one_sided, COARSE),
+    "misplaced, unsaid": (_misplaced, {}),
+    "sensor box": (_around, {}),
+    "generous box": (_generous, {}),
+    "open mesh": (_open, {}),
+    "unknown": (_unknown, {}),
 }
 """What is given for the body's shape, and the deviations that are stated."""

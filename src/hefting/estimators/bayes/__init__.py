@@ -23,17 +23,16 @@ from hefting.estimators.base import (
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Passes
 from hefting.estimators.bayes.posterior import (
-    CONTRADICTING_SHAPE_DISTANCE,
-    Nearest,
+    CONTRADICTING_LIKELIHOOD_DISTANCE,
     Posterior,
     contradiction,
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior
-from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
@@ -60,13 +59,6 @@ UNSETTLED_DISTORTION_CHANGE = 0.5
 above which it was not found."""
 NEGLIGIBLE_VARIANCE_CHANGE = 0.02
 """Relative change of the residual's variances at which the passes end."""
-SUFFICIENT_CELL_DISTANCE = 0.3
-"""Squared Mahalanobis distance, for ten parameters, within which a mass distribution
-over whole cells is accepted instead of one over voxels."""
-
-SUFFICIENT_STATED_DISTANCE = 2.0
-"""Squared Mahalanobis distance within which a mass distribution over the shape as
-stated is accepted, where nothing was said of the pose's error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +221,9 @@ class Bayes(Estimator):
         """
         posterior = self.posterior(state, start)
         mixture = posterior.mixture
-        nearest = self._nearest_body(posterior)
+        nearest = nearest_body(
+            posterior.prior, posterior.move, posterior.mixture, self.shape
+        )
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
@@ -254,40 +248,6 @@ class Bayes(Estimator):
             warnings=warnings_of(posterior, nearest.distance),
             provenance=posterior.noise_found,
         )
-
-    def _nearest_body(self, posterior: Posterior) -> Nearest:
-        """The mass distribution over uniform cells or, where that is not near enough,
-        over voxels."""
-        prior, move, mixture = posterior.prior, posterior.move, posterior.mixture
-        mean = prior.mean_as_stated(mixture.weights, mixture.means)
-        C = mixture.covariance
-        mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
-        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        bounded = prior.offsets is not None
-        if bounded and distance > SUFFICIENT_CELL_DISTANCE and mean[0] > 0.0:
-            prior = prior.drawn_together(mean)
-            masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        elif distance > SUFFICIENT_STATED_DISTANCE and move is None:
-            prior, move = prior.slipped(mixture.weights, mixture.means)
-            if move is not None:
-                masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
-        if distance < SUFFICIENT_CELL_DISTANCE:
-            vector = prior.cells @ masses
-        else:
-            fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
-            # no distribution fits: keep at least the mass
-            if distance > CONTRADICTING_SHAPE_DISTANCE:
-                fine = (
-                    (fine + 1e-6 * mass * prior.voxel_shares)
-                    * mass
-                    / (fine.sum() + 1e-6 * mass)
-                )
-            vector = prior.voxels @ fine
-            masses = fine.reshape(self.shape.n, -1).sum(axis=1)
-        margin = None
-        if move is not None and vector[0] > 0.0:
-            margin = self.shape.margin(move.back(vector[1:4] / vector[0]))
-        return Nearest(vector, masses, distance, margin)
 
     def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any
@@ -328,6 +288,9 @@ class Bayes(Estimator):
             scores = 0.5 * (found.placed.scores + scores)
         distortion_change = _largest(found.scores - found.placed.scores)
         found, disagreement = steps.settled(found)
+        misfit = found.likelihood.misfit(found.mixture.mean)
+        if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
+            found = steps.without_shape(found)
         noise, mixture = found.noise, found.mixture
         enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
         slow = samples.pace >= SEPARATE_POSE_INTERVAL
@@ -347,7 +310,7 @@ class Bayes(Estimator):
             or (state.record is not None and (enough or slow)),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
-            misfit=found.likelihood.misfit(mixture.mean),
+            misfit=misfit,
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
             bias=samples.bias(mixture.mean) if free_bias else None,

@@ -2,7 +2,7 @@
 scale of the prior, the place of an uncertain shape, and what errors of the motion do to
 the wrench."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,10 @@ SMALLEST_PRIOR_SCALE = 0.2
 objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
+
+ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
+"""(10,) standard deviations of mass, first moment [m] and inertia [m²] of a body of
+about 1 kg of which nothing is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +92,18 @@ class Passes:
             last.placed, last.com, last.scale, last.noise, inflation
         )
         return wider, disagreement
+
+    def without_shape(self, last: Pass) -> Pass:
+        """The last pass for a body of any kind: what the samples say, where they
+        contradict the shape. What they leave open is wide."""
+        prior = replace(
+            last.placed.prior,
+            mean=np.zeros(10),
+            spread=np.diag(ANY_BODY)[None],
+            log_weight=np.zeros(1),
+        )
+        mixture = Mixture.of(prior, last.scale, last.likelihood)
+        return replace(last, mixture=mixture)
 
     @cached_property
     def rough_mass(self) -> float:

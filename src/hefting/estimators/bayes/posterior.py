@@ -11,12 +11,9 @@ from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT
 from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
 from hefting.estimators.bayes.prior import Prior
 
-CONTRADICTING_SHAPE_DISTANCE = 30.0
-"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
-nearest body in the shape above which the shape contradicts the wrench: about five
-standard deviations more than expected."""
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
 maximum of the likelihood above which the shape contradicts the wrench."""
@@ -83,21 +80,6 @@ class Posterior:
                 "motion_memory": self.motion.memory,
             }
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class Nearest:
-    """The non-negative mass distribution nearest to the posterior mean."""
-
-    vector: Array
-    """(10,)"""
-    masses: Array
-    """(n,) in each point's cell [kg]"""
-    distance: float
-    """squared, in standard deviations"""
-    margin: float | None
-    """of its COM in the hull, where the shape most likely is; None for a certain
-    shape"""
 
 
 def contradiction(posterior: Posterior, distance: float) -> float:

@@ -29,16 +29,11 @@ MASS_STD = 3.0
 """Standard deviation of the mass over the prior's: next to free."""
 LARGEST_DISTORTION = 3.0
 """Largest distortion of a shape along each mode, in prior standard deviations."""
-CELL_REACH = 3.0
-"""Half the side of the box of cells about an object of unknown shape, in standard
-deviations of its mass along that side."""
 NEGLIGIBLE_MEMBER = 1e-3
 """Posterior weight of a member up to which it does not matter where a shape is."""
 SMALLEST_SHARE = 1e-12
 """Least variance of a combination of parameters, as a share of that of each: what is
 smaller is rounding."""
-NEGLIGIBLE_SLIP = 0.1
-"""Error of a pose, in prior standard deviations, for which nothing is moved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,35 +153,11 @@ class Prior:
                 return exact @ means / total
         return weights @ means
 
-    def slipped(self, weights: Array, means: Array) -> "tuple[Self, Move | None]":
-        """Cells and voxels where a pose of which nothing was said most likely has them,
-        given each member's posterior weight (j,) and mean (j, 10); None where it is
-        about as stated."""
-        if not len(self.slips.shifts):
-            return self, None
+    def likely_slips(self, weights: Array, means: Array) -> Array:
+        """(d,) posterior mean of the errors of a pose of which nothing was said, in
+        standard deviations, given each member's weight (j,) and mean (j, 10)."""
         effects = self.slips.effects(self.mean, np.zeros(len(self.slips.shifts)))
-        scores = _most_likely(self, effects, weights * MEMBERS[:, 4], means)
-        if np.abs(scores).max() < NEGLIGIBLE_SLIP:
-            return self, None
-        move = self.slips.by(scores)
-        M = move.parameters
-        return replace(self, cells=M @ self.cells, voxels=M @ self.voxels), move
-
-    def drawn_together(self, phi: Array) -> Self:
-        """Cells and voxels of a box drawn together about the body of parameters phi
-        (10,), `CELL_REACH` of its standard deviations to each side but inside the box:
-        as they are, they may be larger than the whole object."""
-        c = phi[1:4] / phi[0]
-        second = vector_second(phi) / phi[0] - np.outer(c, c)
-        low, high = self.voxels[1:4].min(axis=1), self.voxels[1:4].max(axis=1)
-        least = (1e-3 * (high - low).max()) ** 2
-        reach = CELL_REACH * np.sqrt(np.maximum(second.diagonal(), least))
-        lower, upper = np.maximum(c - reach, low), np.minimum(c + reach, high)
-        if (lower >= upper).any():
-            return self
-        A = np.diag((upper - lower) / (high - low))
-        M = affine(A, lower - A @ low)
-        return replace(self, cells=M @ self.cells, voxels=M @ self.voxels)
+        return _most_likely(self, effects, weights * MEMBERS[:, 4], means)
 
     def about(self, scores: Array, com: Array | None = None) -> "Placed":
         """With the distortions, linear about the one of so many standard deviations
