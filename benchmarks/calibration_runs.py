@@ -154,7 +154,7 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
             )
         ),
         errors(estimate.parameters),
-        errors(PMD(estimator.shape).fit(z).parameters),
+        errors(PMD(estimator.shape, intervals=False).fit(z).parameters),
         100.0 * np.array(widths),
     )
 

@@ -10,7 +10,7 @@ from benchmarks.calibration_runs import LEVELS, SAMPLES, motions, with_colour
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise
+from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Estimator
 from hefting.shapes import Shape
@@ -57,11 +57,13 @@ def identified_by_all(
 ) -> list[MethodRun]:
     """Wield a body and identify it by every method, or those `chosen` by name.
 
-    `case` is ``"white"`` or as ``"AR 0.9"``. The wrench's noise is found by the state,
-    that of the motion is given; every second recording has a bias, which is found too.
+    `case` is ``"white"`` or as ``"AR 0.9"``: the wrench's noise is found by the state;
+    in ``"given"`` it is white and methods that take it are told. That of the motion is
+    given; every second recording has a bias, which is found too.
     """
     rng = np.random.default_rng(seed)
-    z, free_bias = recorded(body, case, seed, rng), bool(rng.integers(2))
+    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
+    z, free_bias = recorded(body, case, level, seed, rng), bool(rng.integers(2))
     if free_bias:
         bias = rng.normal(size=6) * np.repeat((10.0, 0.3), 3)
         z = replace(z, force=z.force + bias[:3], torque=z.torque + bias[3:])
@@ -70,6 +72,8 @@ def identified_by_all(
         if chosen and estimator.name not in chosen:
             continue
         estimator = replace(estimator, bias="estimate" if free_bias else "none")
+        if case == "given" and "noise" in estimator.hyperparameters():
+            estimator = replace(estimator, noise=level)
         try:
             runs.append(judged(body, estimator.fit(z), free_bias))
         except NotIdentifiableError:
@@ -78,18 +82,22 @@ def identified_by_all(
 
 
 def recorded(
-    body: Body, case: str, seed: tuple[int, ...], rng: np.random.Generator
+    body: Body,
+    case: str,
+    level: Noise,
+    seed: tuple[int, ...],
+    rng: np.random.Generator,
 ) -> Measurements:
-    """150 to 1,000 samples of one motion and noise level, drawn by `rng`."""
+    """150 to 1,000 samples of one motion, drawn by `rng`."""
     motion = motions()[rng.integers(len(motions()))]
-    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
     count = int(rng.choice(SAMPLES))
     exact = wield(motion, body.parameters)
     first = int(rng.integers(len(exact) - count + 1))
     noisy = exact[first : first + count].with_noise(
         replace(level, force=0.0, torque=0.0), seed
     )
-    z = with_colour(noisy, level, 0.0 if case == "white" else float(case[3:]), rng)
+    rho = float(case[3:]) if case.startswith("AR") else 0.0
+    z = with_colour(noisy, level, rho, rng)
     known = MotionNoise(level.linear_acceleration, level.angular_acceleration)
     return replace(z, noise=None, motion_noise=known)
 

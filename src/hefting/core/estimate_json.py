@@ -146,10 +146,9 @@ def _opened(name: str, values: Any) -> Array:
     """Lower and upper ends; null is no end, which the mass has below."""
     ends = np.array(values, dtype=float)
     if len(ends.shape) and len(ends) == 2:
-        open_ = np.isnan(ends)
-        ends[1][open_[1]] = np.inf
+        ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
         if name != "mass":
-            ends[0][open_[0]] = -np.inf
+            ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
     return frozen(ends)
 
 

@@ -26,6 +26,7 @@ class OLS(PointEstimator):
 
     rank = 60
     role = "free"
+    covariance_of_white_noise = True
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
     best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)

@@ -32,10 +32,10 @@ NEAR_BODY_FREEDOMS = {400.0: 0.2, 50.0: 0.2, 12.0: 0.2, 4.0: 0.2, 1.0: 0.2}
 each."""
 IN_BOX_FREEDOMS = {12.0: 0.25, 4.0: 0.25, 1.0: 0.25, 0.3: 0.25}
 """nu of bodies somewhere in a box, and the prior probability of each."""
-RADII = 0.005 * 2.0 ** np.arange(8)
-"""(8,) radii of gyration [m] of an object of which nothing is known, all equally
-probable: from 5 mm to 0.64 m."""
-ANY_BODY_FREEDOM = 2.0
+RADII = 0.01 * 2.0 ** np.arange(6)
+"""(6,) radii of gyration [m] of an object of which nothing is known, all equally
+probable: from 10 mm to 0.32 m."""
+ANY_BODY_FREEDOM = 1.0
 """nu of bodies of each of those radii."""
 COM_STD = 0.3
 """[m] Standard deviation, an axis, of the COM of such a body about that of least
@@ -43,7 +43,7 @@ squares."""
 PART_STDS = (0.3, 1.0, 3.0)
 """Standard deviations of a part's density over the mean density, all equally
 probable."""
-WITHIN_PART_STDS = (0.003, 0.03, 0.3)
+WITHIN_PART_STDS = (0.003, 0.02, 0.1)
 """Standard deviations of the density within a part over the part's, along each axis,
 all equally probable. Points tell a part's border no better than they are apart."""
 WRONG_SHAPE = 0.01
@@ -68,12 +68,11 @@ class PossibleBodies:
         """Of any size, the COM anywhere about `center` (3,) [m]."""
         members = [_about(_ball(center, float(r)), ANY_BODY_FREEDOM) for r in RADII]
         shift = COM_STD * _com_derivative(center)
-        found = cls(
+        return cls(
             np.array([mean for mean, _ in members]),
             np.array([np.column_stack((F, shift)) for _, F in members]),
             np.full(len(members), -np.log(len(members))),
         )
-        return found
 
     @classmethod
     def near(cls, body: InertialParameters) -> Self:
@@ -101,9 +100,12 @@ class PossibleBodies:
         volumes = shape.volumes
         volumes = np.full(shape.n, 1.0 / shape.n) if volumes is None else volumes
         volume = (shares > 0.0).T @ volumes
-        shares = shares * (volume / volume.sum())
+        volume = volume / volume.sum()
+        shares = shares * volume
         columns, gradients = shape.cell_matrix @ shares, _gradients(shape, shares)
-        mean = columns.sum(axis=1)
+        mean = shape.homogeneous.vector / shape.homogeneous.mass
+        # points are the solid only nearly; together the parts are the whole
+        columns += np.outer(mean - columns.sum(axis=1), volume)
         members = [
             _compact(
                 np.column_stack((MASS_STD * mean, std * columns, within * gradients))
@@ -118,7 +120,9 @@ class PossibleBodies:
         )
 
     @classmethod
-    def _of_freedoms(cls, body: InertialParameters, freedoms: dict[float, float]) -> Self:
+    def _of_freedoms(
+        cls, body: InertialParameters, freedoms: dict[float, float]
+    ) -> Self:
         G = _factor(body)
         members = [_about(G, nu) for nu in freedoms]
         return cls(

@@ -87,8 +87,12 @@ class StateSamples:
     @property
     def informative(self) -> bool:
         """Whether the samples tell anything beside a free bias."""
-        size = float(np.abs(self.samples.A_mean).max() * max(self.samples.K, 1.0) ** 0.5)
-        return self.samples.K > 0.0 and float(np.abs(self.samples.A).max()) > 1e-9 * size
+        size = float(
+            np.abs(self.samples.A_mean).max() * max(self.samples.K, 1.0) ** 0.5
+        )
+        return (
+            self.samples.K > 0.0 and float(np.abs(self.samples.A).max()) > 1e-9 * size
+        )
 
     def likelihood(self, phi: Array | None = None) -> StateLikelihood:
         """The likelihood, its noise judged at least squares.

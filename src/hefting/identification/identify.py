@@ -284,7 +284,7 @@ def with_diagnostics(
         estimate,
         samples=round(float(found.counts.sum())),
         duration=None if found.static else estimate.duration,
-        covariance=_covariance(estimate, found),
+        covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
@@ -301,13 +301,16 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
     return shape.margin(estimate.parameters.center_of_mass)
 
 
-def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
-    """The method's own covariance, widened for coloured residuals and by the tool's.
+def _covariance(
+    estimate: Estimate, estimator: Estimator, found: Ingested
+) -> Array | None:
+    """The method's own covariance; one of white noise alone is widened for coloured
+    residuals and by the tool's.
 
     With gravity found as well it is that of the fit which found it: gravity's error is
-    the larger part. A method that gives intervals has seen to all that itself.
+    the larger part.
     """
-    if estimate.covariance is None or estimate.intervals is not None:
+    if estimate.covariance is None or not estimator.covariance_of_white_noise:
         return estimate.covariance
     covariance = inflated(estimate.covariance, found.fit.inflation)
     if found.conditioned.tilt_std is not None:
