@@ -27,7 +27,7 @@ from hefting.shapes import Shape
 
 MASS_STD = 3.0
 """Standard deviation of the mass, relative to the rough mass: next to free."""
-NEAR_BODY_FREEDOMS = {400.0: 0.2, 50.0: 0.2, 12.0: 0.2, 4.0: 0.2, 1.0: 0.2}
+NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}
 """nu of bodies about a homogeneous one of known shape, and the prior probability of
 each."""
 IN_BOX_FREEDOMS = {12.0: 0.25, 4.0: 0.25, 1.0: 0.25, 0.3: 0.25}

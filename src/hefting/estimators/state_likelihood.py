@@ -94,15 +94,14 @@ class StateSamples:
             self.samples.K > 0.0 and float(np.abs(self.samples.A).max()) > 1e-9 * size
         )
 
-    def likelihood(self, phi: Array | None = None) -> StateLikelihood:
+    def likelihood(self, phi: Array) -> StateLikelihood:
         """The likelihood, its noise judged at least squares.
 
-        `phi` (10,), where given, are parameters near the right ones, which tell what
-        errors of the motion do to the wrench. Noise that was given is taken at its
-        word unless the residuals contradict it, by their size or their colour.
+        Parameters `phi` (10,) near the right ones tell what errors of the motion do to
+        the wrench. Noise that was given is taken at its word unless the residuals
+        contradict it, by their size or their colour.
         """
         at = self.samples.least_squares
-        phi = at if phi is None else phi
         if self.given is not None:
             found = self._claimed(phi, at, self.given)
             if found is not None:
