@@ -50,11 +50,15 @@ def main() -> None:
         action="store_true",
         help="every method but Bayes: --runs recordings of each object",
     )
+    parser.add_argument(
+        "--only", nargs="+", default=(), metavar="NAME", help="with --methods: these"
+    )
     arguments = parser.parse_args()
     if arguments.methods:
         from benchmarks.method_calibration import table
 
-        table(arguments.objects, arguments.runs, arguments.seed)
+        chosen = tuple(arguments.only)
+        table(arguments.objects, arguments.runs, arguments.seed, chosen)
         return
 
     import numpy as np

@@ -14,21 +14,27 @@ BODIES_OF_PARTS = 2
 """Bodies of parts for each body of the other kinds: HPS takes no others."""
 
 
-def bodies_for(objects: int, seed: int) -> list[Body]:
-    """`objects` of each kind, and `BODIES_OF_PARTS` times as many of parts."""
-    first = 1000 * seed
-    bodies = [random_body(kind, first + i) for kind in FILLINGS for i in range(objects)]
+def bodies_for(objects: int, seed: int, parts_only: bool = False) -> list[Body]:
+    """`objects` of each kind, unless only those of parts are wanted, and
+    `BODIES_OF_PARTS` times as many of parts."""
+    first, kinds = 1000 * seed, () if parts_only else FILLINGS
+    bodies = [random_body(kind, first + i) for kind in kinds for i in range(objects)]
     return bodies + [body_of_parts(first + i) for i in range(BODIES_OF_PARTS * objects)]
 
 
 def runs_of(
-    bodies: list[Body], case: str, runs: int, seed: int
+    bodies: list[Body],
+    case: str,
+    runs: int,
+    seed: int,
+    chosen: tuple[str, ...] = (),
 ) -> dict[str, list[MethodRun]]:
-    """Each body identified `runs` times: what came of it, by method."""
+    """Each body identified `runs` times: what came of it, by method; of all methods, or
+    those `chosen`."""
     found: dict[str, list[MethodRun]] = {}
     for i, body in enumerate(bodies):
         for run in range(runs):
-            for each in identified_by_all(body, case, (seed, i, run)):
+            for each in identified_by_all(body, case, (seed, i, run), chosen):
                 found.setdefault(each.method, []).append(each)
     return found
 
@@ -38,11 +44,11 @@ def share(runs: Iterable[MethodRun], part: slice = slice(None)) -> float:
     return 100.0 * float(np.mean([run.held[part] for run in runs]))
 
 
-def table(objects: int, runs: int, seed: int) -> None:
-    """Print one table for each kind of noise."""
-    bodies = bodies_for(objects, seed)
+def table(objects: int, runs: int, seed: int, chosen: tuple[str, ...] = ()) -> None:
+    """Print one table for each kind of noise; of all methods, or those `chosen`."""
+    bodies = bodies_for(objects, seed, chosen == ("HPS",))
     for case in CASES:
-        found = runs_of(bodies, case, runs, seed)
+        found = runs_of(bodies, case, runs, seed, chosen)
         print(
             f"\nnoise {case}: {len(bodies) * runs} recordings of {len(bodies)} objects"
         )

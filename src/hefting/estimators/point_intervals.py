@@ -43,6 +43,11 @@ FARTHEST_COM = 1.0
 LEAST_ABOVE_ZERO = 0.25
 """Share of an interval's width, four standard deviations, that is above zero at least
 for what cannot be negative: one of nearly no width would claim to be sure."""
+LARGEST_MASS_ERROR = 0.1
+"""Relative standard deviation of the mass that samples leave beside a free bias, above
+which intervals are no narrower than by the samples alone: errors of the motion in the
+regressor then pull the mass down where a prior joins in, by ten times its relative
+variance at most."""
 NON_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
@@ -59,8 +64,16 @@ class Known:
     mixture: Mixture
     open: Mask
     """(10,) parameters that are not determined at all"""
-    com_known: bool
-    """whether the mass is certainly positive"""
+    bodies: bool
+    """whether the method takes only some bodies for possible"""
+
+    @property
+    def mass_error(self) -> float:
+        """Standard deviation of the mass, relative to it; infinite where it is open."""
+        mass, variance = self.mixture.mean[0], self.mixture.covariance[0, 0]
+        if self.open[0] or not mass > 0.0:
+            return np.inf
+        return float(variance**0.5 / mass)
 
     def covariance_about(self, vector: Array) -> Array:
         """(10, 10) mean square of the truth's distance from `vector` (10,); infinite
@@ -80,7 +93,8 @@ class Known:
         ends = _quantiles(*marginals, np.array((tail, 1.0 - tail)))
         infinite = np.zeros(16, dtype=bool)
         infinite[:10] = self.open
-        if self.open[:4].any() or not self.com_known:
+        # a mass that may be zero leaves the COM open
+        if self.open[:4].any() or (not self.bodies and self.mass_error > 0.5):
             infinite[1:4] = infinite[10:] = True
         infinite[10:] |= self.open[4:]
         ends[0, infinite], ends[1, infinite] = -np.inf, np.inf
@@ -104,7 +118,13 @@ def intervals_of(
     possible_bodies : what the method takes an object to be.
     """
     known = _known(samples, systematic, possible_bodies)
-    return including(known.ends, body), known.covariance_about(body.vector)
+    ends = known.ends
+    if samples.free_bias and known.bodies:
+        alone = _known(samples, systematic, _anything)
+        if alone.mass_error > LARGEST_MASS_ERROR:
+            low, high = alone.ends
+            ends = np.stack((np.minimum(ends[0], low), np.maximum(ends[1], high)))
+    return including(ends, body), known.covariance_about(body.vector)
 
 
 def _known(
@@ -114,7 +134,7 @@ def _known(
     taken for possible, follow from the parameters."""
     if not samples.informative:
         everything = Mixture(np.ones(1), np.eye(1, 10), np.zeros((1, 10, 10)))
-        return Known(everything, np.ones(10, dtype=bool), com_known=False)
+        return Known(everything, np.ones(10, dtype=bool), bodies=False)
     at = samples.samples.least_squares
     bodies = possible_bodies(_center(at))
 
@@ -136,10 +156,13 @@ def _known(
     root, mixture = fitted(found, share * rough)
     if found.response:
         mixture = mixture.scaled(found.response)
-    if bodies is not None:
-        return Known(mixture, np.zeros(10, dtype=bool), com_known=True)
-    mass, variance = float(mixture.mean[0]), float(mixture.covariance[0, 0])
-    return Known(mixture, root.open, com_known=mass > 2.0 * variance**0.5)
+    if bodies is None:
+        return Known(mixture, root.open, bodies=False)
+    return Known(mixture, np.zeros(10, dtype=bool), bodies=True)
+
+
+def _anything(_: Array) -> None:
+    """Any ten numbers are possible."""
 
 
 def _center(vector: Array) -> Array:

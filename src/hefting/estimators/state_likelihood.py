@@ -60,6 +60,8 @@ class StateSamples:
     motion: MotionErrors
     given: Array | None
     """(6, 6) noise of the wrench that was given, for samples of weight 1"""
+    free_bias: bool
+    """whether a constant bias is free"""
 
     @classmethod
     def of(cls, state: SampleState, free_bias: bool, noise: WrenchNoise) -> Self | None:
@@ -82,6 +84,7 @@ class StateSamples:
             TimeSamples.of(whole, free_bias),
             MotionErrors.of(motion_noise, whole),
             None if given is None else given / weight,
+            free_bias,
         )
 
     @property
