@@ -114,6 +114,7 @@ def every(
         geo_against_conic_solver,
         lmi_against_conic_solver,
     )
+    from benchmarks.intervals import with_intervals
     from benchmarks.least_squares import against_pinocchio
     from benchmarks.long_recording import long_recording
     from benchmarks.memory import folding_memory
@@ -140,6 +141,8 @@ def every(
         "from the moments",
         partial(from_the_moments, 1000, 2_000 if quick else 100_000, rounds=rounds),
     )
+    many_samples = 2_000 if quick else 100_000
+    yield "intervals", partial(with_intervals, 1000, many_samples, rounds=rounds)
     yield "Bayes", partial(posterior, 2_000 if quick else 10_000, rounds=rounds)
     yield (
         "many points",

@@ -9,6 +9,10 @@ Random bodies of twelve kinds (`benchmarks.bodies`), 600 by default, each wielde
 50 % intervals of mass, COM and inertia about the sensor that hold the truth, and the
 median error over PMD's, or LMI's where the shape is unknown; by contrast of the density
 and by kind. A minute for a case.
+
+`--methods`: every other method, and HPS on bodies of labelled parts
+(`benchmarks.method_calibration`): `--methods --objects 21 --runs 6` are 1,008 recordings
+for each kind of noise.
 """
 
 import argparse
@@ -53,7 +57,21 @@ def main() -> None:
         action="store_true",
         help="streams: --runs of each object and noise",
     )
+    parser.add_argument(
+        "--methods",
+        action="store_true",
+        help="every method but Bayes: --runs recordings of each object",
+    )
+    parser.add_argument(
+        "--only", nargs="+", default=(), metavar="NAME", help="with --methods: these"
+    )
     arguments = parser.parse_args()
+    if arguments.methods:
+        from benchmarks.method_calibration import table
+
+        chosen = tuple(arguments.only)
+        table(arguments.objects, arguments.runs, arguments.seed, chosen)
+        return
 
     from benchmarks.bodies import KINDS, random_body
     from benchmarks.calibration_runs import SPANS, identified

@@ -112,14 +112,19 @@ def geo_against_conic_solver(samples: int, rounds: int) -> list[Section]:
     return [
         against_conic_solver(
             "GEO, known noise",
-            GEO(points, noise=NOISE),
+            GEO(points, noise=NOISE, intervals=False),
             z,
             known,
             rounds,
             at_least=100.0,
         ),
         against_conic_solver(
-            "GEO, unknown noise", GEO(points), z, unknown, rounds, at_least=100.0
+            "GEO, unknown noise",
+            GEO(points, intervals=False),
+            z,
+            unknown,
+            rounds,
+            at_least=100.0,
         ),
     ]
 
@@ -139,7 +144,7 @@ def lmi_against_conic_solver(samples: int, rounds: int) -> list[Section]:
         title = f"LMI, constraint {'' if active else 'in'}active"
         statement = partial(lmi_as_stated, *rows(z, False))
         section = against_conic_solver(
-            title, LMI(), z, statement, rounds, at_least=25.0
+            title, LMI(intervals=False), z, statement, rounds, at_least=25.0
         )
         margin = OLS().fit(z).parameters.consistency().margins["pseudo_inertia"]
         low, high = (None, 0.0) if active else (0.0, None)
@@ -208,12 +213,12 @@ def from_the_moments(samples: int, many: int, rounds: int) -> list[Section]:
     `many`."""
     long, z = wielded(many), wielded(3500)[:samples]
     estimators: dict[str, tuple[Estimator, float | None]] = {
-        "OLS": (OLS(), None),
-        "RTLS": (RTLS(), 1e-3),
-        "HPS, 3 parts": (HPS(labelled_parts()), 1e-3),
-        "GEO, known noise": (GEO(shape(56), noise=NOISE), 2e-3),
-        "GEO, unknown noise": (GEO(shape(56)), 2e-3),
-        "LMI, constraint active": (LMI(), 2e-3),
+        "OLS": (OLS(intervals=False), None),
+        "RTLS": (RTLS(intervals=False), 1e-3),
+        "HPS, 3 parts": (HPS(labelled_parts(), intervals=False), 1e-3),
+        "GEO, known noise": (GEO(shape(56), noise=NOISE, intervals=False), 2e-3),
+        "GEO, unknown noise": (GEO(shape(56), intervals=False), 2e-3),
+        "LMI, constraint active": (LMI(intervals=False), 2e-3),
     }
     return [
         one_from_the_moments(name, *chosen, z, long, rounds)

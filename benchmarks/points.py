@@ -10,13 +10,14 @@ def many_points(points: int, rounds: int) -> Section:
     """150 samples and so many points inside the hammer."""
     positions = shape(points).positions
     measurements = wielded(3500)[:150]
-    used = PMD(Shape(positions))
+    used = PMD(Shape(positions), intervals=False)
     state = used.update(used.start(), measurements)
     used.estimate(state)  # the basis of its points is kept from here on
     times = compare(
         {
             "first": Party(
-                lambda fresh: fresh.estimate(state), lambda: PMD(Shape(positions))
+                lambda fresh: fresh.estimate(state),
+                lambda: PMD(Shape(positions), intervals=False),
             ),
             "estimate": Party(lambda _: used.estimate(state)),
         },

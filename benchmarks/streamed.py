@@ -21,7 +21,9 @@ samples = int(sys.argv[1])
 z = wielded(KNOWN + samples)
 motion = (z.gravity, z.linear_acceleration, z.angular_velocity, z.angular_acceleration)
 arrays = (z.time, *motion, z.force, z.torque)
-pmd = PMD(shape(56))
+# earlier code, with which this is compared, has no intervals
+point = {"intervals": False} if "intervals" in PMD.hyperparameters() else {}
+pmd = PMD(shape(56), **point)
 state = pmd.update(pmd.start(), z[:KNOWN])
 estimate = pmd.estimate(state)
 took = []

@@ -27,7 +27,7 @@ def one_sample_at_a_time(samples: int, known: int = 150) -> Section:
         z.angular_acceleration,
     )
     arrays = (z.time, *motion, z.force, z.torque)
-    pmd = PMD(shape(56))
+    pmd = PMD(shape(56), intervals=False)
     state = pmd.update(pmd.start(), z[:known])
     estimate = pmd.estimate(state)
 

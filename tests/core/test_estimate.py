@@ -79,6 +79,10 @@ def same(first, second) -> bool:
         first, second = first.vector, second.vector
     if isinstance(first, np.ndarray):
         return first.shape == second.shape and np.array_equal(first, second)
+    if isinstance(first, dict) and isinstance(second, dict):
+        return set(first) == set(second) and all(
+            same(first[name], second[name]) for name in first
+        )
     return first == second
 
 

@@ -161,7 +161,7 @@ def test_errors_of_the_motion_are_carried_by_the_samples():
 
 
 def test_others_do_not_pay_for_it():
-    for estimator in (OLS(), PMD(shape())):
+    for estimator in (OLS(intervals=False), PMD(shape(), intervals=False)):
         assert estimator.update(estimator.start(), exact(100)).record is None
 
 

@@ -132,7 +132,7 @@ def _certificate(data: Json | None) -> Certificate | None:
 def _intervals(data: Json | None) -> dict[str, Array] | None:
     if data is None:
         return None
-    intervals = {str(name): frozen(ends) for name, ends in data.items()}
+    intervals = {str(name): _opened(str(name), ends) for name, ends in data.items()}
     if {name: ends.shape for name, ends in intervals.items()} != INTERVALS:
         raise ValueError("the intervals are not those of mass, COM and inertia")
     if any(
@@ -140,6 +140,16 @@ def _intervals(data: Json | None) -> dict[str, Array] | None:
     ):
         raise ValueError("an interval has no lower and upper end")
     return intervals
+
+
+def _opened(name: str, values: Any) -> Array:
+    """Lower and upper ends; null is no end, which the mass has below."""
+    ends = np.array(values, dtype=float)
+    if len(ends.shape) and len(ends) == 2:
+        ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
+        if name != "mass":
+            ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
+    return frozen(ends)
 
 
 def _accuracy(data: Json | None) -> Accuracy | None:

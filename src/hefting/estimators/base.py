@@ -100,6 +100,9 @@ class Estimator:
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
     """Whether its estimates have a covariance."""
+    covariance_of_white_noise: ClassVar[bool] = False
+    """Whether that counts white noise of the wrench alone, and neither its colour nor
+    errors that all samples share."""
     invariances: ClassVar[frozenset[str]] = frozenset()
     """Which of `INVARIANCES` hold where the motion determines all ten parameters and,
     for some, the noise is known: the class's docstring says when."""

@@ -12,8 +12,10 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples
+from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
+from hefting.estimators.point_estimator import PointEstimator
+from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import (
     SMOOTHED_C1,
@@ -46,7 +48,7 @@ P0 would be singular."""
 
 
 @dataclass(frozen=True, eq=False)
-class GEO(Estimator):
+class GEO(PointEstimator):
     """Parameters that explain the wrench and stay near those of a homogeneous body:
 
         minimise  |S^-1/2 (A phi - b)|² + gamma D(phi, phi0)   over bodies: P(phi) >= 0
@@ -144,7 +146,7 @@ class GEO(Estimator):
                 np.vstack((A, pull * T)), np.concatenate((b, pull * prior.vector))
             )
         vector = T @ solution.q
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
@@ -157,6 +159,7 @@ class GEO(Estimator):
             ),
             bias=problem.bias(vector),
         )
+        return self.with_intervals(found, state)
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:
@@ -182,6 +185,16 @@ class GEO(Estimator):
                 prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m
             )
         return prior, m * (PARAMETERS_OF @ congruence(G))
+
+    def possible_bodies(self, center: Array) -> PossibleBodies:
+        """Bodies near the prior's, homogeneous one."""
+        return self._near_prior.or_any(center)
+
+    @cached_property
+    def _near_prior(self) -> PossibleBodies:
+        prior = self.shape.homogeneous if self.shape is not None else self.prior
+        assert prior is not None
+        return PossibleBodies.near(thickened(prior))
 
     def _gamma(self, problem: Quadratic) -> float:
         if self.gamma is not None:

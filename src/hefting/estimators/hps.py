@@ -1,6 +1,6 @@
 """HPS: homogeneous part segmentation (Nadeau, Giamou & Kelly, ICRA 2023)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,8 +10,10 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.estimators.base import BiasModel, Estimator
+from hefting.estimators.base import BiasModel
 from hefting.estimators.nonnegative import nonnegative_least_squares
+from hefting.estimators.point_estimator import PointEstimator
+from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
@@ -21,7 +23,7 @@ REACH = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class HPS(Estimator):
+class HPS(PointEstimator):
     """One non-negative mass for each part of the object, each part homogeneous, from
     gravity alone:
 
@@ -88,11 +90,18 @@ class HPS(Estimator):
         return self.shape.matrix @ self._shares
 
     def update(self, state: SampleState, measurements: Measurements) -> SampleState:
-        """The state with the near-static samples of `measurements` added."""
+        """The state with the near-static samples of `measurements` added.
+
+        Its time record holds all samples: those that were chosen by measured
+        accelerations have other errors of them than the rest.
+        """
         a = np.linalg.norm(measurements.linear_acceleration, axis=1)
         alpha = np.linalg.norm(measurements.angular_acceleration, axis=1)
         chosen = (a < self.max_acceleration) & (alpha < self.max_angular_acceleration)
-        return state.fold(measurements if chosen.all() else measurements[chosen], 0.0)
+        if chosen.all():
+            return state.fold(measurements, 0.0)
+        record = state.fold(measurements, 0.0).record
+        return replace(state.fold(measurements[chosen], 0.0), record=record)
 
     def estimate(self, state: SampleState) -> Estimate:
         """The estimate from the near-static samples seen.
@@ -130,7 +139,7 @@ class HPS(Estimator):
             )
         vector = self._matrix @ masses
         r = G @ masses - g
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
@@ -140,6 +149,15 @@ class HPS(Estimator):
             point_masses=self._shares @ masses,
             warnings=_warnings(len(lengths), told),
         )
+        return self.with_intervals(found, state)
+
+    def possible_bodies(self, center: Array) -> PossibleBodies:
+        """Bodies of these parts, each homogeneous."""
+        return self._of_parts.or_any(center)
+
+    @cached_property
+    def _of_parts(self) -> PossibleBodies:
+        return PossibleBodies.of_parts(self.shape, self._shares)
 
 
 def _warnings(parts: int, told: int) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """LMI: least squares over bodies that can exist (Wensing, Kim & Slotine 2018)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -11,11 +12,12 @@ from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
 from hefting.estimators.base import (
     INVARIANCES,
     BiasModel,
-    Estimator,
     require_samples,
     require_shape,
 )
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
+from hefting.estimators.point_estimator import PointEstimator
+from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.semidefinite import solve
@@ -26,7 +28,7 @@ TYPICAL_RADIUS = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class LMI(Estimator):
+class LMI(PointEstimator):
     """Parameters of a body that explain the wrench best; needs no shape:
 
         minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
@@ -89,7 +91,7 @@ class LMI(Estimator):
             warnings = (
                 f"the motion does not determine {names}: shown are those of a compact body",
             )
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
@@ -103,6 +105,18 @@ class LMI(Estimator):
             bias=problem.bias(vector),
             warnings=warnings,
         )
+        return self.with_intervals(found, state)
+
+    def possible_bodies(self, center: Array) -> PossibleBodies | None:
+        """Any body; in the box of the ellipsoid, where one is given."""
+        if self.ellipsoid is None:
+            return super().possible_bodies(center)
+        return self._in_box.or_any(center)
+
+    @cached_property
+    def _in_box(self) -> PossibleBodies:
+        assert self.ellipsoid is not None
+        return PossibleBodies.in_box(_box_filling(self.ellipsoid))
 
 
 def _typical(problem: Quadratic) -> Array:
@@ -130,6 +144,17 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
     return G * np.sqrt(
         problem.size / size if problem.size > 0.0 and size > 0.0 else 1.0
     )
+
+
+def _box_filling(shape: Shape) -> InertialParameters:
+    """A homogeneous kilogram that fills the shape's bounding box; sides of no length
+    count as 1 mm."""
+    R = shape.pose[:3, :3]
+    local = shape.hull @ R
+    low, high = local.min(axis=0), local.max(axis=0)
+    second = np.maximum(high - low, 1e-3) ** 2 / 12.0
+    J = R @ np.diag(second.sum() - second) @ R.T
+    return InertialParameters.from_com(1.0, R @ (0.5 * (low + high)), J)
 
 
 def bounding_ellipsoid(shape: Shape) -> Array:

@@ -9,13 +9,14 @@ import numpy as np
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
-from hefting.estimators.base import INVARIANCES, BiasModel, Estimator, require_samples
+from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
+from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor
 from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 
 
 @dataclass(frozen=True, eq=False)
-class OLS(Estimator):
+class OLS(PointEstimator):
     """Least squares: ten unconstrained parameters, so they may be those of no body.
 
     Directions the motion does not excite get the smallest parameters that fit and
@@ -25,7 +26,7 @@ class OLS(Estimator):
 
     rank = 60
     role = "free"
-    gives_covariance = True
+    covariance_of_white_noise = True
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
     best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)
@@ -53,7 +54,7 @@ class OLS(Estimator):
         are none."""
         require_samples(state.samples)
         fit = least_squares(state, self.bias == "estimate", self.noise)
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(fit.solution[:10]),
             samples=state.samples,
@@ -63,6 +64,7 @@ class OLS(Estimator):
             bias=fit.solution[10:] if self.bias == "estimate" else None,
             warnings=fit.warnings,
         )
+        return self.with_intervals(found, state)
 
 
 @dataclass(frozen=True, eq=False)

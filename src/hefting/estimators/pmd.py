@@ -12,8 +12,10 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
-from hefting.estimators.base import BiasModel, Estimator, require_samples
+from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
+from hefting.estimators.point_estimator import PointEstimator
+from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 from hefting.shapes import Shape
 
@@ -23,7 +25,7 @@ ACCURACY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PMD(Estimator):
+class PMD(PointEstimator):
     """Non-negative masses at the shape's points that best explain the wrench:
 
         minimise  |D(1-w) (Ã M m - b)| + |D(w) (A M m - b)| + lambda |m|   over m >= 0
@@ -113,7 +115,7 @@ class PMD(Estimator):
             solution.masses
         )
         scale = max(objective, 1e-6 * rows.size)
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
@@ -127,6 +129,15 @@ class PMD(Estimator):
             bias=bias,
             point_masses=solution.masses,
         )
+        return self.with_intervals(found, state)
+
+    def possible_bodies(self, center: Array) -> PossibleBodies:
+        """Bodies of any density in the shape."""
+        return self._in_shape.or_any(center)
+
+    @cached_property
+    def _in_shape(self) -> PossibleBodies:
+        return PossibleBodies.in_shape(self.shape)
 
 
 def _homogeneous(problem: ConeProblem) -> Array:

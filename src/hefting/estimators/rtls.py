@@ -10,13 +10,14 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.spatial import PARAMETERS, Array
-from hefting.estimators.base import BiasModel, Estimator, Known, require_samples
+from hefting.estimators.base import BiasModel, Known, require_samples
+from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor
 from hefting.estimators.sample_state import SampleState
 
 
 @dataclass(frozen=True, eq=False)
-class RTLS(Estimator):
+class RTLS(PointEstimator):
     """Ten parameters of total least squares: the smallest change of regressor and
     wrench that makes them agree.
 
@@ -106,7 +107,7 @@ class RTLS(Estimator):
             warnings = (
                 f"the motion does not determine {names}: shown are the smallest values that fit",
             )
-        return Estimate(
+        found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
@@ -115,6 +116,7 @@ class RTLS(Estimator):
             bias=solution[:6] if n else None,
             warnings=warnings,
         )
+        return self.with_intervals(found, state)
 
 
 def column_levels(noise: Noise) -> Array:

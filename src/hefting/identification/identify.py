@@ -15,7 +15,13 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
-from hefting.estimators import Estimator, default_method, method_named, methods_with
+from hefting.estimators import (
+    OLS,
+    Estimator,
+    default_method,
+    method_named,
+    methods_with,
+)
 from hefting.estimators.base import Known
 from hefting.identification.checks import Checked, warnings_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
@@ -138,15 +144,20 @@ def calibrate(
     Errors as for `identify`; `NotIdentifiableError` also when the motion leaves the COM
     open.
     """
-    tool = identify(recording, method="OLS", gravity=gravity, bias="estimate").estimate
-    if tool.covariance is None or not np.isfinite(tool.covariance.diagonal()[:4]).all():
-        where = tool.provenance["log"]
+    found = ingest(recording, gravity=gravity, bias="estimate")
+    require_object(found, None)
+    estimator = estimator_for(OLS, found, None, {})
+    state = estimator.update(estimator.start(), found.measurements)
+    estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
+    # with all that may be wrong, as it becomes an error of every object
+    covariance = estimator.uncertainty(estimate.parameters, state)[1]
+    if not np.isfinite(covariance.diagonal()[:4]).all():
         raise NotIdentifiableError(
             "the motion leaves the tool's centre of mass open",
-            where,
+            found.log,
             "turn the sensor about two axes or more",
         )
-    return tool
+    return replace(estimate, covariance=covariance)
 
 
 def estimator_for(
@@ -285,7 +296,7 @@ def with_diagnostics(
         estimate,
         samples=round(float(found.counts.sum())),
         duration=None if found.static else estimate.duration,
-        covariance=_covariance(estimate, found),
+        covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
@@ -302,13 +313,16 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
     return shape.margin(estimate.parameters.center_of_mass)
 
 
-def _covariance(estimate: Estimate, found: Ingested) -> Array | None:
-    """The method's own covariance, widened for coloured residuals and by the tool's.
+def _covariance(
+    estimate: Estimate, estimator: Estimator, found: Ingested
+) -> Array | None:
+    """The method's own covariance; one of white noise alone is widened for coloured
+    residuals and by the tool's.
 
     With gravity found as well it is that of the fit which found it: gravity's error is
-    the larger part. A method that gives intervals has seen to all that itself.
+    the larger part.
     """
-    if estimate.covariance is None or estimate.intervals is not None:
+    if estimate.covariance is None or not estimator.covariance_of_white_noise:
         return estimate.covariance
     covariance = inflated(estimate.covariance, found.fit.inflation)
     if found.conditioned.tilt_std is not None:

@@ -71,7 +71,7 @@ def run(job: Job) -> Result:
         key = (seed, OBJECTS.index(job["object"]), round(10 * job["speed"]))
         z = exact.with_noise(NOISE_LEVELS["moderate"], key)
         for i, value in enumerate(VALUES):
-            method = PMD(subject.shape, c1=value)
+            method = PMD(subject.shape, c1=value, intervals=False)
             state, begin = method.start(), 0
             for j, end in enumerate(round(t * RATE) for t in TIMES):
                 state, begin = method.update(state, z[begin:end]), end

@@ -117,6 +117,7 @@ def _accuracy(job: Job) -> Result:
                 s,
                 c1=C1,
                 regularization=LAMBDA * (np.sqrt(s.n / USUAL) if kept else 1.0),
+                intervals=False,
             )
             for s in shapes
         ]
@@ -152,7 +153,7 @@ def _timed(job: Job) -> Result:
     z = wielded(job["object"], SPEED).measurements.with_noise(
         NOISE_LEVELS["moderate"], job["seed"]
     )
-    method = PMD(points(job["density"]), c1=C1)
+    method = PMD(points(job["density"]), c1=C1, intervals=False)
     method.fit(z[:10])  # what is done once for a shape
     solve, whole = [], []
     for count in COUNTS:

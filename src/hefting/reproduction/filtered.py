@@ -157,7 +157,8 @@ WEAK = 1e-3
 
 def weak_geo(shape: Shape, z: Measurements) -> Estimator:
     """GEO at a weight that leaves the answer to the data, as long as it is a body."""
-    return GEO(shape, gamma=WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A))
+    gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
+    return GEO(shape, gamma=gamma, intervals=False)
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")

@@ -47,7 +47,9 @@ def found(subject: Thing, z: Measurements) -> Estimator:
     fit = fit_freely(z, False)
     longer = float(np.sqrt(fit.autocorrelation))
     return GEO(
-        subject.shape, noise=Noise(longer * fit.noise.force, longer * fit.noise.torque)
+        subject.shape,
+        noise=Noise(longer * fit.noise.force, longer * fit.noise.torque),
+        intervals=False,
     )
 
 
@@ -57,21 +59,22 @@ def doubled(subject: Thing, z: Measurements) -> Estimator:
     body = subject.shape.homogeneous
     inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
     unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
-    return GEO(prior=InertialParameters(float(fit_freely(z, False).vector[0]) * unit))
+    mass = float(fit_freely(z, False).vector[0])
+    return GEO(prior=InertialParameters(mass * unit), intervals=False)
 
 
 METHODS: dict[str, Method] = {
-    "OLS": lambda thing, z: OLS(),
-    "RTLS": lambda thing, z: RTLS(),
+    "OLS": lambda thing, z: OLS(intervals=False),
+    "RTLS": lambda thing, z: RTLS(intervals=False),
     "GEO, weak": lambda thing, z: weak_geo(thing.shape, z),
-    "GEO, literature": lambda thing, z: GEO(thing.shape),
+    "GEO, literature": lambda thing, z: GEO(thing.shape, intervals=False),
     "GEO, noise found": found,
-    "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
-    "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0),
-    "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0),
-    "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3),
+    "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
+    "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0, intervals=False),
+    "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0, intervals=False),
+    "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3, intervals=False),
     "GEO, wrench noise known": lambda thing, z: GEO(
-        thing.shape, noise=NOISE_LEVELS["moderate"]
+        thing.shape, noise=NOISE_LEVELS["moderate"], intervals=False
     ),
     "GEO, prior moved twice": doubled,
 }

@@ -60,12 +60,12 @@ PUBLISHED = {
 }
 """Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
 METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
-    "OLS": lambda shape, z: OLS(),
-    "RTLS": lambda shape, z: RTLS(),
+    "OLS": lambda shape, z: OLS(intervals=False),
+    "RTLS": lambda shape, z: RTLS(intervals=False),
     "GEO, weak": weak_geo,
-    "GEO, literature": lambda shape, z: GEO(shape),
-    "PMD-5K": lambda shape, z: PMD(shape, c1=5e3),
-    "PMD-25K": lambda shape, z: PMD(shape, c1=25e3),
+    "GEO, literature": lambda shape, z: GEO(shape, intervals=False),
+    "PMD-5K": lambda shape, z: PMD(shape, c1=5e3, intervals=False),
+    "PMD-25K": lambda shape, z: PMD(shape, c1=25e3, intervals=False),
 }
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""

@@ -84,10 +84,10 @@ def wielded(
 
 
 METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
-    "OLS": lambda thing, z: OLS(),
-    "RTLS": lambda thing, z: RTLS(),
-    "GEO": lambda thing, z: GEO(thing.shape),
-    "PMD": lambda thing, z: PMD(thing.shape, c1=C1),
+    "OLS": lambda thing, z: OLS(intervals=False),
+    "RTLS": lambda thing, z: RTLS(intervals=False),
+    "GEO": lambda thing, z: GEO(thing.shape, intervals=False),
+    "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
 }
 """The paper's four, at its hyperparameters; GEO with its authors' weight and the
 homogeneous body."""

@@ -1,0 +1,98 @@
+"""PointEstimator: base of the methods that find a point, which get their intervals from
+here."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array
+from hefting.estimators.base import Estimator, Known
+from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
+from hefting.estimators.point_intervals import intervals_of
+from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.sample_state import SampleState
+from hefting.estimators.state_likelihood import StateSamples
+
+
+@dataclass(frozen=True, eq=False)
+class PointEstimator(Estimator):
+    """A method that finds a point, and passes its estimate through `with_intervals`.
+
+    What it takes for possible says `possible_bodies`.
+    """
+
+    gives_covariance = True
+    keeps_time_record = True
+
+    systematic: Array | None = field(default=None, kw_only=True)
+    """Covariance (10, 10) of an error in the parameters that more samples do not
+    lessen, for the intervals: that of a tool whose wrench was subtracted, or of
+    gravity's direction."""
+    carried: Array | None = field(default=None, kw_only=True)
+    """Parameters (10,) of what the sensor holds besides the object, a tool whose wrench
+    was subtracted, for the intervals: errors of the sensor follow the wrench of
+    both."""
+    sensor_error: float = field(default=TYPICAL_SENSOR_ERROR, kw_only=True)
+    """Standard deviation of slow errors of the sensor over its load, for the
+    intervals."""
+    intervals: bool = field(default=True, kw_only=True)
+    """Whether estimates have intervals. Without them a state keeps no record of time,
+    and an estimate takes the time of the method alone."""
+
+    @classmethod
+    def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
+        """As of every method, with the error that all samples share, and the tool."""
+        own = {"systematic": known.systematic, "carried": known.carried}
+        return super().settings(known, model) | own
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """As of every method; that there are intervals is seen."""
+        found = super().provenance
+        found.pop("intervals", None)
+        return found
+
+    def start(self) -> SampleState:
+        """The state before any sample."""
+        return SampleState.empty(self.intervals)
+
+    def possible_bodies(self, center: Array) -> PossibleBodies | None:
+        """What the method takes an object to be, the COM of least squares being
+        `center` (3,) [m]; None for any ten numbers.
+
+        A method that finds bodies which can exist takes any of them for possible,
+        unless it says otherwise.
+        """
+        return PossibleBodies.any(center) if self.consistent else None
+
+    def with_intervals(self, estimate: Estimate, state: SampleState) -> Estimate:
+        """The estimate with intervals, and with a covariance about it where it has
+        none; as it is where the state keeps no record of time."""
+        if not self.intervals or state.record is None:
+            return estimate
+        found, covariance = self.uncertainty(estimate.parameters, state)
+        if estimate.covariance is not None:
+            covariance = np.array(estimate.covariance)
+        return replace(estimate, intervals=found, covariance=covariance)
+
+    def uncertainty(
+        self, body: InertialParameters, state: SampleState
+    ) -> tuple[dict[str, Array], Array]:
+        """Intervals about an estimate that hold the truth with 95 % probability, and
+        the mean square of the truth's distance (10, 10) from it, with all errors that
+        are allowed for; infinite where the samples leave something open.
+
+        Raises `InputError` for a state without a record of time.
+        """
+        free_bias = getattr(self, "bias", "none") == "estimate"
+        noise = getattr(self, "noise", None)
+        samples = StateSamples.of(
+            state, free_bias, noise, self.carried, self.sensor_error
+        )
+        if samples is None:
+            raise InputError("the state keeps no record of time", fix="intervals=True")
+        return intervals_of(body, samples, self.systematic, self.possible_bodies)

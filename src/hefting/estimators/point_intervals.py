@@ -1,0 +1,209 @@
+"""Intervals of an estimate that is a point: the posterior of the bodies its method
+takes for possible, and the point itself.
+
+The posterior is that of the state's likelihood (`state_likelihood`) over a mixture of
+`possible_bodies`, in closed form (`body_posterior`): its cost does not depend on the
+samples. Where the method knows nothing of the object, as least squares, it is the
+likelihood itself. The estimate may be off by more than the posterior is wide, as its
+method pulls it to a prior, leaves out part of the model or weighs the wrench otherwise:
+the ends are moved out to include it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import (
+    Array,
+    Mask,
+    frozen,
+    tensor_to_vector,
+    vector_to_tensor,
+)
+from hefting.estimators.bayes.mixture import (
+    INTERVAL_QUANTITIES,
+    Mixture,
+    _quantiles,
+)
+from hefting.estimators.body_posterior import Root, posterior
+from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.state_likelihood import StateLikelihood, StateSamples
+
+INTERVAL_LEVEL = 0.95
+"""Probability of the intervals."""
+SMALLEST_SCALE = 0.2
+"""Lower bound on the mass of the bodies taken for possible, in rough masses, as of
+Bayes' prior."""
+LARGEST_SCALE = 2.0
+"""Upper bound on that mass."""
+FARTHEST_COM = 1.0
+"""[m] Largest distance of a held object's COM from the sensor."""
+LEAST_ABOVE_ZERO = 0.25
+"""Share of an interval's width, four standard deviations, that is above zero at least
+for what cannot be negative: one of nearly no width would claim to be sure."""
+LARGEST_MASS_ERROR = 0.1
+"""Relative standard deviation of the mass that samples leave beside a free bias, above
+which intervals are no narrower than by the samples alone: errors of the motion in the
+regressor then pull the mass down where a prior joins in, by ten times its relative
+variance at most."""
+NON_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]
+"""Indices of mass and moments of inertia among the sixteen numbers of
+`INTERVAL_QUANTITIES`."""
+
+TakenForPossible = Callable[[Array], PossibleBodies | None]
+"""What a method takes an object to be, by the COM (3,) [m] of least squares; None for
+any ten numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What samples and method together tell of the parameters."""
+
+    mixture: Mixture
+    open: Mask
+    """(10,) parameters that are not determined at all"""
+    bodies: bool
+    """whether the method takes only some bodies for possible"""
+
+    @property
+    def mass_error(self) -> float:
+        """Standard deviation of the mass, relative to it; infinite where it is open."""
+        mass, variance = self.mixture.mean[0], self.mixture.covariance[0, 0]
+        if self.open[0] or not mass > 0.0:
+            return np.inf
+        return float(variance**0.5 / mass)
+
+    def covariance_about(self, vector: Array) -> Array:
+        """(10, 10) mean square of the truth's distance from `vector` (10,); infinite
+        variance where open."""
+        off = self.mixture.mean - vector
+        covariance = self.mixture.covariance + np.outer(off, off)
+        covariance[self.open], covariance[:, self.open] = 0.0, 0.0
+        covariance[self.open, self.open] = np.inf
+        return covariance
+
+    @property
+    def ends(self) -> Array:
+        """(2, 16) ends of the intervals of the sixteen numbers; infinite where an open
+        parameter matters."""
+        tail = 0.5 - 0.5 * INTERVAL_LEVEL
+        marginals = self.mixture._marginals
+        ends = _quantiles(*marginals, np.array((tail, 1.0 - tail)))
+        infinite = np.zeros(16, dtype=bool)
+        infinite[:10] = self.open
+        # a mass that may be zero leaves the COM open
+        if self.open[:4].any() or (not self.bodies and self.mass_error > 0.5):
+            infinite[1:4] = infinite[10:] = True
+        infinite[10:] |= self.open[4:]
+        ends[0, infinite], ends[1, infinite] = -np.inf, np.inf
+        return ends
+
+
+def intervals_of(
+    body: InertialParameters,
+    samples: StateSamples,
+    systematic: Array | None,
+    possible_bodies: TakenForPossible,
+) -> tuple[dict[str, Array], Array]:
+    """Intervals of `INTERVAL_QUANTITIES` that hold the truth with 95 % probability, and
+    the estimate too; and the mean square of the truth's distance (10, 10) from it.
+
+    Parameters
+    ----------
+    body : the estimate.
+    samples : what its state tells.
+    systematic : (10, 10) covariance of an error that all samples share.
+    possible_bodies : what the method takes an object to be.
+    """
+    known = _known(samples, systematic, possible_bodies)
+    ends = known.ends
+    if samples.free_bias and known.bodies:
+        alone = _known(samples, systematic, _anything)
+        if alone.mass_error > LARGEST_MASS_ERROR:
+            low, high = alone.ends
+            ends = np.stack((np.minimum(ends[0], low), np.maximum(ends[1], high)))
+    return including(ends, body), known.covariance_about(body.vector)
+
+
+def _known(
+    samples: StateSamples, systematic: Array | None, possible_bodies: TakenForPossible
+) -> Known:
+    """The posterior, found twice: the errors of the motion, and the mass of the bodies
+    taken for possible, follow from the parameters."""
+    if not samples.informative:
+        everything = Mixture(np.ones(1), np.eye(1, 10), np.zeros((1, 10, 10)))
+        return Known(everything, np.ones(10, dtype=bool), bodies=False)
+    at = samples.samples.least_squares
+    bodies = possible_bodies(_center(at))
+
+    def fitted(found: StateLikelihood, mass: float) -> tuple[Root, Mixture]:
+        likelihood = found.likelihood
+        if systematic is not None:
+            likelihood = likelihood.blurred(systematic)
+        root = Root.of(likelihood)
+        return root, (
+            root.gaussian if bodies is None else posterior(bodies, mass, root, at)
+        )
+
+    found = samples.likelihood(at)
+    rough = found.rough_mass
+    phi = fitted(found, rough)[1].mean
+    if samples.source.motion.variances is not None:
+        found = samples.likelihood(phi)
+    share = min(max(float(phi[0]) / rough, SMALLEST_SCALE), LARGEST_SCALE)
+    root, mixture = fitted(found, share * rough)
+    if bodies is None:
+        return Known(mixture, root.open, bodies=False)
+    return Known(mixture, np.zeros(10, dtype=bool), bodies=True)
+
+
+def _anything(_: Array) -> None:
+    """Any ten numbers are possible."""
+
+
+def _center(vector: Array) -> Array:
+    """COM (3,) [m] of parameters (10,), at most `FARTHEST_COM` from the origin; the
+    origin where the mass is not positive."""
+    if not vector[0] > 0.0:
+        return np.zeros(3)
+    c = vector[1:4] / vector[0]
+    return c * min(1.0, FARTHEST_COM / max(float(np.sqrt(c @ c)), 1e-300))
+
+
+def including(ends: Array, body: InertialParameters) -> dict[str, Array]:
+    """Intervals with the lower and upper `ends` (2, 16) that hold the body's own
+    numbers.
+
+    Mass and moments are not negative, unless the body's are. Where the samples put
+    nearly all below zero, the interval still reaches `LEAST_ABOVE_ZERO` of its width
+    above.
+    """
+    own = sixteen(body)
+    ends, width = np.array(ends), ends[1] - ends[0]
+    low, high = ends[:, NON_NEGATIVE]
+    ends[0, NON_NEGATIVE] = np.maximum(low, 0.0)
+    ends[1, NON_NEGATIVE] = np.maximum(high, LEAST_ABOVE_ZERO * width[NON_NEGATIVE])
+    known = np.isfinite(own)
+    ends[0, known] = np.minimum(ends[0], own)[known]
+    ends[1, known] = np.maximum(ends[1], own)[known]
+    found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
+    found["mass"] = found["mass"][:, 0]
+    return {
+        name: frozen(v if name in ("mass", "center_of_mass") else vector_to_tensor(v))
+        for name, v in found.items()
+    }
+
+
+def sixteen(body: InertialParameters) -> Array:
+    """(16,) mass, COM, inertia about the origin and about the COM."""
+    with np.errstate(invalid="ignore"):
+        return np.concatenate(
+            (
+                [body.mass],
+                body.center_of_mass,
+                body.vector[4:],
+                tensor_to_vector(body.inertia_at_com),
+            )
+        )

@@ -1,0 +1,158 @@
+"""Likelihood of the ten parameters from a state alone: its noise, and the noise's
+colour, are found in the residuals of least squares.
+
+A method's own equations may leave out part of the model: the gravity-only model of slow
+motion, or the weights of newtons against newton-metres. The errors of its estimate then
+are not those of its equations. The likelihood here is that of the full Newton-Euler
+model for all samples that the state's time record holds, whatever the method; the parts
+are those of Bayes (`hefting.estimators.bayes.likelihood` and `.colour`).
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from hefting.core.measurements import MotionNoise, Noise
+from hefting.core.moments import Moments, triangular
+from hefting.core.spatial import Array
+from hefting.estimators.bayes.colour import TimeSamples
+from hefting.estimators.bayes.likelihood import Likelihood, Samples
+from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.noise import NoiseSource, inflation_of
+from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
+from hefting.estimators.quadratic import WrenchNoise
+from hefting.estimators.sample_state import SampleState
+from hefting.estimators.stretches import Stretches
+from hefting.estimators.time_record import TimeRecord
+from hefting.estimators.timescales import TimeScales
+
+NOISE_PASSES = 2
+"""Number of times the noise is found: its covariance depends on its colour."""
+
+
+@dataclass(frozen=True, eq=False)
+class StateLikelihood:
+    """Likelihood of a state, with all that widens it."""
+
+    likelihood: Likelihood
+    """of the ten parameters (10,) in sensor axes about the sensor's origin"""
+    rough_mass: float
+    """[kg] the force over the acceleration; never zero"""
+
+
+@dataclass(frozen=True, eq=False)
+class StateSamples:
+    """What a state tells of all its samples under the full model."""
+
+    source: NoiseSource
+    """samples, and what is known of their noise"""
+    free_bias: bool
+    """whether a constant bias is free"""
+
+    @property
+    def samples(self) -> Samples:
+        """All samples, by the full model."""
+        return self.source.samples
+
+    @classmethod
+    def of(
+        cls,
+        state: SampleState,
+        free_bias: bool,
+        noise: WrenchNoise,
+        carried: Array | None = None,
+        sensor_error: float = TYPICAL_SENSOR_ERROR,
+    ) -> Self | None:
+        """Of a state, with what the sensor carries besides and how large its slow
+        errors are (`NoiseSource`); None where it has no time record, or no samples of any weight."""
+        record = state.record
+        if record is None or not record.motion[0]:
+            return None
+        whole, weight = _of_mean_weight_one(state, record)
+        motion_noise, given = record.motion_noise, None
+        if isinstance(noise, Noise):
+            given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            if motion_noise is None:
+                motion_noise = MotionNoise(
+                    noise.linear_acceleration, noise.angular_acceleration
+                )
+        elif noise is not None:
+            given = np.array(noise, dtype=float)
+        source = NoiseSource(
+            Samples.of(whole, free_bias),
+            TimeSamples.of(whole, free_bias),
+            None if given is None else given / weight,
+            MotionErrors.of(motion_noise, whole),
+            np.zeros(10) if carried is None else carried,
+            sensor_error,
+        )
+        return cls(source, free_bias)
+
+    @property
+    def informative(self) -> bool:
+        """Whether the samples tell anything beside a free bias."""
+        size = float(
+            np.abs(self.samples.A_mean).max() * max(self.samples.K, 1.0) ** 0.5
+        )
+        return (
+            self.samples.K > 0.0 and float(np.abs(self.samples.A).max()) > 1e-9 * size
+        )
+
+    def likelihood(self, phi: Array) -> StateLikelihood:
+        """The likelihood, its noise judged at least squares.
+
+        Parameters `phi` (10,) near the right ones tell what errors of the motion do to
+        the wrench. Noise that was given is taken at its word unless the residuals
+        contradict it, by their size or their colour.
+        """
+        source, found = self.source, None
+        for _ in range(NOISE_PASSES):
+            found = source.found(phi, found)
+        assert found is not None
+        coloured = found.colour is not None and found.colour.exceeds_claim
+        if source.given is not None and (found.contradicted or coloured):
+            source = replace(source, given=None)
+            found = source.found(phi, source.found(phi))
+        inflation = inflation_of(source.disagreement(found)[1])
+        force_std = float(found.equations.covariance[:3, :3].trace() / 3.0) ** 0.5
+        return StateLikelihood(
+            found.likelihood(inflation), source.samples.mass_scale(force_std)
+        )
+
+
+def _of_mean_weight_one(
+    state: SampleState, record: TimeRecord
+) -> tuple[SampleState, float]:
+    """The state of the full model for all samples of a record, and the mean weight of a
+    sample.
+
+    Samples that are averages weigh as many as they are, but each is one observation of
+    the noise: the weights are divided by their mean where it is more than 1.
+    """
+    scales, stretches = record.complete
+    samples = sum(stretches.counts) + stretches.open_count
+    weight = max(record.motion[0] / samples, 1.0)
+    scale = weight**-0.5
+    rows = [*stretches.factors, stretches.open_factor]
+    whole = Moments(
+        scale * triangular(np.concatenate(rows)),
+        samples,
+        min(state.full.start, state.reduced.start),
+        state.end,
+    )
+    if scale != 1.0:
+        scales = TimeScales(
+            tuple(scale * factor for factor in scales.factors),
+            scales.counts,
+            tuple(None if row is None else scale * row for row in scales.pending),
+        )
+        stretches = Stretches(
+            tuple(scale * factor for factor in stretches.factors),
+            stretches.counts,
+            stretches.length,
+            scale * stretches.open_factor,
+            stretches.open_count,
+        )
+    kept = TimeRecord(scales, stretches, motion=record.motion)
+    return SampleState(Moments.empty(), whole, samples, kept), weight
