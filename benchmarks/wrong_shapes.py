@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.bodies import POINTS, Body
+from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.shapes import Shape
 
@@ -41,14 +42,18 @@ def _unknown(body: Body, rng: np.random.Generator) -> Shape:
 
 def _open(body: Body, rng: np.random.Generator) -> Shape:
     """A mesh without most of what faces away from a camera, a fifth to a half of the
-    way down."""
-    mesh = body.mesh.copy().subdivide_to_size(float(max(body.mesh.extents)) / 8.0)
-    view = rng.normal(size=3)
-    view /= np.linalg.norm(view)
-    depth = mesh.triangles_center @ view
-    hidden = depth < np.quantile(depth, rng.uniform(0.2, 0.5))
-    mesh.update_faces(~(hidden & (mesh.face_normals @ view < -0.3)))
-    return _placed(body, mesh)
+    way down; another where that cannot be closed, which is told."""
+    whole = body.mesh.copy().subdivide_to_size(float(max(body.mesh.extents)) / 8.0)
+    while True:
+        mesh, view = whole.copy(), rng.normal(size=3)
+        view /= np.linalg.norm(view)
+        depth = mesh.triangles_center @ view
+        hidden = depth < np.quantile(depth, rng.uniform(0.2, 0.5))
+        mesh.update_faces(~(hidden & (mesh.face_normals @ view < -0.3)))
+        try:
+            return _placed(body, mesh)
+        except InputError:
+            continue
 
 
 def _hull(body: Body, rng: np.random.Generator) -> Shape:

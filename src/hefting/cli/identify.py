@@ -67,12 +67,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shape.add_argument(
         "--pose-std",
         metavar="5mm,5deg",
-        help=f"{having['pose_std']}: how well that pose is known; default exactly",
+        help=f"{having['pose_std']}: how well that pose is known, 0mm,0deg exactly; default perhaps exactly, "
+        "perhaps some 5 mm and 5° off",
     )
     shape.add_argument(
         "--shape-std",
         metavar="20%%",
-        help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a box",
+        help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a hull, "
+        "less for a mesh with holes; a box only holds the object",
     )
     shape.add_argument(
         "--points",

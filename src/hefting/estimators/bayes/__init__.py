@@ -22,6 +22,7 @@ from hefting.estimators.base import (
 )
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
+from hefting.estimators.bayes.mixture import holding
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
@@ -239,7 +240,7 @@ class Bayes(Estimator):
             samples=state.samples,
             duration=state.duration,
             covariance=mixture.covariance,
-            intervals=mixture.intervals(INTERVAL_LEVEL),
+            intervals=holding(mixture.intervals(INTERVAL_LEVEL), body),
             accuracy=accuracy,
             sufficient=sufficient,
             bias=posterior.bias,

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
 from hefting.estimators.bayes.likelihood import Likelihood
@@ -164,6 +165,16 @@ class Mixture:
             np.sqrt(np.maximum(variance, 1e-300)),
             self.weights[kept] / self.weights[kept].sum(),
         )
+
+
+def holding(intervals: dict[str, Array], body: InertialParameters) -> dict[str, Array]:
+    """Intervals that hold the body as well: it may be a little outside where no mass
+    distribution in the shape has the posterior's mean."""
+    found: dict[str, Array] = {}
+    for name, (low, high) in intervals.items():
+        value = np.asarray(getattr(body, name), dtype=float)
+        found[name] = frozen(np.stack((np.fmin(low, value), np.fmax(high, value))))
+    return found
 
 
 @lru_cache(maxsize=1)

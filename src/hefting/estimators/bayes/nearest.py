@@ -123,7 +123,8 @@ def _nearer(prior: Prior, scores: Array, found: Array, mean: Array, C: Array) ->
     """Errors of the pose (d,) that bring the body `found` (10,) nearer to `mean`: a step
     of Gauss and Newton, in the metric of C, with each error normal."""
     there = prior.slips.by(scores)
-    X = prior.slips.effects(np.linalg.solve(there.parameters, found), scores)
+    body = np.asarray(np.linalg.solve(there.parameters, found), dtype=float)
+    X = prior.slips.effects(body, scores)
     scale = np.sqrt(C.diagonal())
     X, off = X / scale[:, None], (mean - found) / scale
     W = np.linalg.pinv(C / np.outer(scale, scale), rcond=1e-12, hermitian=True)
