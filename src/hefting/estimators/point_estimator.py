@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known
@@ -32,6 +33,14 @@ class PointEstimator(Estimator):
     intervals: bool = field(default=True, kw_only=True)
     """Whether estimates have intervals. Without them a state keeps no record of time,
     and an estimate takes the time of the method alone."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        C = self.systematic
+        if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
+            raise InputError(
+                f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
+            )
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
