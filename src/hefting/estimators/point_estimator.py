@@ -20,7 +20,7 @@ from hefting.estimators.state_likelihood import StateSamples
 class PointEstimator(Estimator):
     """A method that finds a point, and passes its estimate through `with_intervals`.
 
-    What it takes for possible says `possible_bodies`.
+    `possible_bodies` says which objects it takes for possible.
     """
 
     gives_covariance = True
