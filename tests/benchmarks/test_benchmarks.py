@@ -93,7 +93,7 @@ def rows(report: dict, title: str) -> list[dict]:
 
 def test_every_section_is_printed(quick_run):
     table, report = quick_run
-    assert len(report["sections"]) == 22
+    assert len(report["sections"]) == 29
     for section in report["sections"]:
         assert section["title"].split(",")[0] in table
         for row in section["rows"]:

@@ -38,12 +38,13 @@ from typing import ClassVar
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.estimators.base import BiasModel, Estimator, require_samples
+from hefting.estimators.base import BiasModel, require_samples
+from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.quadratic import Quadratic
 
 
 @dataclass(frozen=True, eq=False)
-class Toy(Estimator):
+class Toy(PointEstimator):
     """A ball that explains the wrench in scale alone."""
 
     consistent = True
@@ -68,7 +69,8 @@ class Toy(Estimator):
         J = 0.4 * self.ball_radius**2
         ball = InertialParameters([1, 0, 0, 0, J, 0, 0, J, 0, J])
         mass = Quadratic.of(state, None, self.bias == "estimate").measured_mass(ball.vector)
-        return Estimate(self.name, InertialParameters(mass * ball.vector), state.samples)
+        found = Estimate(self.name, InertialParameters(mass * ball.vector), state.samples)
+        return self.with_intervals(found, state)
 '''
 SCRIPT = """
 import contextlib, io, json, sys
@@ -140,7 +142,9 @@ def test_the_toy_is_listed(said):
     assert "OLS-reduced, LMI-ellipsoid, Toy-small" in " ".join(said["methods"].split())
     found = json.loads(said["json"])
     assert list(found) == ["Bayes", "PMD", "GEO", "HPS", "LMI", "OLS", "Toy", "RTLS"]
-    assert found["Toy"]["hyperparameters"] == {"ball_radius": 0.25, "bias": "none"}
+    own = {"ball_radius": 0.25, "bias": "none"}
+    common = {"systematic": None, "intervals": True}
+    assert found["Toy"]["hyperparameters"] == own | common
     assert {
         name: of for name, of in found.items() if name != "Toy"
     } == describe_methods()
@@ -156,6 +160,8 @@ def test_its_hyperparameter_is_an_option(said):
     assert found["provenance"]["ball_radius"] == 0.5
     # the noise of 100 samples makes 0.005
     assert found["mass"] == pytest.approx(1.0, abs=0.05)
+    low, high = found["intervals"]["mass"]  # of any body, as its estimates are bodies
+    assert 0.95 < low < found["mass"] < high < 1.05
     assert "ball_radius = 0.5" in said["report"]
     assert "OLS has no 'ball_radius'; Toy has it" in " ".join(said["wrong"].split())
 

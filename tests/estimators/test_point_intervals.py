@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from hammers import NOISE, exact, noisy, shape
+from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor
@@ -15,8 +16,9 @@ from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.point_intervals import NON_NEGATIVE, sixteen
+from hefting.estimators.point_intervals import NON_NEGATIVE, _known, sixteen
 from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.state_likelihood import StateSamples
 from random_problems import random_body, random_motion, with_wrench
 
 WHITE = Noise(0.1, 0.005)
@@ -224,6 +226,27 @@ def test_errors_that_all_samples_share_widen():
         np.testing.assert_array_equal(
             wide.parameters.vector, estimator.fit(z).parameters.vector
         )
+
+
+@pytest.mark.parametrize("name", ["LMI", "LMI-ellipsoid", "GEO", "PMD"])
+def test_a_mass_that_a_bias_leaves_open_is_open_whatever_the_shape(name):
+    """A fifth of a second beside a free bias: no narrower than by the samples alone."""
+    z = replace(noisy(11, 20), noise=None)
+    estimator = replace(METHODS[name], bias="estimate")
+    state = estimator.update(estimator.start(), z)
+    samples = StateSamples.of(state, True, None)
+    assert samples is not None
+    alone = _known(samples, None, lambda _: None)
+    assert alone.mass_error > 0.1
+    low, high = ends(estimator.estimate(state))
+    assert (low <= np.maximum(alone.ends[0], 0.0))[NON_NEGATIVE].all()
+    assert (high >= alone.ends[1]).all()
+
+
+def test_a_systematic_error_is_a_covariance():
+    for wrong in (np.eye(9), np.full((10, 10), np.inf)):
+        with pytest.raises(InputError, match="systematic error's covariance"):
+            LMI(systematic=wrong)
 
 
 @pytest.mark.parametrize("name", METHODS)

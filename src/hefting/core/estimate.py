@@ -36,7 +36,8 @@ class Estimate:
     intervals: dict[str, Array] | None = None
     """Lower and upper ends between which each quantity lies with 95 % probability:
     ``mass`` (2,) [kg], ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and
-    ``inertia_at_com`` (2, 3, 3) [kg m²]; None where the method has none."""
+    ``inertia_at_com`` (2, 3, 3) [kg m²]; infinite where the samples leave a quantity
+    open. None where the method has none."""
     accuracy: Accuracy | None = None
     """What the errors do not exceed, each with 95 % probability; None unless an
     accuracy was asked for."""

@@ -22,7 +22,7 @@ from hefting.estimators.state_likelihood import StateSamples
 class PointEstimator(Estimator):
     """A method that finds a point, and passes its estimate through `with_intervals`.
 
-    What it takes for possible says `possible_bodies`.
+    `possible_bodies` says which objects it takes for possible.
     """
 
     gives_covariance = True
@@ -42,6 +42,14 @@ class PointEstimator(Estimator):
     intervals: bool = field(default=True, kw_only=True)
     """Whether estimates have intervals. Without them a state keeps no record of time,
     and an estimate takes the time of the method alone."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        C = self.systematic
+        if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
+            raise InputError(
+                f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
+            )
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:

@@ -117,14 +117,20 @@ def intervals_of(
     systematic : (10, 10) covariance of an error that all samples share.
     possible_bodies : what the method takes an object to be.
     """
-    known = _known(samples, systematic, possible_bodies)
-    ends = known.ends
-    if samples.free_bias and known.bodies:
-        alone = _known(samples, systematic, _anything)
-        if alone.mass_error > LARGEST_MASS_ERROR:
-            low, high = alone.ends
-            ends = np.stack((np.minimum(ends[0], low), np.maximum(ends[1], high)))
-    return including(ends, body), known.covariance_about(body.vector)
+    # noise-free samples, or few of them, make numbers overflow: what is no number then
+    # counts as open
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        known = _known(samples, systematic, possible_bodies)
+        ends = known.ends
+        if samples.free_bias and known.bodies:
+            alone = _known(samples, systematic, _anything)
+            if alone.mass_error > LARGEST_MASS_ERROR:
+                low, high = alone.ends
+                ends = np.stack((np.minimum(ends[0], low), np.maximum(ends[1], high)))
+                known = alone
+        ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
+        ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
+        return including(ends, body), known.covariance_about(body.vector)
 
 
 def _known(
