@@ -1,7 +1,7 @@
 """A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and
 order have the largest likelihood."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,12 @@ from hefting.motion.bspline import (
     inverse_bands,
 )
 from hefting.motion.likelihood import Likelihood, Smoothness
+from hefting.motion.local import (
+    LOCAL_KNOT_SPACING,
+    LocalSmoothness,
+    fit_locally,
+    is_white,
+)
 
 ORDERS = (3, 4, 5)
 """Orders of smoothness that are compared: 5 suits smooth motion, 3 stop-and-go
@@ -32,6 +38,12 @@ SMALLEST_SCALED_BANDWIDTH = 0.15
 """Lower bound of h wc in the search."""
 LARGEST_SCALED_BANDWIDTH = 2.5
 """Upper bound of h wc in the search."""
+SMOOTHER_THAN_MODEL = 0.72
+"""Share of the variance due to smoothing that is absent where the highest order is the
+most likely one: the motion is then smoother than the model. Smoothing makes (2k +
+1)/(2m) of the variance of the k-th derivative. Measured on random smooth motion of 0.5
+to 1.8 rad/s at 100 and 500 Hz, where the accelerations' errors were 0.71 to 0.83 of the
+model's standard deviations."""
 TUNED_COEFFICIENTS = 10_000
 """Number of spline coefficients used to choose the smoothness; for longer recordings it
 is chosen from evenly spaced stretches."""
@@ -65,6 +77,9 @@ class Curve:
     """Samples it was fitted to: the signal, then its measured derivatives."""
     factor: Array = field(repr=False)
     """(6, n): lower Cholesky bands of the normal equations"""
+    local: LocalSmoothness | None = field(default=None, repr=False)
+    """The penalty as it varies along the curve; None where it is the same
+    everywhere."""
 
     @classmethod
     def fit(
@@ -102,26 +117,64 @@ class Curve:
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
         penalty = smoothness.penalty(normal, dt)
         coefficients, factor = normal.solve(smoothness.order, penalty)
-        return cls(normal.knots, coefficients, smoothness, data, factor)
+        curve = cls(normal.knots, coefficients, smoothness, data, factor)
+        if smoothness.order == min(ORDERS) and is_white(curve._residual()):
+            return cls._fit_locally(data, smoothness, h, end) or curve
+        return curve
+
+    def _residual(self) -> Array:
+        """(K, d) residuals of the samples of the signal, of those inside a segment."""
+        samples = self.observations[0]
+        index, u, covered = self.knots.locate(samples.time)
+        neighbours = self.coefficients.T[:, index + np.arange(SUPPORT)[:, None]]
+        fitted = np.einsum("jl,djl->ld", basis(u), neighbours)
+        return (samples.values - fitted)[covered]
+
+    @classmethod
+    def _fit_locally(
+        cls,
+        data: tuple[Observation, ...],
+        smoothness: Smoothness,
+        h: float,
+        end: float,
+    ) -> "Curve | None":
+        """The curve with a penalty that varies along it, where that can be solved.
+
+        `h` [s] is the knot spacing for the global smoothness, which also decides what
+        is a gap; `end` [s] is that of the recording.
+        """
+        interval = float(np.median(np.diff(data[0].time)))
+        spacing = max(LOCAL_KNOT_SPACING, interval)
+        normal = _normal_equations(data, h, end, spacing)
+        dt = _sampling_interval(data[0].time, h)
+        found = fit_locally(normal, smoothness, dt, _variance_floor(data))
+        if found is None:
+            return None
+        smoothness = replace(smoothness, variance=found.variance)
+        return cls(
+            normal.knots, found.coefficients, smoothness, data, found.factor, found
+        )
 
     @cached_property
     def covariance(self) -> Array:
         """(6, n): lower bands of the covariance of the coefficients of one component;
         it is the same for all components."""
-        overlap = int(
-            np.ceil(12.0 / min(self.knots.h * self.smoothness.bandwidth, 1.0))
-        )
+        slowest = self.smoothness.bandwidth
+        if self.local is not None:
+            slowest = min(slowest, float(np.quantile(self.local.bandwidth, 0.1)))
+        overlap = int(np.ceil(12.0 / min(self.knots.h * slowest, 1.0)))
         return self.smoothness.variance * inverse_bands(self.factor, overlap)
 
     def evaluate(self, at: Array, spread: bool = True) -> tuple[Array, ...]:
-        """Value, first and second derivative (L, d) at times (L,) [s], and the standard
-        deviations (L,) of the two derivatives.
+        """Value, first and second derivative (L, d) at times (L,) [s], the standard
+        deviations (L,) of the two derivatives, and the standard deviation (L,) that
+        jumps add to the second.
 
         Outside the segments the values are NaN and the deviations infinite. If `spread`
         is False the deviations, which take as long as the values, are zero inside.
         """
         out = np.empty((3, self.coefficients.shape[1], len(at)))
-        std = np.empty((2, len(at)))
+        std = np.zeros((3, len(at)))
         columns = np.ascontiguousarray(self.coefficients.T)
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
@@ -131,9 +184,24 @@ class Curve:
             for k in range(3):
                 np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
             out[:, :, part][:, :, ~covered] = np.nan
-            std[:, part] = np.sqrt(self._variances(index, rows)) if spread else 0.0
+            if spread:
+                std[:2, part] = np.sqrt(self._variances(index, rows))
+                std[2, part] = self._jump_spread(index, u, neighbours)
             std[:, part][:, ~covered] = np.inf
         return (*np.swapaxes(out, 1, 2), *std)
+
+    def _jump_spread(self, index: Integers, u: Array, neighbours: Array) -> Array:
+        """(L,) standard deviation that jumps add to the second derivative of one
+        component; zero where the penalty does not vary.
+
+        `neighbours` (d, 6, L) are the coefficients in effect at each time.
+        """
+        if self.local is None:
+            return np.zeros(len(index))
+        rows = basis(u, 3) / self.knots.h**3
+        third = np.einsum("jl,djl->dl", rows, neighbours)
+        jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
+        return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
     def _variances(self, index: Integers, rows: list[Array]) -> Array:
         """(2, L) variances of the first and the second derivative.
@@ -148,6 +216,11 @@ class Curve:
                 ]
                 for k in (1, 2):
                     variances[k - 1] += covariance * rows[k][a] * rows[k][b]
+        if self.local is None and self.smoothness.order == max(ORDERS):
+            for k in (1, 2):
+                variances[k - 1] *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (
+                    2 * max(ORDERS)
+                )
         return np.maximum(variances, 0.0)
 
 
@@ -178,6 +251,11 @@ def tune(
         If there are too few samples.
     """
     return _tune_with_equations(data, orders, name, near)[:3]
+
+
+def _variance_floor(data: tuple[Observation, ...]) -> float:
+    """Smallest variance of a sample of the signal: that of rounding."""
+    return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
 
 
 def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
@@ -216,7 +294,7 @@ def _tune_with_equations(
             for o in data
         )
     whole = excess <= 1
-    floor = (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
+    floor = _variance_floor(data)
     if near is not None:
         orders, h = (near.order,), _knot_spacing(data, near)
     middle = orders[len(orders) // 2]
@@ -286,9 +364,13 @@ def _sampling_interval(time: Array, h: float) -> float:
 
 
 def _normal_equations(
-    data: tuple[Observation, ...], h: float, end: float = -np.inf
+    data: tuple[Observation, ...],
+    h: float,
+    end: float = -np.inf,
+    spacing: float | None = None,
 ) -> Normal:
-    """Normal equations with knots at spacing `h` [s].
+    """Normal equations with knots at spacing `h` [s], or at another `spacing` [s]
+    between the same gaps.
 
     The last segment extends to `end` [s], where the samples after its last one are
     repeats of that.
@@ -309,5 +391,6 @@ def _normal_equations(
     last = time[stop[long_enough] - 1]
     if long_enough[-1]:
         last[-1] = max(last[-1], end)
-    knots = Knots(h, time[begin[long_enough]], last)
-    return Normal(knots, data, block=h / 2)
+    spacing = h if spacing is None else spacing
+    knots = Knots(spacing, time[begin[long_enough]], last)
+    return Normal(knots, data, block=spacing / 2)
