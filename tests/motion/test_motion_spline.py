@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
 from hefting.motion.bspline import Knots, Normal, Observation, inverse_bands
-from hefting.motion.curve import ORDERS, SMOOTHER_THAN_MODEL, fresh_rows, tune
+from hefting.motion.curve import SMOOTHER_THAN_MODEL, fresh_rows
 from hefting.motion.likelihood import Likelihood
 from hefting.motion.spline import smooth
+from hefting.motion.tuning import ORDERS, tune
 from motions import Truth, normalised_errors, random_smooth, stop_and_go
 
 

@@ -285,16 +285,16 @@ class Normal:
         L is diagonal: `penalty` times the identity, or one penalty for each row of
         D^m.
         """
-        if isinstance(penalty, float):
+        if isinstance(penalty, np.ndarray):
+            roughness = self.knots.penalty(m, penalty)
+            rough_pilot = multiply(roughness, self.pilot)
+        else:
             if m not in self._penalties:
                 self._penalties[m] = self.knots.penalty(m)
             if m not in self._rough_pilot:
                 self._rough_pilot[m] = multiply(self._penalties[m], self.pilot)
             roughness = penalty * self._penalties[m]
             rough_pilot = penalty * self._rough_pilot[m]
-        else:
-            roughness = self.knots.penalty(m, penalty)
-            rough_pilot = multiply(roughness, self.pilot)
         factor, failed = lapack.dpbtrf(self.bands + roughness, lower=1)
         if failed:
             raise np.linalg.LinAlgError(
