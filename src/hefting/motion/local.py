@@ -31,9 +31,10 @@ LOCAL_ORDER = 4
 LOCAL_KNOT_SPACING = 0.01
 """[s] Largest knot spacing of a local fit: a jump of the acceleration is rounded over
 about two of them."""
-NEIGHBOUR_WEIGHTS = (0.15, 0.5, 0.85, 1.0, 0.85, 0.5, 0.15)
-"""Weights of the rows that determine the variance of the middle one. On trapezoids at
-100 and 500 Hz, three to nine rows give inertia errors that differ by a tenth."""
+FEWEST_NEIGHBOURS, MOST_NEIGHBOURS = 2, 3
+"""Rows on each side of a row that determine its variance with it: as many as span the
+time constant of the global fit. On trapezoids at 100 and 500 Hz, one to five rows give
+inertia errors that differ by a tenth."""
 LOCAL_ROUNDS = 4
 """Rounds of the fixed-point iteration. On trapezoids the inertia's errors are the same
 after 5, 8 and 10."""
@@ -112,6 +113,7 @@ def fit_locally(
     variance, d = found.variance, 3
     per_row = knots.rows_of_differences(m)
     penalty = np.full(len(per_row), start.penalty(normal, dt))
+    neighbours = _neighbour_weights(knots.h * found.bandwidth)
     freest = float(penalty[0]) * LARGEST_BANDWIDTH_RATIO ** (-2 * m)
     try:
         normal.refine_pilot(m, penalty)
@@ -124,10 +126,10 @@ def fit_locally(
                 determined = 1.0 - penalty * _difference_variances(inverse, m)[per_row]
                 variance = _noise_variance(normal, c, inverse, d, floor)
             squares = np.sum(np.diff(c, m, axis=0)[per_row] ** 2, axis=1)
-            wanted = (variance * d) * _sum_of_neighbours(
-                np.clip(determined, SMALLEST_DETERMINED_SHARE, 1.0)
-            )
-            wanted /= np.maximum(_sum_of_neighbours(squares), 1e-300)
+            determined = np.clip(determined, SMALLEST_DETERMINED_SHARE, 1.0)
+            determined = np.convolve(determined, neighbours, "same")
+            squares = np.convolve(squares, neighbours, "same")
+            wanted = variance * d * determined / np.maximum(squares, 1e-300)
             step = np.log(wanted / penalty)
             penalty = penalty * np.exp(np.clip(step, -LARGEST_STEP, LARGEST_STEP))
             middle = float(np.median(penalty))
@@ -177,7 +179,9 @@ def _difference_variances(inverse: Array, m: int) -> Array:
     return variances
 
 
-def _sum_of_neighbours(values: Array) -> Array:
-    """Weighted sums over the neighbours of each row; at the ends over those there
-    are."""
-    return np.convolve(values, NEIGHBOUR_WEIGHTS, "same")
+def _neighbour_weights(scaled_bandwidth: float) -> Array:
+    """Weights of a row and its neighbours, for a bandwidth times knot spacing: a raised
+    cosine."""
+    wanted = round(1.0 / scaled_bandwidth)
+    reach = min(max(wanted, FEWEST_NEIGHBOURS), MOST_NEIGHBOURS)
+    return np.cos(0.5 * np.pi * np.arange(-reach, reach + 1) / (reach + 1)) ** 2
