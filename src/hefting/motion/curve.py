@@ -32,6 +32,9 @@ from hefting.motion.tuning import (
     variance_floor,
 )
 
+CHECKED_STRETCH, CHECKED_STRETCHES = 100, 50
+"""Number of samples in a stretch, and of stretches, whose residuals are looked at to
+tell whether the noise is white."""
 SMOOTHER_THAN_MODEL = 0.72
 """Share of the variance due to smoothing that is absent where the highest order is the
 most likely one: the motion is then smoother than the model. Smoothing makes (2k +
@@ -114,12 +117,17 @@ class Curve:
         return curve
 
     def _residual(self) -> Array:
-        """(K, d) residuals of the samples of the signal, of those inside a segment."""
-        samples = self.observations[0]
-        index, u, covered = self.knots.locate(samples.time)
+        """(K, d) residuals of samples of the signal: of those inside a segment, in
+        evenly spaced stretches of a long recording."""
+        time, values = self.observations[0].time, self.observations[0].values
+        if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
+            starts = np.linspace(0, len(time) - CHECKED_STRETCH, CHECKED_STRETCHES)
+            chosen = (starts.astype(int)[:, None] + np.arange(CHECKED_STRETCH)).ravel()
+            time, values = time[chosen], values[chosen]
+        index, u, covered = self.knots.locate(time)
         neighbours = self.coefficients.T[:, index + np.arange(SUPPORT)[:, None]]
         fitted = np.einsum("jl,djl->ld", basis(u), neighbours)
-        return (samples.values - fitted)[covered]
+        return (values - fitted)[covered]
 
     @classmethod
     def _fit_locally(

@@ -29,15 +29,15 @@ LOCAL_ORDER = 4
 """Order m of the local penalty. Two rows that are free let the acceleration jump; order
 3 leaves twice the error of the angular acceleration between the jumps of trapezoids."""
 LOCAL_KNOT_SPACING = 0.01
-"""[s] Largest knot spacing of a local fit: a jump of the acceleration is rounded over
-about two of them."""
+"""[s] Knot spacing of a local fit, or the sampling interval where that is longer: a
+jump of the acceleration is rounded over about two of them."""
 FEWEST_NEIGHBOURS, MOST_NEIGHBOURS = 2, 3
 """Rows on each side of a row that determine its variance with it: as many as span the
 time constant of the global fit. On trapezoids at 100 and 500 Hz, one to five rows give
 inertia errors that differ by a tenth."""
 LOCAL_ROUNDS = 4
 """Rounds of the fixed-point iteration. On trapezoids the inertia's errors are the same
-after 5, 8 and 10."""
+after 5 and 8."""
 LARGEST_STEP = 3.0
 """Largest change of ln(lambda_j) in a round."""
 SMALLEST_DETERMINED_SHARE = 1e-3
@@ -45,7 +45,8 @@ SMALLEST_DETERMINED_SHARE = 1e-3
 STIFFEST_ROW = 1e4
 """Largest lambda_j over the median; where the motion is at rest nothing bounds it."""
 LARGEST_BANDWIDTH_RATIO = 1.5
-"""Largest local bandwidth over the global one. On trapezoids 1.4 suffices."""
+"""Largest local bandwidth over the global one. On trapezoids 1.4 suffices; the bound
+limits what a glitch of the poses can do."""
 LARGEST_KURTOSIS = 6.0
 """Kurtosis of the residuals of the global fit above which they are no white noise: 3.0
 to 3.5 on simulated trapezoids, 11 to 47 on two recordings of an arm whose clock

@@ -1,11 +1,11 @@
 """Thin parts: those of a solid that a grid of points misses, and points for them.
 
 A part thinner than a cell may pass between the points of the grid. Where the surface
-comes to a cell that has no point in it or in any cell around it, the solid is divided
-exactly into its shares of the cells (`hefting.shapes.cells`). A cell with a point keeps
-it, at the centroid of its share; a cell without one joins a neighbour that has one;
-what is left is put together to larger pieces, as many as suit its volume, with a point
-at the centroid of each.
+comes to a cell with no point within two cells of it, the solid is divided exactly into
+its shares of the cells (`hefting.shapes.cells`). A cell with a point keeps it, at the
+centroid of its share; a cell without one joins a neighbour that has one; what is left
+is put together to larger pieces, as many as suit its volume, with a point at the
+centroid of each. That of a bent piece may be outside of the solid.
 """
 
 from dataclasses import dataclass
