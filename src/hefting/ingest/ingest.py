@@ -32,7 +32,7 @@ from hefting.ingest.tool import tool_warnings, without_tool
 from hefting.logs import read_log
 from hefting.motion import Measured
 from hefting.motion.measure import Source
-from hefting.motion.weighting import acceleration_variances, sample_weights
+from hefting.motion.weighting import lasting_variances, sample_weights
 
 __all__ = ["Ingested", "ingest"]
 
@@ -258,7 +258,7 @@ def _motion_noise(measured: Measured) -> MotionNoise | None:
         )
     if motion.linear_acceleration_std is None:
         return None
-    linear, angular = np.sqrt(acceleration_variances(motion).mean(axis=1))
+    linear, angular = np.sqrt(lasting_variances(motion).mean(axis=1))
     return MotionNoise(float(linear), float(angular), float(np.pi / motion.bandwidth))
 
 

@@ -18,6 +18,7 @@ from hefting.core.spatial import (
 )
 from hefting.motion import Curves, smooth_poses
 from hefting.motion.measure import POSE_STREAMS, TWIST, Source
+from hefting.motion.weighting import lasting_variances
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""
@@ -216,17 +217,13 @@ def _pose_path(curves: Curves) -> Path:
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread)
-        assert m.linear_acceleration_std is not None
         rows, known = _reading_rows(
             m.linear_acceleration,
             m.angular_velocity,
             m.angular_acceleration,
             m.orientation,
         )
-        variances = np.square(
-            np.stack((m.linear_acceleration_std, m.angular_acceleration_std))
-        )
-        return rows, np.where(known, variances, 0.0), known
+        return rows, np.where(known, lasting_variances(m), 0.0), known
 
     bandwidth = poses.at([poses.first], spread=False).bandwidth
     return Path("smooth", poses.first, poses.last, read, bandwidth, curves=curves)
@@ -273,10 +270,9 @@ def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
         rows, known = _reading_rows(
             f, m.angular_velocity, m.angular_acceleration, m.orientation
         )
-        std = np.stack(
-            (np.full(len(time), accelerometer_std), m.angular_acceleration_std)
-        )
-        return rows, np.where(known, np.square(std), 0.0), known
+        variances = lasting_variances(m)
+        variances[0] = accelerometer_std**2
+        return rows, np.where(known, variances, 0.0), known
 
     first = max(poses.first, accelerometer.time[0])
     last = min(poses.last, accelerometer.time[-1])

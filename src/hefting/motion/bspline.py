@@ -146,17 +146,22 @@ class Knots:
         pieces = np.split(coefficients.T, self.offset[1:-1].tolist(), axis=1)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
-    def penalty(self, m: int) -> Array:
-        """Lower bands (6, n) of D^m' D^m."""
+    def rows_of_differences(self, m: int) -> Integers:
+        """First coefficient of each row of D^m; none reaches over a gap."""
+        pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
+        return np.concatenate([np.arange(start, stop - m) for start, stop in pairs])
+
+    def penalty(self, m: int, weights: Array | None = None) -> Array:
+        """Lower bands (6, n) of D^m' W D^m, W being diagonal; `weights` are one for
+        each row of D^m, all 1 by default."""
+        each = np.zeros(self.size)
+        each[self.rows_of_differences(m)] = 1.0 if weights is None else weights
         bands = np.zeros((SUPPORT, self.size))
         stencil = np.array([(-1.0) ** (m - a) * comb(m, a) for a in range(m + 1)])
-        for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
-            rows = stop - start - m
-            for a in range(m + 1):
-                for b in range(a, m + 1):
-                    bands[b - a, start + a : start + a + rows] += (
-                        stencil[a] * stencil[b]
-                    )
+        rows = self.size - m
+        for a in range(m + 1):
+            for b in range(a, m + 1):
+                bands[b - a, a : a + rows] += (stencil[a] * stencil[b]) * each[:rows]
         return bands
 
     def log_penalty_determinant(self, m: int) -> float:
@@ -269,26 +274,34 @@ class Normal:
             gradient[:, a:] += (self.rows[a] * weighted).sum(axis=1)[:, : n - a]
         self.gradient = gradient.T
 
-    def refine_pilot(self, m: int, penalty: float) -> None:
+    def refine_pilot(self, m: int, penalty: float | Array) -> None:
         """Make the fit with this penalty the pilot: sums of squares of similar fits are
         then free of cancellation."""
         self._set_pilot(self.solve(m, penalty)[0])
 
-    def solve(self, m: int, penalty: float) -> tuple[Array, Array]:
-        """Coefficients (n, d) and the lower Cholesky bands (6, n) of B' W B + penalty
-        D' D."""
-        if m not in self._penalties:
-            self._penalties[m] = self.knots.penalty(m)
-        roughness = self._penalties[m]
-        factor, failed = lapack.dpbtrf(self.bands + penalty * roughness, lower=1)
+    def solve(self, m: int, penalty: float | Array) -> tuple[Array, Array]:
+        """Coefficients (n, d) and the lower Cholesky bands (6, n) of B' W B + D' L D.
+
+        L is diagonal: `penalty` times the identity, or one penalty for each row of
+        D^m.
+        """
+        if isinstance(penalty, np.ndarray):
+            roughness = self.knots.penalty(m, penalty)
+            rough_pilot = multiply(roughness, self.pilot)
+        else:
+            if m not in self._penalties:
+                self._penalties[m] = self.knots.penalty(m)
+            if m not in self._rough_pilot:
+                self._rough_pilot[m] = multiply(self._penalties[m], self.pilot)
+            roughness = penalty * self._penalties[m]
+            rough_pilot = penalty * self._rough_pilot[m]
+        factor, failed = lapack.dpbtrf(self.bands + roughness, lower=1)
         if failed:
             raise np.linalg.LinAlgError(
                 "the normal equations of the spline are not positive definite"
             )
-        if m not in self._rough_pilot:
-            self._rough_pilot[m] = multiply(roughness, self.pilot)
-        descent = self.gradient - penalty * self._rough_pilot[m]
-        return self.pilot + lapack.dpbtrs(factor, descent, lower=1)[0], factor
+        step = lapack.dpbtrs(factor, self.gradient - rough_pilot, lower=1)[0]
+        return self.pilot + step, factor
 
     def objective(self, coefficients: Array, m: int, penalty: float) -> float:
         """Weighted sum of squared residuals of a fit, and penalty |D c|²."""
@@ -339,16 +352,15 @@ def _block_averages(
     return grids
 
 
-def inverse_bands(factor: Array, overlap: int) -> Array:
+def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -> Array:
     """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
 
     The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog
     1985), in parallel over stretches of the matrix. Each starts from zeros, `overlap`
-    coefficients after its end; the error of that start decreases as
+    coefficients after the end of its `stretch` coefficients; the error of that start decreases as
     exp(-2 sin(pi/2m) wc h overlap).
     """
     n = factor.shape[1]
-    stretch = INVERSE_STRETCH
     count = -(-n // stretch)
     length = min(stretch + overlap, n)
     begins = np.arange(count) * stretch
@@ -359,13 +371,14 @@ def inverse_bands(factor: Array, overlap: int) -> Array:
         j = stop - 1 - k
         # j is negative in a stretch that is finished; its result is not used
         column = factor[:, np.maximum(j, 0)]
-        slope = (column[1:] / column[0]).T  # (count, 5)
+        slope = (column[1:] / column[0]).T[:, :, None]  # (count, 5, 1)
         corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]
-        row = -np.einsum("sab,sb->sa", corner, slope)
+        row = -(corner @ slope)
         grown = np.empty_like(window)
         grown[:, 1:, 1:] = corner
-        grown[:, 0, 1:] = grown[:, 1:, 0] = row
-        grown[:, 0, 0] = 1.0 / column[0] ** 2 - np.einsum("sa,sa->s", row, slope)
+        grown[:, 1:, :1] = row
+        grown[:, 0, 1:] = row[:, :, 0]
+        grown[:, 0, 0] = 1.0 / column[0] ** 2 - (row * slope).sum(axis=1)[:, 0]
         window = grown
         own = (j >= begins) & (j < begins + stretch)
         bands[:, j[own]] = window[own, 0].T

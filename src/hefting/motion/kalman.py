@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.motion.bspline import Observation
-from hefting.motion.curve import tune
 from hefting.motion.fixed_lag import OUTPUT_STATES, Steady, Track, steady_filter
 from hefting.motion.spline import aligned, check_poses
 from hefting.motion.state import Motion, motion_from_channels
+from hefting.motion.tuning import tune
 
 NUMBER_OF_STATES = {"snap": 4, "acceleration": 3}
 """Number of integrators of a component, by `PoseFilter.order`."""

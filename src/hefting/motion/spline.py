@@ -55,13 +55,12 @@ class SmoothedPoses:
 
     def _at(self, at: Array, spread: bool) -> Motion:
         q = self.orientation.evaluate(at, spread)
-        quaternion = (*q[:3], q[3], q[4])
         bandwidth = self.orientation.smoothness.bandwidth
         if self.position is None:
-            return motion_from_channels(at, None, quaternion, bandwidth)
-        p0, p1, p2, _, p2_std = self.position.evaluate(at, spread)
+            return motion_from_channels(at, None, q, bandwidth)
+        p0, p1, p2, _, p2_std, p2_jump = self.position.evaluate(at, spread)
         bandwidth = np.sqrt(self.position.smoothness.bandwidth * bandwidth)
-        return motion_from_channels(at, (p0, p1, p2, p2_std), quaternion, bandwidth)
+        return motion_from_channels(at, (p0, p1, p2, p2_std, p2_jump), q, bandwidth)
 
 
 def fit_poses(

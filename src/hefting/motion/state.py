@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.spatial import Array, frozen, in_sensor_axes, rotation_matrices
+from hefting.motion.weighting import lasting_variances
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,12 @@ class Motion:
     """(K, 3) m/s², classical (d²p/dt²), of the sensor origin, gravity not included."""
     linear_acceleration_std: Array | None = None
     """(K,) m/s²."""
+    linear_jump_std: Array | None = None
+    """(K,) m/s², the part of `linear_acceleration_std` that is due to jumps of the
+    acceleration, which a smooth curve rounds. These errors have opposite signs before
+    and after the jump and cancel in an average over it. None for none."""
+    angular_jump_std: Array | None = None
+    """(K,) rad/s², the same part of `angular_acceleration_std`."""
 
     def __post_init__(self):
         for field in fields(self):
@@ -122,14 +129,10 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, and the time over which they
-        last."""
-        linear, angular = self.linear_acceleration_std, self.angular_acceleration_std
-        return MotionNoise(
-            0.0 if linear is None else float(np.sqrt(np.mean(np.square(linear)))),
-            float(np.sqrt(np.mean(np.square(angular)))),
-            float(np.pi / self.bandwidth),
-        )
+        """Root-mean-square errors of the accelerations, without those at jumps, and the
+        time over which they last."""
+        linear, angular = np.sqrt(lasting_variances(self).mean(axis=1))
+        return MotionNoise(float(linear), float(angular), float(np.pi / self.bandwidth))
 
 
 def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:
@@ -157,12 +160,14 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
     position:   None, or (p, dp, ddp, std of ddp): (K, 3) arrays in world axes and (K,)
     quaternion: (q, dq, ddq, std of dq, std of ddq): (K, 4) arrays xyzw, not necessarily of unit
                 length, and (K,) standard deviations of one component
+    Both may end with the standard deviation (K,) that jumps add to that of ddp or ddq.
 
     With q of any length, w = 2 Im(q* dq)/|q|² and, by differentiation,
     alpha = 2 Im(q* ddq)/|q|² - 2 (q.dq) w/|q|².
     A component's error counts twice because a rotation by theta moves q by theta/2.
     """
-    q, dq, ddq, dq_std, ddq_std = quaternion
+    q, dq, ddq, dq_std, ddq_std, *q_jump = quaternion
+    q_jump_std = q_jump[0] if q_jump else None
     square = np.sum(q * q, axis=1, keepdims=True)
     product = _conjugate_product(q)
     w = 2.0 * np.einsum("kij,kj->ki", product, dq) / square
@@ -171,13 +176,15 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
     q = q / np.sqrt(square)
     linear = {}
     if position is not None:
-        p, dp, ddp, ddp_std = position
+        p, dp, ddp, ddp_std, *p_jump = position
+        p_jump_std = p_jump[0] if p_jump else None
         into_sensor = np.swapaxes(rotation_matrices(q), 1, 2)
         linear = {
             "position": p,
             "linear_velocity": np.einsum("kij,kj->ki", into_sensor, dp),
             "linear_acceleration": np.einsum("kij,kj->ki", into_sensor, ddp),
-            "linear_acceleration_std": ddp_std,
+            "linear_acceleration_std": _with_jumps(ddp_std, p_jump_std),
+            "linear_jump_std": p_jump_std,
         }
     return Motion(
         time=time,
@@ -185,10 +192,16 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
         angular_velocity=w,
         angular_acceleration=alpha,
         angular_velocity_std=2.0 * dq_std,
-        angular_acceleration_std=2.0 * ddq_std,
+        angular_acceleration_std=2.0 * _with_jumps(ddq_std, q_jump_std),
+        angular_jump_std=None if q_jump_std is None else 2.0 * q_jump_std,
         bandwidth=float(bandwidth),
         **linear,
     )
+
+
+def _with_jumps(std: Array, jump_std: Array | None) -> Array:
+    """(K,) standard deviation of both together."""
+    return std if jump_std is None else np.hypot(std, jump_std)
 
 
 def _conjugate_product(q):

@@ -30,6 +30,10 @@ class UncertainMotion(Protocol):
     @property
     def angular_acceleration_std(self) -> Array: ...
     @property
+    def linear_jump_std(self) -> Array | None: ...
+    @property
+    def angular_jump_std(self) -> Array | None: ...
+    @property
     def bandwidth(self) -> float: ...
 
 
@@ -54,6 +58,22 @@ def acceleration_variances(motion: UncertainMotion) -> Array:
     return np.stack(
         (np.zeros_like(angular) if linear is None else np.square(linear), angular)
     )
+
+
+def lasting_variances(motion: UncertainMotion) -> Array:
+    """`acceleration_variances` without the part of jumps.
+
+    What a smooth curve takes from the acceleration before a jump it adds after it, so
+    that this part cancels in sums over the samples. Weights by all of the variance
+    would leave out one side or the other: on trapezoids at 500 Hz they double the
+    inertia's error.
+    """
+    variances = acceleration_variances(motion)
+    for row, jump in enumerate((motion.linear_jump_std, motion.angular_jump_std)):
+        if jump is not None:
+            known = np.isfinite(variances[row])
+            variances[row, known] -= np.square(jump[known])
+    return np.maximum(variances, 0.0)
 
 
 def samples_per_error(time: Array, bandwidth: float) -> float:
@@ -85,9 +105,7 @@ def sample_weights(
             f"weights need positive noise levels of the wrench, not {force_std} N and {torque_std} N m",
             fix="give Noise(force=, torque=)",
         )
-    excess = excess_variance(
-        vector, acceleration_variances(motion), force_std, torque_std
-    )
+    excess = excess_variance(vector, lasting_variances(motion), force_std, torque_std)
     return 1.0 / (1.0 + samples_per_error(motion.time, motion.bandwidth) * excess)
 
 

@@ -363,13 +363,18 @@ class Shape:
         if solid.cap_fraction > SMALL_CAPS:
             what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
             warnings.append(warning("mesh-holes", what))
-        rotation, second = matrix[:3, :3], samples.cell_second_moment
-        cell = rotation @ (np.trace(second) * np.eye(3) - second) @ rotation.T
+        if samples.missed:
+            what = "parts of the shape may be too thin for the points asked for, and have none"
+            warnings.append(warning("thin-parts", what, "points"))
+        rotation, n = matrix[:3, :3], len(samples.positions)
+        second = np.broadcast_to(samples.cell_second_moment, (n, 3, 3))
+        trace = np.trace(second, axis1=1, axis2=2)[:, None, None]
+        cell = rotation @ (trace * np.eye(3) - second) @ rotation.T
         inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment
         return cls(
             samples.positions @ rotation.T + matrix[:3, 3],
             samples.volumes,
-            cell_inertia=np.tile(tensor_to_vector(cell), (len(samples.positions), 1)),
+            cell_inertia=tensor_to_vector(cell),
             extents=solid.extents,
             pose=matrix,
             homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(

@@ -9,6 +9,7 @@ from hefting.simulation.modular import MODULAR, held_modular, modular, paper_poi
 from hefting.simulation.objects import Assembly, Part, hammer
 from hefting.simulation.physics import Wielding, wield_analytically, wield_in_mujoco
 from hefting.simulation.record import record
+from hefting.simulation.trapezoids import trapezoids
 from hefting.simulation.wield import simulate, truth, wield
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "sinusoids",
     "stop_and_go",
     "tilted_gravity",
+    "trapezoids",
     "truth",
     "wield",
     "wield_analytically",
