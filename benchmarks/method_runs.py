@@ -165,4 +165,8 @@ def body_of_parts(seed: int) -> Body:
     masses = fine.volumes * density[fine.labels.astype(int)]
     mass = float(np.exp(rng.uniform(np.log(0.1), np.log(3.0))))
     truth = InertialParameters(fine.cell_matrix @ (mass * masses / masses.sum()))
-    return Body("parts", solid, labelled(PART_POINTS), truth, mesh)
+    shares = fine.volumes / fine.volumes.sum()
+    mean = float(shares @ density[fine.labels.astype(int)])
+    square = float(shares @ density[fine.labels.astype(int)] ** 2)
+    contrast = float(np.sqrt(max(square / mean**2 - 1.0, 0.0)))
+    return Body("parts", solid, labelled(PART_POINTS), truth, mesh, contrast)

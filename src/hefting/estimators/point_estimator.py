@@ -80,9 +80,10 @@ class PointEstimator(Estimator):
     def with_intervals(self, estimate: Estimate, state: SampleState) -> Estimate:
         """The estimate with intervals, and with a covariance about it where it has
         none; as it is where the state keeps no record of time."""
-        if not self.intervals or state.record is None:
+        samples = self._samples(state)
+        if not self.intervals or samples is None:
             return estimate
-        found, covariance = self.uncertainty(estimate.parameters, state)
+        found, covariance = self._uncertainty(estimate.parameters, samples)
         if estimate.covariance is not None:
             covariance = np.array(estimate.covariance)
         return replace(estimate, intervals=found, covariance=covariance)
@@ -96,11 +97,17 @@ class PointEstimator(Estimator):
 
         Raises `InputError` for a state without a record of time.
         """
-        free_bias = getattr(self, "bias", "none") == "estimate"
-        noise = getattr(self, "noise", None)
-        samples = StateSamples.of(
-            state, free_bias, noise, self.carried, self.sensor_error
-        )
+        samples = self._samples(state)
         if samples is None:
             raise InputError("the state keeps no record of time", fix="intervals=True")
+        return self._uncertainty(body, samples)
+
+    def _samples(self, state: SampleState) -> StateSamples | None:
+        free_bias = getattr(self, "bias", "none") == "estimate"
+        noise = getattr(self, "noise", None)
+        return StateSamples.of(state, free_bias, noise, self.carried, self.sensor_error)
+
+    def _uncertainty(
+        self, body: InertialParameters, samples: StateSamples
+    ) -> tuple[dict[str, Array], Array]:
         return intervals_of(body, samples, self.systematic, self.possible_bodies)
