@@ -14,7 +14,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.sensor_errors import (
-    IN_STEP_SHARE,
+    IN_STEP_RATIO,
     InStep,
     slow_variances,
 )
@@ -47,7 +47,7 @@ def test_in_step_errors_are_random_mixtures_of_the_wrench(seed):
         A = W @ A
         w = A @ whole
         expected = np.zeros((10, 10))
-        size = IN_STEP_SHARE * variance * 30.0 / np.sum(w * w)
+        size = IN_STEP_RATIO * variance * 30.0 / np.sum(w * w)
         for c in range(6):
             for d in range(6):
                 x = A[:, c].T @ w[:, d]

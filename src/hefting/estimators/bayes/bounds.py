@@ -97,15 +97,23 @@ theorem, as the second moment is the same wherever the object is."""
 WIDER_COM, WIDER_MOMENTS = 1.3, 2.0
 """Factors of gamma, and of a and b, for objects unlike those that the members were
 found by."""
+EVEN_COM = 12.0**-0.5
+"""Least gamma for a box: that of a centre of mass anywhere in it with the same
+probability. A surer one would pull the mass where forces are doubtful and the first
+moment is not."""
 _DIAGONAL, _PRODUCTS = (3, 6, 8), (4, 5, 7)
 """Indices of S_ii and S_ij among c and xx, xy, xz, yy, yz, zz of S."""
 
 
-def bounded_members(table: Array, sides: Array) -> tuple[Array, Array]:
+def bounded_members(
+    table: Array, sides: Array, least_gamma: float = EVEN_COM
+) -> tuple[Array, Array]:
     """Of a box of these sides (3,) [m]: means (j, 10) of the members for 1 kg about its
-    middle, and factors (j, 9, 9) of their covariances, the mass apart."""
+    middle, and factors (j, 9, 9) of their covariances, the mass apart. No member has a
+    gamma of less than `least_gamma`."""
     wider = (WIDER_COM, 1.0, WIDER_MOMENTS, 1.0, WIDER_MOMENTS)
     gamma, m, variance, correlation, products = (table[:, :5] * wider).T
+    gamma = np.maximum(gamma, least_gamma)
     Q = np.zeros((len(table), 9, 9))
     mean = np.zeros((len(table), 9))
     for i in range(3):

@@ -118,10 +118,12 @@ class Prior:
     def of_bounds(cls, shape: Shape) -> Self:
         """Of an object that is somewhere inside a box in the sensor frame, or, where
         the shape says so, within reach of the sensor (`Shape.known`)."""
-        table = (
-            bounds.REACH_MEMBERS if shape.known == "reach" else bounds.BOUNDS_MEMBERS
+        table, least_gamma = bounds.BOUNDS_MEMBERS, bounds.EVEN_COM
+        if shape.known == "reach":
+            table, least_gamma = bounds.REACH_MEMBERS, 0.0
+        means, factors = bounds.bounded_members(
+            table, np.asarray(shape.extents), least_gamma
         )
-        means, factors = bounds.bounded_members(table, np.asarray(shape.extents))
         T = affine(np.eye(3), shape.homogeneous.center_of_mass)
         voxels, none = Voxels.of(shape), Distortions.none(shape)
         weights = table[:, 5] / table[:, 5].sum()

@@ -8,8 +8,8 @@ noise that the residuals show:
   recording the fit absorbs them, and its residuals do not show them.
 - errors in step with the motion. What is coloured in the residuals may follow the
   wrench w: at each time scale it may be wrong by M w, with a random matrix M (6, 6) of
-  independent entries whose size is such that `IN_STEP_SHARE` of the coloured noise's
-  energy there is that of M w. Unlike noise, such errors do not average out over the
+  independent entries whose size is such that `IN_STEP_RATIO` times the coloured
+  noise's energy there is that of M w. Unlike noise, such errors do not average out over the
   samples of a scale. Of the whitened rows A_c of channel c they add to V
   var sum_c A_c' (w w') A_c.
 """
@@ -30,10 +30,10 @@ Data sheets of six-axis sensors state hysteresis and non-linearity of 0.5 to 2 %
 scale."""
 SLOW_ERROR_TIME = 0.25
 """Correlation time of slow errors over the length of the record."""
-IN_STEP_SHARE = 1.0
-"""Share of the coloured noise that counts as in step with the motion. With one the
-intervals of bodies added to recordings of three real sensors held
-(`benchmarks.injection`)."""
+IN_STEP_RATIO = 1.3
+"""Variance of errors in step with the motion over that of the coloured noise: more than
+1, as the fit takes a part of them away. With it the intervals of bodies added to
+recordings of three real sensors hold (`benchmarks.injection`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class InStep:
         over that of one sample; `gain` (g,) a relative error of the wrench that was
         found.
         """
-        energy = IN_STEP_SHARE * coloured * self.counts
+        energy = IN_STEP_RATIO * coloured * self.counts
         square = np.square(gain) * np.ones(len(energy))
         return energy[:, None, None] * self.mixed + square[:, None, None] * self.gains
 
