@@ -143,7 +143,12 @@ def test_the_toy_is_listed(said):
     found = json.loads(said["json"])
     assert list(found) == ["Bayes", "PMD", "GEO", "HPS", "LMI", "OLS", "Toy", "RTLS"]
     own = {"ball_radius": 0.25, "bias": "none"}
-    common = {"systematic": None, "intervals": True}
+    common = {
+        "systematic": None,
+        "carried": None,
+        "sensor_error": 0.005,
+        "intervals": True,
+    }
     assert found["Toy"]["hyperparameters"] == own | common
     assert {
         name: of for name, of in found.items() if name != "Toy"
