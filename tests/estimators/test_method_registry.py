@@ -211,7 +211,7 @@ def test_the_methods_are_those_there_were():
         )
     ]
     assert VARIANTS["LMI-ellipsoid"] == ("LMI", {"ellipsoid": "shape"})
-    assert (default_method(True), default_method(False)) == ("Bayes", "LMI")
+    assert (default_method(True), default_method(False)) == ("Bayes", "Bayes")
     assert list(options()) == ["sensor_error", "c1", "regularization", "gamma"]
 
 

@@ -62,9 +62,7 @@ def test_one_identify(recording, method):
     ):
         assert counted[once] == 1, once
     # PMD's intervals are over the bodies that Bayes takes for possible
-    assert counted["estimators/bayes/prior.py:Prior.of"] == (
-        method in ("Bayes", "PMD")
-    )
+    assert counted["estimators/bayes/prior.py:Prior.of"] == (method in ("Bayes", "PMD"))
     assert counted["estimators/bayes/__init__.py:Bayes.posterior"] == (
         method == "Bayes"
     )

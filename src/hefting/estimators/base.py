@@ -186,6 +186,13 @@ class Estimator:
         }
 
     @property
+    def rests_on_shape(self) -> bool:
+        """Whether a known shape decides what the motion leaves open."""
+        own = getattr(self, "shape", None)
+        known = isinstance(own, Shape) and own.known != "reach"
+        return known or self.needs != "nothing"
+
+    @property
     def asked(self) -> Accuracy | None:
         """How sure is sure enough: no more of a recording is used than that takes.
         None: all of it is."""

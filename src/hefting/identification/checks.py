@@ -71,7 +71,7 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     """What the motion leaves open: the estimate there follows from the shape, or from
     nothing."""
     fit, estimator = checked.found.fit, checked.estimator
-    if estimator.needs == "nothing" or checked.shape is None:
+    if not estimator.rests_on_shape or checked.shape is None:
         z = checked.found.measurements
         summary = identifiability(z, fit, TYPICAL_SIZE).summary
         return [warning("not-identifiable", line) for line in summary]

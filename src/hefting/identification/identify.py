@@ -31,6 +31,7 @@ from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
 from hefting.motion.measure import Source
 from hefting.shapes import Shape
+from hefting.shapes.doubt import REACH
 
 SHAPES = {
     "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
@@ -77,10 +78,10 @@ def identify(
     Parameters
     ----------
     recording : a recording or the path of a log.
-    shape : where the object may have mass, in the sensor frame.
+    shape : where the object may have mass, in the sensor frame. Without one Bayes takes
+        an object of any shape near the sensor for possible (`Shape.unknown`).
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
-        default Bayes with a shape and LMI without
-        (`hefting.estimators.default_method`).
+        default the first (`hefting.estimators.default_method`).
     gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot
         on a tilted base.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
@@ -105,7 +106,10 @@ def identify(
     if method is None:
         method = default_method(shape is not None)
         if shape is None:
-            what = f"no shape given, so {method}: the inertia tensor rests on the motion alone; give `shape` for more"
+            what = (
+                f"no shape given, so {method} takes any object of up to some 40 cm "
+                f"within {REACH:g} m of the sensor for possible: give `shape` for more"
+            )
             warnings = (warning("no-shape", what, "shape"),)
     kind, settings = method_named(method)
     found = ingest(
@@ -279,7 +283,7 @@ def with_diagnostics(
         estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
     )
     if negative or not estimate.parameters.mass > 0.0:
-        if shape is None or estimator.needs == "nothing":
+        if shape is None or not estimator.rests_on_shape:
             what = "no positive mass explains the wrench"
             fix = "check `wrench` (sign) and `gravity`"
         else:

@@ -117,7 +117,8 @@ def _cells(
 def _moments(name: str, e: "Estimate", open_parameters: Collection[str]) -> str:
     """Moments of inertia at the COM, or that the data leave them open."""
     moments = e.parameters.inertia_at_com.diagonal()
-    unaided = method_named(name)[0].needs == "nothing"
+    kind = method_named(name)[0]
+    unaided = kind.needs == "nothing" and kind.role != "posterior"
     if unaided and {"Jxx", "Jyy", "Jzz"} & set(open_parameters):
         return "open"
     least = 1e-9 * np.abs(moments).max()

@@ -83,18 +83,16 @@ class Bayes(Estimator):
 
     rank = 10
     role = "posterior"
-    needs = "a shape"
     consistent = True
     gives_covariance = True
     source = "this project, docs/bayes.md"
-    best_for = (
-        "a known shape, any motion, and wherever it matters how sure the answer is"
-    )
+    best_for = "any motion, above all with a shape, and wherever it matters how sure"
     invariances = frozenset(INVARIANCES)
     keeps_time_record = True
 
-    shape: Shape
-    """Where the object may have mass, in the sensor frame."""
+    shape: Shape = field(default_factory=Shape.unknown)
+    """Where the object may have mass, in the sensor frame; by default anywhere within
+    0.5 m of the sensor (`Shape.unknown`)."""
     pose_std: tuple[float, float] | None = None
     """How well the shape's place is known: standard deviations along [m] and about
     [rad] each axis of its frame; (0, 0) is exact. None: perhaps exact, perhaps some
@@ -172,10 +170,12 @@ class Bayes(Estimator):
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
         """As of every method, with the shape's own deviation; the noise it finds
         itself."""
-        shape_std = 0.0 if known.shape is None else known.shape.shape_std
-        if known.shape is not None and known.shape.known != "object":
+        shape = Shape.unknown() if known.shape is None else known.shape
+        shape_std: float | None = shape.shape_std
+        if shape.known != "object":
             shape_std = None
         own = {
+            "shape": shape,
             "noise": None,
             "shape_std": shape_std,
             "systematic": known.systematic,
@@ -244,7 +244,7 @@ class Bayes(Estimator):
             accuracy=accuracy,
             sufficient=sufficient,
             bias=posterior.bias,
-            point_masses=nearest.masses,
+            point_masses=None if self.shape.known == "reach" else nearest.masses,
             hull_margin=nearest.margin,
             warnings=warnings_of(posterior, nearest.distance),
             provenance=posterior.noise_found,

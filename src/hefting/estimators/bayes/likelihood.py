@@ -40,6 +40,9 @@ samples to measure it."""
 SEPARATE_POSE_INTERVAL = 0.5
 """[s] Mean time between samples from which on they count as separate poses. Within a
 shorter time slow errors of a sensor are the same."""
+SPENT_SAMPLES = 10.0 / 6.0 + 6.0
+"""Number of samples of which the residuals' covariance says nothing: those that the ten
+parameters of least squares take away, and six, of which it is singular."""
 ISOTROPY_SAMPLES = 12.0
 """Number of samples that the prior of the residuals' covariance is worth: independent
 channels, one variance for the forces and one for the torques."""
@@ -124,7 +127,7 @@ class Samples:
         """(6, 6) noise covariance that residuals of covariance R bear out, if so many
         samples (`autocorrelation`) are worth one independent one."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
-        K = self.K / autocorrelation
+        K = max(self.K / autocorrelation - SPENT_SAMPLES, 0.0)
         S = (K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (K + ISOTROPY_SAMPLES)
         return S + np.diag(self.floor**2)
 

@@ -64,7 +64,7 @@ class Mixture:
                 axis=1
             )
         FL = F.transpose(0, 2, 1) @ likelihood.precision
-        R = np.linalg.cholesky(np.eye(10) + FL @ F)
+        R = _cholesky(np.eye(10) + FL @ F)
         left = likelihood.shift - mu @ likelihood.precision
         inverse = np.array([lapack.dtrtri(each, lower=1)[0] for each in R])
         rest = F.transpose(0, 2, 1) @ left[..., None]
@@ -175,6 +175,17 @@ def holding(intervals: dict[str, Array], body: InertialParameters) -> dict[str, 
         value = np.asarray(getattr(body, name), dtype=float)
         found[name] = frozen(np.stack((np.fmin(low, value), np.fmax(high, value))))
     return found
+
+
+def _cholesky(M: Array) -> Array:
+    """Factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, but for
+    rounding."""
+    try:
+        return np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(0.5 * (M + M.transpose(0, 2, 1)))
+        raised = vectors * np.maximum(values, 1.0)[:, None, :]
+        return np.linalg.cholesky(raised @ vectors.transpose(0, 2, 1))
 
 
 @lru_cache(maxsize=1)
