@@ -181,11 +181,12 @@ def _cholesky(M: Array) -> Array:
     """Factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, but for
     rounding."""
     try:
-        return np.linalg.cholesky(M)
+        return np.asarray(np.linalg.cholesky(M), dtype=float)
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(0.5 * (M + M.transpose(0, 2, 1)))
-        raised = vectors * np.maximum(values, 1.0)[:, None, :]
-        return np.linalg.cholesky(raised @ vectors.transpose(0, 2, 1))
+        raised = np.asarray(vectors * np.maximum(values, 1.0)[:, None, :])
+        root = np.linalg.cholesky(raised @ vectors.transpose(0, 2, 1))
+        return np.asarray(root, dtype=float)
 
 
 @lru_cache(maxsize=1)
