@@ -150,7 +150,7 @@ def calibrate(
     """
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)
-    estimator = estimator_for(OLS, found, None, {})
+    estimator = OLS(**OLS.settings(_known(found, None)))
     state = estimator.update(estimator.start(), found.measurements)
     estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
     # with all that may be wrong, as it becomes an error of every object
