@@ -294,7 +294,7 @@ def with_diagnostics(
     rms = found.residual(estimate.parameters.vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance
     own: Shape | None = getattr(estimator, "shape", None)
-    if own is not None:
+    if own is not None and own.known != "reach":
         provenance["points"] = own.n
     estimate = replace(
         estimate,

@@ -125,8 +125,8 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             warning(
                 "stretches-disagree",
                 "the recording contradicts its own model (is the sensor linear, its bias constant, the object "
-                f"fixed?): its stretches differ {posterior.disagreement**0.5:.1f} times as much as they should; the "
-                "intervals are wider by that",
+                f"fixed?): its stretches differ {posterior.disagreement**0.5:.1f} times as much as noise does; the "
+                "intervals allow for it",
             )
         )
     error = posterior.response * posterior.mixture.mean[0]
