@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.estimators import METHODS, VARIANTS, describe_methods, method_named
@@ -16,7 +17,12 @@ from hefting.estimators.base import INVARIANCES
 from hefting.identification import compare as comparison
 from hefting.identification import identify
 from hefting.identification.compare import compare
-from hefting.identification.recommend import misfit, recommend, uncertainty
+from hefting.identification.recommend import (
+    explanation,
+    misfit,
+    recommend,
+    uncertainty,
+)
 from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
@@ -271,7 +277,7 @@ def test_the_table_and_the_recommendation(run, log):
     assert (status, err) == (0, "")
     for name in ("LMI", "OLS", "RTLS", "OLS-blended", "OLS-reduced"):
         assert any(line.split()[:1] == [name] for line in out.splitlines()), name
-    assert "recommended: LMI" in out
+    assert "recommended: Bayes" in out
     assert "PMD needs a shape" in out
     assert max(len(line.rstrip()) for line in out.splitlines()) <= 100
 
@@ -339,3 +345,13 @@ def test_methods_are_described(run):
     for name, kind in METHODS.items():
         assert name in out
         assert kind.needs.split()[-1] in out
+
+
+def test_a_larger_residual_is_told():
+    """Half as much again as another's: never "to within the noise"."""
+    close = Estimate("LMI", hammer().parameters, 100, residual=np.array((0.1, 0.01)))
+    far = replace(close, method="Bayes", residual=np.array((0.11, 0.015)))
+    said = explanation("Bayes", {"Bayes": far, "LMI": close}, 28.0)
+    assert "1.5 times the residual of the closest fit" in said
+    same = {"Bayes": close, "LMI": close}
+    assert "to within the noise (misfit 28)" in explanation("Bayes", same, 28.0)

@@ -29,7 +29,8 @@ PRECISE = 0.1
 SUFFICIENT = 0.2
 """Uncertainty of least squares up to which a body without a shape beats point
 masses."""
-
+LARGER_RESIDUAL = 1.1
+"""Ratio of a residual to the least of all methods from which on it is told."""
 OUTSIDE = 0.02
 """Depth outside the shape's hull, over its largest side, from which the COM contradicts
 the shape."""
@@ -104,6 +105,13 @@ def recommend(
             "no method found a body that can exist; this one explains the wrench best",
         )
     free, prior = _first("free", bodies), _first("prior", bodies)
+    posterior, explains, why = _first("posterior", bodies), False, ""
+    if posterior is not None:
+        chi2 = misfit(bodies[posterior], (seen or {}).get(posterior, found))
+        explains = chi2 <= MISFIT
+        why = explanation(posterior, bodies, chi2)
+        if shape is None and explains:
+            return posterior, why
     if shape is None:
         if free is None:
             best = min(bodies, key=lambda name: misfit(bodies[name], found))
@@ -118,14 +126,8 @@ def recommend(
             free,
             "without the shape the COM is outside it: check the shape's pose and unit",
         )
-    posterior = _first("posterior", bodies)
-    if posterior is not None:
-        chi2 = misfit(bodies[posterior], (seen or {}).get(posterior, found))
-        if chi2 <= MISFIT:
-            return (
-                posterior,
-                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is",
-            )
+    if posterior is not None and explains:
+        return posterior, why
     s = uncertainty(found, shape)
     if prior is not None:
         chi2 = misfit(bodies[prior], found)
@@ -153,6 +155,23 @@ def recommend(
     return next(iter(bodies)), "the only body that can exist" if len(
         bodies
     ) == 1 else "a body that can exist"
+
+
+def explanation(name: str, bodies: dict[str, Estimate], chi2: float) -> str:
+    """Why a posterior is recommended, given its misfit: what its residual is beside the
+    least."""
+    own = bodies[name].residual
+    others = [e.residual for e in bodies.values() if e.residual is not None]
+    ratio = 1.0
+    if own is not None and others:
+        least = np.maximum(np.min(others, axis=0), 1e-300)
+        ratio = float(np.max(own / least))
+    if ratio > LARGER_RESIDUAL:
+        return (
+            f"it says how sure it is; it leaves {ratio:.1f} times the residual of the "
+            f"closest fit, which noise as coloured as here explains (misfit {chi2:.0f})"
+        )
+    return f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
