@@ -9,7 +9,12 @@ from benchmarks.injected import Case
 from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array, tensor_to_vector
-from hefting.identification.identify import identify
+from hefting.estimators import METHODS as ESTIMATORS
+from hefting.estimators import default_method
+from hefting.identification.identify import estimator_for, run, with_diagnostics
+from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.plausibility import require_object
+from hefting.shapes import Shape
 
 METHODS = {"with the shape": True, "without a shape": False}
 """What is identified, and whether the shape is given: the default method of each."""
@@ -39,21 +44,28 @@ class Run:
 
 
 def identified(case: Case) -> list[Run]:
-    """Identify the body of a case by every method."""
-    runs: list[Run] = []
+    """Identify the body of a case by every method, as `hefting.identify` does."""
+    host, runs = case.host, list[Run]()
+    try:
+        found = ingest(case.recording, gravity=host.gravity, tool=host.tool)
+    except HeftingError:
+        return [Run(method, host.set, case.name, None) for method in METHODS]
     for method, with_shape in METHODS.items():
         try:
-            estimate = identify(
-                case.recording,
-                case.body.shape if with_shape else None,
-                gravity=case.host.gravity,
-                tool=case.host.tool,
-            ).estimate
+            estimate = _estimate(found, case.body.shape if with_shape else None)
         except HeftingError:
-            runs.append(Run(method, case.host.set, case.name, None))
+            runs.append(Run(method, host.set, case.name, None))
             continue
         runs.append(_judged(method, case, estimate))
     return runs
+
+
+def _estimate(found: Ingested, shape: Shape | None) -> Estimate:
+    require_object(found, shape)
+    kind = ESTIMATORS[default_method(shape is not None)]
+    estimator = estimator_for(kind, found, shape, {})
+    estimate, used = run(estimator, found)
+    return with_diagnostics(estimate, estimator, used, shape)
 
 
 def _judged(method: str, case: Case, estimate: Estimate) -> Run:

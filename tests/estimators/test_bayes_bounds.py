@@ -7,10 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import multivariate_normal
 
+from hammers import noisy
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
-from hefting.estimators import LMI, Bayes
+from hefting.core.messages import codes
+from hefting.estimators import LMI, OLS, Bayes
 from hefting.estimators.bayes import bounds
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import Mixture
@@ -120,3 +122,13 @@ def test_a_box_told_to_be_the_shape_is_one():
     assert told._prior.offsets is None
     with pytest.raises(InputError, match="one of object, bounds, reach"):
         replace(box, known="nothing")
+
+
+def test_a_box_in_the_wrong_place_does_not_take_the_mass_away():
+    """A box 1 m from the object: the posterior is that of any body, with a warning."""
+    z = noisy(3, 1000, NOISE)
+    box = Shape.from_box(1.0, 1.1, 1.0, 1.1, 1.0, 1.1)
+    found = Bayes(box, noise=NOISE).fit(z)
+    free = OLS(noise=NOISE).fit(z)
+    assert found.parameters.mass == pytest.approx(free.parameters.mass, rel=0.01)
+    assert "shape-contradicts-wrench" in codes(found.warnings)

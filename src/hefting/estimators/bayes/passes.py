@@ -101,6 +101,7 @@ class Passes:
             mean=np.zeros(10),
             spread=np.diag(ANY_BODY)[None],
             log_weight=np.zeros(1),
+            offsets=None,
         )
         mixture = Mixture.of(prior, last.scale, last.likelihood)
         return replace(last, mixture=mixture)
