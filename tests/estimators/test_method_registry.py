@@ -147,6 +147,7 @@ def test_the_toy_is_listed(said):
         "systematic": None,
         "carried": None,
         "sensor_error": 0.005,
+        "noise_found": False,
         "intervals": True,
     }
     assert found["Toy"]["hyperparameters"] == own | common

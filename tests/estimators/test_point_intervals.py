@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.bodies import sixteen
 from scipy.stats import multivariate_normal, norm
 
 from hammers import NOISE, exact, noisy, shape
@@ -14,9 +15,10 @@ from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
+from hefting.estimators.bayes.mixture import NON_NEGATIVE_NUMBERS
 from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.point_intervals import NON_NEGATIVE, _known, sixteen
+from hefting.estimators.point_intervals import _known
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateSamples
 from random_problems import random_body, random_motion, with_wrench
@@ -72,7 +74,7 @@ def test_an_estimate_lies_in_its_own_intervals(name, bias):
             assert (low <= high).all()
             assert ((low <= own) & (own <= high))[known].all()
             least = np.where(known, np.minimum(own, 0.0), 0.0)
-            assert (low >= least)[NON_NEGATIVE].all()
+            assert (low >= least)[NON_NEGATIVE_NUMBERS].all()
             assert estimate.covariance is not None
 
 
@@ -91,7 +93,7 @@ def test_least_squares_with_known_noise_against_the_closed_form():
         # the quantile's search ends at a hundredth of a deviation
         assert high[i] - estimate.parameters.vector[i] == pytest.approx(half, rel=0.01)
         expected = estimate.parameters.vector[i] - half
-        if i in NON_NEGATIVE:
+        if i in NON_NEGATIVE_NUMBERS:
             expected = max(expected, 0.0)
         assert low[i] == pytest.approx(expected, abs=0.01 * half)
 
@@ -240,7 +242,7 @@ def test_a_mass_that_a_bias_leaves_open_is_open_whatever_the_shape(name):
     alone = _known(samples, None, lambda _: None)
     assert alone.mass_error > 0.1
     low, high = ends(estimator.estimate(state))
-    assert (low <= np.maximum(alone.ends[0], 0.0))[NON_NEGATIVE].all()
+    assert (low <= np.maximum(alone.ends[0], 0.0))[NON_NEGATIVE_NUMBERS].all()
     assert (high >= alone.ends[1]).all()
 
 

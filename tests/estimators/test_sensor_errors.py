@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from estimators.test_bayes_streamed import WHITE, coloured, noisy, shape
-from hefting.core.errors import InputError
-from hefting.core.measurements import Measurements
+from hammers import exact
+from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.measurements import Measurements, Noise
 from hefting.core.regressor import FULL_MAP, MOTION, features
 from hefting.core.spatial import Array
-from hefting.estimators import Bayes
+from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.sensor_errors import (
     IN_STEP_RATIO,
@@ -131,3 +132,50 @@ def test_a_wrong_shape_does_not_explain_its_misfit_as_noise():
         rtol=0.02,
     )
     np.testing.assert_allclose(found[0].variances, found[1].variances, rtol=0.05)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mass_lost_in_the_noise_is_an_answer_all_the_same(seed):
+    """A gram in noise of half a newton, a wrench of the wrong sign, and no weights: an
+    interval that is wider than nothing, or an error that says why."""
+    loud = Noise(0.5, 0.02)
+    still = exact(60)
+    light = replace(still, force=1e-3 * still.force, torque=1e-3 * still.torque)
+    for z in (light.with_noise(loud, seed), opposite(noisy(seed, 150, WHITE))):
+        for bias in ("none", "estimate"):
+            estimate = Bayes(bias=bias).fit(replace(z, noise=None))
+            assert estimate.intervals is not None
+            low, high = estimate.intervals["mass"]
+            assert 0.0 <= low < high
+            assert low <= estimate.parameters.mass <= high
+            assert np.isfinite(estimate.parameters.vector).all()
+    with pytest.raises(NotIdentifiableError, match="weight"):
+        Bayes().fit(replace(still, weights=np.zeros(60)))
+
+
+def opposite(z: Measurements) -> Measurements:
+    """The wrench of the other sign."""
+    return replace(z, force=-z.force, torque=-z.torque)
+
+
+def test_weights_found_in_the_residuals_are_no_given_noise():
+    """`identify` weighs by the level of the residuals; the intervals allow for errors of
+    a real sensor all the same."""
+    z = noisy(6, 1000, WHITE)
+    found = OLS(noise=WHITE, noise_found=True).fit(z)
+    told, untold = OLS(noise=WHITE).fit(z), OLS().fit(z)
+    widths = [np.ptp(e.intervals["mass"]) for e in (found, told, untold)]  # type: ignore[index]
+    assert widths[0] > 1.3 * widths[1]
+    assert 0.5 < widths[0] / widths[2] < 1.5
+
+
+def test_what_is_no_error_of_a_sensor_is_refused():
+    for method in (Bayes, OLS):
+        for wrong in (-1.0, float("nan"), "much", True):
+            with pytest.raises(InputError, match="share from 0 to 1"):
+                method(sensor_error=wrong)
+        with pytest.raises(InputError, match="ten finite parameters"):
+            method(carried=np.zeros(3))
+        with pytest.raises(InputError, match="positive semidefinite"):
+            method(systematic=-1e-3 * np.eye(10))
+        method(sensor_error=np.float32(0.01))

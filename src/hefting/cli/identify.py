@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
-        help=f"see hefting methods; default {default_method(True)}, without a shape {default_method(False)}. "
+        help=f"see hefting methods; default {default_method(True)}. "
         "Of several, one is recommended",
     )
     shape = parser.add_argument_group("the object's shape")

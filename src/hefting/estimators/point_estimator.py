@@ -14,7 +14,12 @@ from hefting.estimators.base import Estimator, Known
 from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
-from hefting.estimators.sample_state import SampleState
+from hefting.estimators.sample_state import (
+    SampleState,
+    require_body,
+    require_common_covariance,
+    require_share,
+)
 from hefting.estimators.state_likelihood import StateSamples
 
 
@@ -39,22 +44,27 @@ class PointEstimator(Estimator):
     sensor_error: float = field(default=TYPICAL_SENSOR_ERROR, kw_only=True)
     """Standard deviation of slow errors of the sensor over its load, for the
     intervals."""
+    noise_found: bool = field(default=False, kw_only=True)
+    """Whether `noise`, by which the method weighs, was found in the residuals: the
+    intervals then find it, and its colour, themselves."""
     intervals: bool = field(default=True, kw_only=True)
     """Whether estimates have intervals. Without them a state keeps no record of time,
     and an estimate takes the time of the method alone."""
 
     def __post_init__(self):
         super().__post_init__()
-        C = self.systematic
-        if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
-            raise InputError(
-                f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
-            )
+        require_share("the sensor's error", self.sensor_error)
+        require_body("what is carried", self.carried)
+        require_common_covariance(self.systematic)
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
         """As of every method, with the error that all samples share, and the tool."""
-        own = {"systematic": known.systematic, "carried": known.carried}
+        own = {
+            "systematic": known.systematic,
+            "carried": known.carried,
+            "noise_found": True,
+        }
         return super().settings(known, model) | own
 
     @property
@@ -62,6 +72,7 @@ class PointEstimator(Estimator):
         """As of every method; that there are intervals is seen."""
         found = super().provenance
         found.pop("intervals", None)
+        found.pop("noise_found", None)
         return found
 
     def start(self) -> SampleState:
@@ -104,7 +115,7 @@ class PointEstimator(Estimator):
 
     def _samples(self, state: SampleState) -> StateSamples | None:
         free_bias = getattr(self, "bias", "none") == "estimate"
-        noise = getattr(self, "noise", None)
+        noise = None if self.noise_found else getattr(self, "noise", None)
         return StateSamples.of(state, free_bias, noise, self.carried, self.sensor_error)
 
     def _uncertainty(

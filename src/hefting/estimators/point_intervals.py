@@ -19,13 +19,15 @@ from hefting.core.spatial import (
     Array,
     Mask,
     frozen,
-    tensor_to_vector,
     vector_to_tensor,
 )
 from hefting.estimators.bayes.mixture import (
     INTERVAL_QUANTITIES,
+    LEAST_ABOVE_ZERO,
+    NON_NEGATIVE_NUMBERS,
     Mixture,
     _quantiles,
+    holding,
 )
 from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.possible_bodies import PossibleBodies
@@ -40,18 +42,11 @@ LARGEST_SCALE = 2.0
 """Upper bound on that mass."""
 FARTHEST_COM = 1.0
 """[m] Largest distance of a held object's COM from the sensor."""
-LEAST_ABOVE_ZERO = 0.25
-"""Share of an interval's width, four standard deviations, that is above zero at least
-for what cannot be negative: one of nearly no width would claim to be sure."""
 LARGEST_MASS_ERROR = 0.1
 """Relative standard deviation of the mass that samples leave beside a free bias, above
 which intervals are no narrower than by the samples alone: errors of the motion in the
 regressor then pull the mass down where a prior joins in, by ten times its relative
 variance at most."""
-NON_NEGATIVE = [0, 4, 7, 9, 10, 13, 15]
-"""Indices of mass and moments of inertia among the sixteen numbers of
-`INTERVAL_QUANTITIES`."""
-
 TakenForPossible = Callable[[Array], PossibleBodies | None]
 """What a method takes an object to be, by the COM (3,) [m] of least squares; None for
 any ten numbers."""
@@ -186,30 +181,16 @@ def including(ends: Array, body: InertialParameters) -> dict[str, Array]:
     nearly all below zero, the interval still reaches `LEAST_ABOVE_ZERO` of its width
     above.
     """
-    own = sixteen(body)
     ends, width = np.array(ends), ends[1] - ends[0]
-    low, high = ends[:, NON_NEGATIVE]
-    ends[0, NON_NEGATIVE] = np.maximum(low, 0.0)
-    ends[1, NON_NEGATIVE] = np.maximum(high, LEAST_ABOVE_ZERO * width[NON_NEGATIVE])
-    known = np.isfinite(own)
-    ends[0, known] = np.minimum(ends[0], own)[known]
-    ends[1, known] = np.maximum(ends[1], own)[known]
+    low, high = ends[:, NON_NEGATIVE_NUMBERS]
+    ends[0, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0)
+    ends[1, NON_NEGATIVE_NUMBERS] = np.maximum(
+        high, LEAST_ABOVE_ZERO * width[NON_NEGATIVE_NUMBERS]
+    )
     found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
     found["mass"] = found["mass"][:, 0]
-    return {
+    shaped = {
         name: frozen(v if name in ("mass", "center_of_mass") else vector_to_tensor(v))
         for name, v in found.items()
     }
-
-
-def sixteen(body: InertialParameters) -> Array:
-    """(16,) mass, COM, inertia about the origin and about the COM."""
-    with np.errstate(invalid="ignore"):
-        return np.concatenate(
-            (
-                [body.mass],
-                body.center_of_mass,
-                body.vector[4:],
-                tensor_to_vector(body.inertia_at_com),
-            )
-        )
+    return holding(shaped, body)

@@ -3,14 +3,15 @@ Newton-Euler model."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, Self
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments
-from hefting.core.regressor import features, full_model_weight
+from hefting.core.regressor import ONE, features, full_model_weight
 from hefting.core.spatial import CHUNK, Array
 from hefting.estimators.time_record import TimeRecord
 
@@ -157,3 +158,43 @@ def require_positive(name: str, value: object) -> None:
     """`InputError` unless `value` is a positive, finite number."""
     if not (isinstance(value, int | float) and 0.0 < value < np.inf):
         raise InputError(f"{name} must be positive and finite, not {value}")
+
+
+def require_share(name: str, value: object) -> None:
+    """`InputError` unless `value` is a number from 0 to 1."""
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (number and 0.0 <= float(value) <= 1.0):
+        raise InputError(f"{name} is a share from 0 to 1, not {value}")
+
+
+def require_body(name: str, value: object) -> None:
+    """`InputError` unless `value` is None or ten finite parameters."""
+    if value is not None and not (np.shape(value) == (10,) and _all_finite(value)):
+        raise InputError(f"{name} is ten finite parameters, not {np.shape(value)}")
+
+
+def require_common_covariance(value: object) -> None:
+    """`InputError` unless `value` is None or the covariance (10, 10) of an error that
+    all samples share."""
+    if value is None:
+        return
+    if not (np.shape(value) == (10, 10) and _all_finite(value)):
+        raise InputError(
+            f"a systematic error's covariance is (10, 10) and finite, not {np.shape(value)}"
+        )
+    C = np.asarray(value, dtype=float)
+    scale = np.sqrt(np.where(C.diagonal() > 0.0, C.diagonal(), 1.0))
+    if np.linalg.eigvalsh(C / np.outer(scale, scale)).min() < -1e-6:
+        raise InputError("a systematic error's covariance is positive semidefinite")
+
+
+def require_weight(state: SampleState) -> None:
+    """`NotIdentifiableError` where no sample has any weight."""
+    if not np.abs(state.full.factor[:, ONE]).max() > 0.0:
+        raise NotIdentifiableError(
+            "no sample has any weight", fix="give weights above zero"
+        )
+
+
+def _all_finite(value: object) -> bool:
+    return bool(np.isfinite(np.asarray(value, dtype=float)).all())

@@ -27,9 +27,8 @@ def offset_error(found: Conditioned) -> float:
     no clock or no motion."""
     if found.offset_std is None:
         return 0.0
-    std = min(OFFSET_ERROR_RATIO * found.offset_std, UNKNOWN_OFFSET_STD)
-    if np.isfinite(found.offset_std):
-        std = OFFSET_ERROR_RATIO * found.offset_std
+    known = np.isfinite(found.offset_std)
+    std = OFFSET_ERROR_RATIO * found.offset_std if known else UNKNOWN_OFFSET_STD
     return float(np.hypot(std, found.offset_left))
 
 

@@ -36,7 +36,13 @@ from hefting.estimators.bayes.posterior import (
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
-from hefting.estimators.sample_state import SampleState
+from hefting.estimators.sample_state import (
+    SampleState,
+    require_body,
+    require_common_covariance,
+    require_share,
+    require_weight,
+)
 from hefting.shapes import Shape
 
 INTERVAL_LEVEL = 0.95
@@ -154,17 +160,9 @@ class Bayes(Estimator):
             raise InputError(
                 f"the shape's deviation is a share from 0 to 1, not {self.shape_std}"
             )
-        if not (
-            isinstance(self.sensor_error, int | float)
-            and 0.0 <= self.sensor_error <= 1.0
-        ):
-            raise InputError(
-                f"the sensor's error is a share from 0 to 1, not {self.sensor_error}"
-            )
-        if C is not None and not (np.shape(C) == (10, 10) and np.isfinite(C).all()):
-            raise InputError(
-                f"a systematic error's covariance is (10, 10) and finite, not {np.shape(C)}"
-            )
+        require_share("the sensor's error", self.sensor_error)
+        require_body("what is carried", self.carried)
+        require_common_covariance(C)
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
@@ -258,8 +256,9 @@ class Bayes(Estimator):
         """
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
+        require_weight(state)
         samples = Samples.of(state, free_bias)
-        _require_information(samples, state)
+        _require_information(samples, state, free_bias)
         known, motion = self._given_noise(state)
         carried = np.zeros(10) if self.carried is None else self.carried
         time = TimeSamples.of(state, free_bias)
@@ -311,6 +310,7 @@ class Bayes(Estimator):
             or (state.record is not None and (enough or slow)),
             coloured=colour is not None and known is not None and colour.exceeds_claim,
             motion=motion,
+            shape_known=self.shape.known != "reach",
             misfit=misfit,
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
@@ -338,11 +338,11 @@ def _largest(changes: Array) -> float:
     return float(np.abs(changes).max(initial=0.0))
 
 
-def _require_information(samples: Samples, state: SampleState) -> None:
+def _require_information(samples: Samples, state: SampleState, free_bias: bool) -> None:
     """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
     is zero up to rounding."""
     if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
+        beside = " beside a bias" if free_bias else ""
         raise NotIdentifiableError(
-            "the samples determine nothing beside a bias",
-            fix="record other orientations",
+            f"the samples determine nothing{beside}", fix="record other orientations"
         )

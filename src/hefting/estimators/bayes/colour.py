@@ -3,12 +3,12 @@ stretches of a record.
 
 `Colour.of` finds from a state's time record the spectrum of the noise by octaves
 (`spectrum`), and from it the covariance of the whole record's score, the sum of v_j G_j
-over the time scales. Two doubts widen it afterwards, so that they do not give the prior
-more weight:
+over the time scales. Two doubts widen it:
 
 - time scales at which the wrench answers with another gain than on the whole
-(`response_errors`); - stretches of the record that contradict each other by more than
-`LARGEST_STRETCH_DISAGREEMENT`.
+  (`response_errors`);
+- stretches of the record that contradict each other by more than
+  `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
 from dataclasses import dataclass

@@ -20,6 +20,9 @@ MOST_QUANTILE_STEPS = 60
 NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
+LEAST_ABOVE_ZERO = 0.25
+"""Share of an interval's width, four standard deviations, that is above zero at least
+for what cannot be negative: one of nearly no width would claim to be sure."""
 NEGLIGIBLE_WEIGHT = 5e-4
 """Total weight of the least probable members of the mixture, which are left out of the
 intervals."""
@@ -130,7 +133,9 @@ class Mixture:
         ends = _quantiles(
             means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
         )
-        ends[:, NON_NEGATIVE_NUMBERS] = np.maximum(ends[:, NON_NEGATIVE_NUMBERS], 0.0)
+        low, high = ends[:, NON_NEGATIVE_NUMBERS]
+        least = np.stack((np.zeros_like(low), LEAST_ABOVE_ZERO * (high - low)))
+        ends[:, NON_NEGATIVE_NUMBERS] = np.maximum((low, high), least)
         found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
         found["mass"] = found["mass"][:, 0]
         return {

@@ -26,8 +26,6 @@ NEGLIGIBLE_SLIP = 0.1
 CELL_REACH = 3.0
 """Half the side of the box of cells about an object of unknown shape, in standard
 deviations of its mass along that side."""
-SMALLEST_MASS = 1e-9
-"""[kg] Mass of a body where the mean's is none."""
 CONTRADICTING_SHAPE_DISTANCE = 30.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
 nearest body in the shape above which the shape contradicts the wrench: about five
@@ -87,7 +85,7 @@ def nearest_body(
             (fine, distance), prior, move = tried, closer, there
         vector = prior.voxels @ fine
         masses = fine.reshape(shape.n, -1).sum(axis=1)
-        if distance > CONTRADICTING_SHAPE_DISTANCE:
+        if distance > CONTRADICTING_SHAPE_DISTANCE and mean[0] > 0.0:
             return _without_shape(mean, masses, distance)
     margin = None
     if move is not None and vector[0] > 0.0:
@@ -99,7 +97,7 @@ def _without_shape(mean: Array, masses: Array, distance: float) -> Nearest:
     """The body nearest to the mean of any shape, where no mass in the given one comes
     near it; `masses` (n,) are scaled to its mass."""
     body = InertialParameters(mean)
-    m = max(body.mass, SMALLEST_MASS)
+    m = body.mass
     c = mean[1:4] / m
     values, vectors = np.linalg.eigh(body.pseudo_inertia[:3, :3] / m - np.outer(c, c))
     P = np.empty((4, 4))

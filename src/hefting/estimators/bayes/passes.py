@@ -19,7 +19,8 @@ SMALLEST_PRIOR_SCALE = 0.2
 objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
-
+SMALLEST_CENTERED_MASS = 0.1
+"""Mass of a posterior's mean, over the prior's, from which on it has a centre."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 """(10,) standard deviations of mass, first moment [m] and inertia [m²] of a body of
 about 1 kg of which nothing is known."""
@@ -42,9 +43,12 @@ class Pass:
 
     @property
     def center(self) -> Array:
-        """(3,) [m] centre of mass, by this posterior."""
+        """(3,) [m] centre of mass, by this posterior; as before where that has hardly
+        any mass."""
         mean = self.mixture.mean
-        return mean[1:4] / max(float(mean[0]), 1e-9 * self.scale)
+        if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
+            return self.com
+        return mean[1:4] / mean[0]
 
     @property
     def scores(self) -> Array:

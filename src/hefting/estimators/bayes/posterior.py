@@ -55,6 +55,8 @@ class Posterior:
     """whether the noise was given as white, and the residuals are not"""
     motion: MotionErrors
     """errors of the accelerations"""
+    shape_known: bool
+    """whether there is a shape, and not only the neighbourhood of the sensor"""
     misfit: float
     """squared distance of the mean from what the samples alone say, in standard
     deviations"""
@@ -148,10 +150,11 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             )
         )
     if far:
+        where = "inside the shape" if posterior.shape_known else "near the sensor"
         warnings.append(
             warning(
                 "shape-contradicts-wrench",
-                f"no mass inside the shape explains the wrench: the nearest is {far**0.5:.0f} standard deviations away",
+                f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away",
                 "shape",
             )
         )
