@@ -4,9 +4,10 @@ Newton-Euler model."""
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.measurements import Measurements
@@ -160,20 +161,23 @@ def require_positive(name: str, value: object) -> None:
         raise InputError(f"{name} must be positive and finite, not {value}")
 
 
-def require_share(name: str, value: object) -> None:
+def require_share(name: str, value: Any) -> None:
     """`InputError` unless `value` is a number from 0 to 1."""
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if not (number and 0.0 <= float(value) <= 1.0):
+    if (
+        not isinstance(value, Real)
+        or isinstance(value, bool)
+        or not 0.0 <= float(value) <= 1.0
+    ):
         raise InputError(f"{name} is a share from 0 to 1, not {value}")
 
 
-def require_body(name: str, value: object) -> None:
+def require_body(name: str, value: ArrayLike | None) -> None:
     """`InputError` unless `value` is None or ten finite parameters."""
     if value is not None and not (np.shape(value) == (10,) and _all_finite(value)):
         raise InputError(f"{name} is ten finite parameters, not {np.shape(value)}")
 
 
-def require_common_covariance(value: object) -> None:
+def require_common_covariance(value: ArrayLike | None) -> None:
     """`InputError` unless `value` is None or the covariance (10, 10) of an error that
     all samples share."""
     if value is None:
@@ -196,5 +200,5 @@ def require_weight(state: SampleState) -> None:
         )
 
 
-def _all_finite(value: object) -> bool:
+def _all_finite(value: ArrayLike) -> bool:
     return bool(np.isfinite(np.asarray(value, dtype=float)).all())
