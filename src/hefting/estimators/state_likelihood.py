@@ -13,12 +13,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.moments import Moments, triangular
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.colour import TimeSamples
 from hefting.estimators.bayes.likelihood import Likelihood, Samples
-from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.noise import NoiseSource, inflation_of
 from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
@@ -64,29 +61,15 @@ class StateSamples:
         carried: Array | None = None,
         sensor_error: float = TYPICAL_SENSOR_ERROR,
     ) -> Self | None:
-        """Of a state, with what the sensor carries besides and how large its slow
-        errors are (`NoiseSource`); None where it has no time record, or no samples of any weight."""
+        """Of a state; None where it has no time record, or no samples of any weight.
+        For the other arguments see `NoiseSource.of`."""
         record = state.record
         if record is None or not record.motion[0]:
             return None
         whole, weight = _of_mean_weight_one(state, record)
-        motion_noise, given = record.motion_noise, None
-        if isinstance(noise, Noise):
-            given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
-            if motion_noise is None:
-                motion_noise = MotionNoise(
-                    noise.linear_acceleration, noise.angular_acceleration
-                )
-        elif noise is not None:
-            given = np.array(noise, dtype=float)
-        source = NoiseSource(
-            Samples.of(whole, free_bias),
-            TimeSamples.of(whole, free_bias),
-            None if given is None else given / weight,
-            MotionErrors.of(motion_noise, whole),
-            np.zeros(10) if carried is None else carried,
-            sensor_error,
-        )
+        source = NoiseSource.of(whole, free_bias, noise, carried, sensor_error)
+        if source.given is not None:
+            source = replace(source, given=source.given / weight)
         return cls(source, free_bias)
 
     @property

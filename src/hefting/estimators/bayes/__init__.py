@@ -11,7 +11,6 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.base import (
     INVARIANCES,
@@ -20,10 +19,9 @@ from hefting.estimators.base import (
     Known,
     require_samples,
 )
-from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE, TimeSamples
+from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
-from hefting.estimators.bayes.mixture import holding
-from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.mixture import INTERVAL_LEVEL, holding
 from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Passes
@@ -45,8 +43,6 @@ from hefting.estimators.sample_state import (
 )
 from hefting.shapes import Shape
 
-INTERVAL_LEVEL = 0.95
-"""Probability of the intervals and of the accuracy that an estimate states."""
 MOST_PASSES = 6
 """Largest number of passes in which noise and parameters are found in turn, for a shape
 that is certain."""
@@ -257,12 +253,11 @@ class Bayes(Estimator):
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
         require_weight(state)
-        samples = Samples.of(state, free_bias)
+        source = NoiseSource.of(
+            state, free_bias, self.noise, self.carried, self.sensor_error
+        )
+        samples, known = source.samples, source.given is not None
         _require_information(samples, state, free_bias)
-        known, motion = self._given_noise(state)
-        carried = np.zeros(10) if self.carried is None else self.carried
-        time = TimeSamples.of(state, free_bias)
-        source = NoiseSource(samples, time, known, motion, carried, self.sensor_error)
         steps = Passes(source, self._prior, self.systematic)
         found = steps.first(start)
         scores = found.scores
@@ -306,31 +301,15 @@ class Bayes(Estimator):
             disagreement=disagreement,
             response=noise.response,
             variances=None if colour is None else colour.variances,
-            noise_known=known is not None
-            or (state.record is not None and (enough or slow)),
-            coloured=colour is not None and known is not None and colour.exceeds_claim,
-            motion=motion,
+            noise_known=known or (state.record is not None and (enough or slow)),
+            coloured=colour is not None and known and colour.exceeds_claim,
+            motion=source.motion,
             shape_known=self.shape.known != "reach",
             misfit=misfit,
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
             bias=samples.bias(mixture.mean) if free_bias else None,
         )
-
-    def _given_noise(self, state: SampleState) -> tuple[Array | None, MotionErrors]:
-        """Covariance (6, 6) of the wrench's noise, None where it is not known, and the
-        errors of the motion."""
-        noise, wrench_noise = self.noise, None
-        motion_noise = None if state.record is None else state.record.motion_noise
-        if isinstance(noise, Noise):
-            wrench_noise = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
-            if motion_noise is None:
-                motion_noise = MotionNoise(
-                    noise.linear_acceleration, noise.angular_acceleration
-                )
-        elif noise is not None:
-            wrench_noise = np.array(noise, dtype=float)
-        return wrench_noise, MotionErrors.of(motion_noise, state)
 
 
 def _largest(changes: Array) -> float:

@@ -1,14 +1,16 @@
-"""Noise of the samples: the covariance of the score h - H phi (`likelihood`), found
-once, at the parameters of least squares.
+"""Noise of the samples: the covariance of the score h - H phi (`likelihood`), judged at
+the parameters of least squares.
 
 What least squares leaves is noise for any shape: a prior that contradicts the wrench
 cannot explain its own misfit as noise, and the noise does not depend on the prior.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
+from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
@@ -26,10 +28,9 @@ from hefting.estimators.bayes.likelihood import (
     motion_effect,
 )
 from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.sensor_errors import (
-    InStep,
-    slow_variances,
-)
+from hefting.estimators.bayes.sensor_errors import InStep, slow_variances
+from hefting.estimators.quadratic import WrenchNoise
+from hefting.estimators.sample_state import SampleState
 
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
@@ -42,14 +43,15 @@ class NoiseFound:
 
     equations: Equations
     residual_covariance: Array
-    """(6, 6) of the residuals of least squares"""
+    """(6, 6) of the residuals that count as noise"""
     contradicted: bool
     """whether the residuals exceed a given noise by more than chance"""
     excess: float
     """variance of the residuals over that of a given noise, where it is contradicted;
     else 1"""
     at: Array
-    """(10,) parameters of least squares"""
+    """(10,) parameters at which the noise is judged: those of least squares, or near
+    the posterior's where the motion has white errors"""
     scores: Scores | None
     """of the time scales there; None without a record of time"""
     colour: Colour | None
@@ -89,6 +91,39 @@ class NoiseSource:
     subtracted"""
     sensor_error: float
     """standard deviation of the sensor's slow errors over the load"""
+
+    @classmethod
+    def of(
+        cls,
+        state: SampleState,
+        free_bias: bool,
+        noise: WrenchNoise,
+        carried: Array | None,
+        sensor_error: float,
+    ) -> Self:
+        """Of a state; `noise` of the wrench, and what is `carried`, are None where they
+        are not known, or there is nothing.
+
+        Errors of the motion are those that the samples tell, else those of `noise`.
+        """
+        motion_noise = None if state.record is None else state.record.motion_noise
+        given = None
+        if isinstance(noise, Noise):
+            given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            if motion_noise is None:
+                motion_noise = MotionNoise(
+                    noise.linear_acceleration, noise.angular_acceleration
+                )
+        elif noise is not None:
+            given = np.array(noise, dtype=float)
+        return cls(
+            Samples.of(state, free_bias),
+            TimeSamples.of(state, free_bias),
+            given,
+            MotionErrors.of(motion_noise, state),
+            np.zeros(10) if carried is None else carried,
+            sensor_error,
+        )
 
     def level(self) -> Array:
         """(6, 6) covariance of the wrench's noise, before any pass."""
