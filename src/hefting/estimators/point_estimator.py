@@ -69,11 +69,11 @@ class PointEstimator(Estimator):
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """As of every method; that there are intervals is seen."""
+        """As of every method, of what the intervals rest on if there are any."""
         found = super().provenance
-        found.pop("intervals", None)
-        found.pop("noise_found", None)
-        return found
+        own = {"intervals", "noise_found"}
+        own |= set() if self.intervals else {"sensor_error"}
+        return {name: value for name, value in found.items() if name not in own}
 
     def start(self) -> SampleState:
         """The state before any sample."""

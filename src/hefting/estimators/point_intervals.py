@@ -15,31 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import (
-    Array,
-    Mask,
-    frozen,
-    vector_to_tensor,
-)
-from hefting.estimators.bayes.mixture import (
-    INTERVAL_QUANTITIES,
-    LEAST_ABOVE_ZERO,
-    NON_NEGATIVE_NUMBERS,
-    Mixture,
-    _quantiles,
-    holding,
-)
+from hefting.core.spatial import Array, Mask
+from hefting.estimators.bayes.mixture import Mixture, holding, shaped
+from hefting.estimators.bayes.passes import LARGEST_PRIOR_SCALE, SMALLEST_PRIOR_SCALE
 from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateLikelihood, StateSamples
 
-INTERVAL_LEVEL = 0.95
-"""Probability of the intervals."""
-SMALLEST_SCALE = 0.2
-"""Lower bound on the mass of the bodies taken for possible, in rough masses, as of
-Bayes' prior."""
-LARGEST_SCALE = 2.0
-"""Upper bound on that mass."""
 FARTHEST_COM = 1.0
 """[m] Largest distance of a held object's COM from the sensor."""
 LARGEST_MASS_ERROR = 0.1
@@ -83,9 +65,7 @@ class Known:
     def ends(self) -> Array:
         """(2, 16) ends of the intervals of the sixteen numbers; infinite where an open
         parameter matters."""
-        tail = 0.5 - 0.5 * INTERVAL_LEVEL
-        marginals = self.mixture._marginals
-        ends = _quantiles(*marginals, np.array((tail, 1.0 - tail)))
+        ends = self.mixture.ends()
         infinite = np.zeros(16, dtype=bool)
         infinite[:10] = self.open
         # a mass that may be zero leaves the COM open
@@ -125,7 +105,7 @@ def intervals_of(
                 known = alone
         ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
         ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
-        return including(ends, body), known.covariance_about(body.vector)
+        return holding(shaped(ends), body), known.covariance_about(body.vector)
 
 
 def _known(
@@ -153,7 +133,7 @@ def _known(
     phi = fitted(found, rough)[1].mean
     if samples.source.motion.variances is not None:
         found = samples.likelihood(phi)
-    share = min(max(float(phi[0]) / rough, SMALLEST_SCALE), LARGEST_SCALE)
+    share = min(max(float(phi[0]) / rough, SMALLEST_PRIOR_SCALE), LARGEST_PRIOR_SCALE)
     root, mixture = fitted(found, share * rough)
     if bodies is None:
         return Known(mixture, root.open, bodies=False)
@@ -171,26 +151,3 @@ def _center(vector: Array) -> Array:
         return np.zeros(3)
     c = vector[1:4] / vector[0]
     return c * min(1.0, FARTHEST_COM / max(float(np.sqrt(c @ c)), 1e-300))
-
-
-def including(ends: Array, body: InertialParameters) -> dict[str, Array]:
-    """Intervals with the lower and upper `ends` (2, 16) that hold the body's own
-    numbers.
-
-    Mass and moments are not negative, unless the body's are. Where the samples put
-    nearly all below zero, the interval still reaches `LEAST_ABOVE_ZERO` of its width
-    above.
-    """
-    ends, width = np.array(ends), ends[1] - ends[0]
-    low, high = ends[:, NON_NEGATIVE_NUMBERS]
-    ends[0, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0)
-    ends[1, NON_NEGATIVE_NUMBERS] = np.maximum(
-        high, LEAST_ABOVE_ZERO * width[NON_NEGATIVE_NUMBERS]
-    )
-    found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
-    found["mass"] = found["mass"][:, 0]
-    shaped = {
-        name: frozen(v if name in ("mass", "center_of_mass") else vector_to_tensor(v))
-        for name, v in found.items()
-    }
-    return holding(shaped, body)

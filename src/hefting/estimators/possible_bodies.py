@@ -21,12 +21,10 @@ import numpy as np
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.prior import MASS_STD, Prior, parallel_axis_slopes
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.shapes import Shape
 
-MASS_STD = 3.0
-"""Standard deviation of the mass, relative to the rough mass: next to free."""
 NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}
 """nu of bodies about a homogeneous one of known shape, and the prior probability of
 each."""
@@ -203,7 +201,5 @@ def _com_derivative(c: Array) -> Array:
     stays the same."""
     derivative = np.zeros((10, 3))
     derivative[1:4] = np.eye(3)
-    for i, unit in enumerate(np.eye(3)):
-        J = 2.0 * (c @ unit) * np.eye(3) - np.outer(c, unit) - np.outer(unit, c)
-        derivative[4:, i] = J[np.triu_indices(3)]
+    derivative[4:] = parallel_axis_slopes(c)
     return derivative

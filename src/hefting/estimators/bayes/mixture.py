@@ -15,6 +15,8 @@ from hefting.core.spatial import Array, frozen, tensor_to_vector, vector_to_tens
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
+INTERVAL_LEVEL = 0.95
+"""Probability of the intervals that an estimate states."""
 MOST_QUANTILE_STEPS = 60
 """Largest number of Newton steps in finding a quantile."""
 NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
@@ -29,8 +31,9 @@ intervals."""
 NUMBER_OF_DRAWS = 1000
 """Number of draws from the posterior, for what has no closed form. The 95 % quantile of
 an error then has a standard error of 3 %."""
-INTERVAL_QUANTITIES = {"mass": slice(0, 1), "center_of_mass": slice(1, 4)}
-INTERVAL_QUANTITIES |= {
+INTERVAL_QUANTITIES = {
+    "mass": slice(0, 1),
+    "center_of_mass": slice(1, 4),
     "inertia_at_origin": slice(4, 10),
     "inertia_at_com": slice(10, 16),
 }
@@ -119,29 +122,22 @@ class Mixture:
             ]
         )
 
-    def intervals(self, level: float = 0.95) -> dict[str, Array]:
-        """Central intervals of `INTERVAL_QUANTITIES` that contain the truth with
-        probability `level`.
+    def ends(self, level: float = INTERVAL_LEVEL) -> Array:
+        """(2, 16) ends of the central intervals of the sixteen numbers of
+        `INTERVAL_QUANTITIES` that contain the truth with probability `level`.
 
-        mass (2,) [kg], center_of_mass (2, 3) [m], both inertia tensors (2, 3, 3) [kg
-        m²], in sensor axes. They are linearised about the mean of each member. Raises
-        `InputError` unless 0 < level < 1.
+        They are linearised about the mean of each member. Raises `InputError` unless 0
+        < level < 1.
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
-        means, stds, weights = self._marginals
-        ends = _quantiles(
-            means, stds, weights, np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
-        )
-        low, high = ends[:, NON_NEGATIVE_NUMBERS]
-        least = np.stack((np.zeros_like(low), LEAST_ABOVE_ZERO * (high - low)))
-        ends[:, NON_NEGATIVE_NUMBERS] = np.maximum((low, high), least)
-        found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
-        found["mass"] = found["mass"][:, 0]
-        return {
-            k: frozen(v if k in ("mass", "center_of_mass") else vector_to_tensor(v))
-            for k, v in found.items()
-        }
+        tails = np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
+        return _quantiles(*self._marginals, tails)
+
+    def intervals(self, level: float = INTERVAL_LEVEL) -> dict[str, Array]:
+        """Central intervals that contain the truth with probability `level`, as
+        `shaped`; errors as of `ends`."""
+        return shaped(self.ends(level))
 
     @cached_property
     def _marginals(self) -> tuple[Array, Array, Array]:
@@ -153,6 +149,8 @@ class Mixture:
         ]
         phi, cov = self.means[kept], self.covariances[kept]
         m, h = phi[:, :1], phi[:, 1:4]
+        # a member without mass has its COM anywhere
+        m = np.where(m == 0.0, 1e-9 * np.sqrt(cov[:, :1, 0]) + 1e-300, m)
         c = h / m
         means, J = np.empty((len(phi), 16)), np.zeros((len(phi), 16, 10))
         means[:, 0], means[:, 1:4], means[:, 4:10] = phi[:, 0], c, phi[:, 4:]
@@ -170,6 +168,25 @@ class Mixture:
             np.sqrt(np.maximum(variance, 1e-300)),
             self.weights[kept] / self.weights[kept].sum(),
         )
+
+
+def shaped(ends: Array) -> dict[str, Array]:
+    """Intervals with the lower and upper `ends` (2, 16): mass (2,) [kg], center_of_mass
+    (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes.
+
+    Mass and moments are not negative. Where nearly all of an interval is below zero, it
+    still reaches `LEAST_ABOVE_ZERO` of its width above.
+    """
+    ends = np.array(ends)
+    low, high = ends[:, NON_NEGATIVE_NUMBERS]
+    least = np.stack((np.zeros_like(low), LEAST_ABOVE_ZERO * (high - low)))
+    ends[:, NON_NEGATIVE_NUMBERS] = np.maximum((low, high), least)
+    found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
+    found["mass"] = found["mass"][:, 0]
+    return {
+        name: frozen(v if name in ("mass", "center_of_mass") else vector_to_tensor(v))
+        for name, v in found.items()
+    }
 
 
 def holding(intervals: dict[str, Array], body: InertialParameters) -> dict[str, Array]:

@@ -204,9 +204,7 @@ class Prior:
         c = com - self.mean[1:4]
         square = float(c @ c) * np.eye(3) - np.outer(c, c)
         slopes = np.zeros((10, 10))
-        for k, unit in enumerate(np.eye(3)):
-            both = np.outer(c, unit)
-            slopes[4:, 1 + k] = tensor_to_vector(2.0 * c[k] * np.eye(3) - both - both.T)
+        slopes[4:, 1:4] = parallel_axis_slopes(c)
         away = affine(np.eye(3), self.mean[1:4])
         back = affine(np.eye(3), -self.mean[1:4])
         mean = self.mean.copy()
@@ -255,6 +253,15 @@ def _most_likely(prior: Prior, effects: Array, weights: Array, means: Array) -> 
     Q = L @ L.transpose(0, 2, 1) + SMALLEST_SHARE * np.eye(9)
     y = np.linalg.solve(Q, (off / scale)[:, :, None])[:, :, 0] / scale
     return np.clip((weights[kept] @ y) @ X, -LARGEST_DISTORTION, LARGEST_DISTORTION)
+
+
+def parallel_axis_slopes(c: Array) -> Array:
+    """(6, 3) derivative of |c|² 1 - c c', as xx, xy, xz, yy, yz, zz, by c (3,)."""
+    slopes = np.empty((6, 3))
+    for k, unit in enumerate(np.eye(3)):
+        both = np.outer(c, unit)
+        slopes[:, k] = tensor_to_vector(2.0 * c[k] * np.eye(3) - both - both.T)
+    return slopes
 
 
 def vector_second(vector: Array) -> Array:

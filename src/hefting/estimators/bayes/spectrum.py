@@ -3,9 +3,9 @@ scale.
 
 The variance of Haar details of level j (`hefting.estimators.timescales`) is 1 at all
 levels for white noise. For a first-order process of correlation rho and variance 1 a
-sum over m samples has the variance S(m) = m (1 + rho)/(1 - rho) - 2 rho (1 - rho^m)/(1
-- rho)², and the details of level j, with m = 2^j, have
+sum over m samples has the variance S(m), and the details of level j, with m = 2^j, have
 
+    S(m) = m (1 + rho)/(1 - rho) - 2 rho (1 - rho^m)/(1 - rho)²
     v_j = (4 S(m) - S(2 m)) / 2 m,   from 1 - rho at level 0 to (1 + rho)/(1 - rho) at long ones.
 
 A family of spectra, white noise with none, one or two such processes beside it, is
@@ -38,6 +38,9 @@ true spectrum is closer than a tenth to one of the family."""
 PRIOR_DEGREES = 10.0
 """Degrees of freedom of the family's mean at a level, beside those of the observed
 energy."""
+SCALE_DEGREES = 4.0
+"""Degrees of freedom of the prior that the level is 1, that of whitened residuals; it
+matters in short records."""
 
 
 def spectrum(
@@ -77,11 +80,6 @@ def spectrum(
         degrees + PRIOR_DEGREES
     )
     return variances, white
-
-
-SCALE_DEGREES = 4.0
-"""Degrees of freedom of the prior that the level is 1, that of whitened residuals; it
-matters in short records."""
 
 
 @lru_cache(maxsize=64)
