@@ -55,6 +55,22 @@ def sixteen(body: InertialParameters) -> Array:
     return np.concatenate(([body.mass], body.center_of_mass, *tensors))
 
 
+def ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
+    """Lower and upper ends (10,) of mass, COM and inertia about the origin."""
+    rows, columns = np.triu_indices(3)
+    low, high = (
+        np.concatenate(
+            (
+                [intervals["mass"][i]],
+                intervals["center_of_mass"][i],
+                intervals["inertia_at_origin"][i][rows, columns],
+            )
+        )
+        for i in (0, 1)
+    )
+    return low, high
+
+
 def random_body(kind: str, seed: int) -> Body:
     """A body of one of the kinds, of a random solid, size, weight and grasp."""
     rng = np.random.default_rng([seed, *kind.encode()])

@@ -5,14 +5,13 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.bodies import Body, sixteen
+from benchmarks.bodies import Body, ends, sixteen
 from benchmarks.wrong_shapes import WRONG
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
 from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
 from hefting.estimators import LMI, PMD, Bayes
-from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.white_noise import white_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
@@ -141,7 +140,7 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
     mixture = estimator.posterior(state).mixture
     estimate = estimator.estimate(state)
     truth, sides = body.numbers[:10], body.shape.extents
-    low, high = ends(mixture, 0.95)
+    low, high = ends(mixture.intervals(0.95))
     axes = body.shape.pose[:3, :3]
 
     def errors(found: InertialParameters) -> Array:
@@ -165,7 +164,7 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
         np.logical_and(
             *(
                 (s * (truth - e) >= 0.0)
-                for s, e in zip((1, -1), ends(mixture, 0.5), strict=True)
+                for s, e in zip((1, -1), ends(mixture.intervals(0.5)), strict=True)
             )
         ),
         errors(found),
@@ -175,23 +174,6 @@ def judged(body: Body, estimator: Bayes, state: SampleState, z: Measurements) ->
         estimator.shape.known == "reach",
         100.0 * np.array(widths),
     )
-
-
-def ends(mixture: Mixture, level: float) -> tuple[Array, Array]:
-    """Lower and upper ends (10,) of mass, COM and inertia about the sensor."""
-    found = mixture.intervals(level)
-    rows, columns = np.triu_indices(3)
-    low, high = (
-        np.concatenate(
-            (
-                [found["mass"][i]],
-                found["center_of_mass"][i],
-                found["inertia_at_origin"][i][rows, columns],
-            )
-        )
-        for i in (0, 1)
-    )
-    return low, high
 
 
 def with_colour(

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.bodies import sixteen
+from benchmarks.bodies import ends, sixteen
 from benchmarks.injected import Case
 from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
-from hefting.core.spatial import Array, tensor_to_vector
+from hefting.core.spatial import Array
 from hefting.estimators import METHODS as ESTIMATORS
 from hefting.estimators import default_method
 from hefting.identification.identify import estimator_for, run, with_diagnostics
@@ -70,7 +70,8 @@ def _estimate(found: Ingested, shape: Shape | None) -> Estimate:
 
 def _judged(method: str, case: Case, estimate: Estimate) -> Run:
     truth = sixteen(case.body.parameters)[:10]
-    low, high = ends(estimate)
+    assert estimate.intervals is not None
+    low, high = ends(estimate.intervals)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     return Run(
         method,
@@ -82,20 +83,3 @@ def _judged(method: str, case: Case, estimate: Estimate) -> Run:
         float(half[0]),
         any(getattr(w, "code", "") == "mass-undetermined" for w in estimate.warnings),
     )
-
-
-def ends(estimate: Estimate) -> tuple[Array, Array]:
-    """Lower and upper ends (10,) of mass, COM and inertia about the sensor."""
-    intervals = estimate.intervals
-    assert intervals is not None
-    both = [
-        np.concatenate(
-            (
-                [intervals["mass"][i]],
-                intervals["center_of_mass"][i],
-                tensor_to_vector(intervals["inertia_at_origin"][i]),
-            )
-        )
-        for i in (0, 1)
-    ]
-    return both[0], both[1]

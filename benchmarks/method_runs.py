@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.bodies import FINE, SOLIDS, Body, sixteen
+from benchmarks.bodies import FINE, SOLIDS, Body, ends, sixteen
 from benchmarks.calibration_runs import LEVELS, SAMPLES, motions, with_colour
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
@@ -105,18 +105,7 @@ def recorded(
 def judged(body: Body, estimate: Estimate, free_bias: bool) -> MethodRun:
     """Whether the intervals of an estimate hold the body."""
     assert estimate.intervals is not None
-    rows, columns = np.triu_indices(3)
-    found = estimate.intervals
-    low, high = (
-        np.concatenate(
-            (
-                [found["mass"][i]],
-                found["center_of_mass"][i],
-                found["inertia_at_origin"][i][rows, columns],
-            )
-        )
-        for i in (0, 1)
-    )
+    low, high = ends(estimate.intervals)
     truth, width = body.numbers[:10], high - low
     widths = (
         width[0] / truth[0],

@@ -135,8 +135,8 @@ def test_an_estimate_is_inside_its_own_intervals(kind, known):
     """Of five bodies of each kind, with little data and a lot, whatever is known of the
     shape. Intervals of the posterior alone, of which `Estimate.intervals` are widened to
     hold the estimate, do not in up to 5 of 1,200 cases (benchmarks.calibration)."""
-    from benchmarks.bodies import random_body, sixteen
-    from benchmarks.calibration_runs import ends, motions
+    from benchmarks.bodies import ends, random_body, sixteen
+    from benchmarks.calibration_runs import motions
     from benchmarks.wrong_shapes import WRONG
 
     noise = NOISE_LEVELS["moderate"]
@@ -147,7 +147,7 @@ def test_an_estimate_is_inside_its_own_intervals(kind, known):
         z = wield(motions()[seed], body.parameters).with_noise(noise, seed)
         for count in (40, 600):
             state = estimator.update(estimator.start(), z[:count])
-            low, high = ends(estimator.posterior(state).mixture, 0.95)
+            low, high = ends(estimator.posterior(state).mixture.intervals())
             found = sixteen(estimator.estimate(state).parameters)[:10]
             assert ((low <= found) & (found <= high)).all(), (seed, count)
 
