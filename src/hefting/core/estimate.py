@@ -16,6 +16,7 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.verdict import Verdict, verdict_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,11 @@ class Estimate:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
+    def verdict(self) -> Verdict:
+        """Whether to trust it, and why not: see `hefting.core.verdict`."""
+        return verdict_of(self.warnings)
+
+    @property
     def consistency(self) -> Consistency:
         """Margins of every condition of physical consistency, the COM's place in the
         shape included."""
@@ -115,6 +121,8 @@ class Estimate:
                 "version": __version__,
                 "method": self.method,
                 "frame": "sensor",
+                "verdict": self.verdict.level,
+                "reasons": list(self.verdict.reasons),
                 "mass": p.mass,
                 "center_of_mass": p.center_of_mass,
                 "inertia_at_com": p.inertia_at_com,

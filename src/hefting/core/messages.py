@@ -10,7 +10,7 @@ it speaks of an argument of the library the text names it in backquotes, as in "
 from collections.abc import Iterable
 from typing import Any, Literal, Self
 
-Severity = Literal["note", "warning"]
+Severity = Literal["note", "warning", "error"]
 
 
 class Message(str):
@@ -21,7 +21,7 @@ class Message(str):
     code : short name in lower case with hyphens, such as ``"clock-offset-unknown"``.
     text : one sentence in plain English; arguments of the library in backquotes.
     severity : ``"note"`` for what was found and done, ``"warning"`` for what gives
-        doubt.
+        doubt, ``"error"`` for what makes the answer wrong.
     argument : argument of the library with which the user can act on it, if there is
         one.
     """
@@ -66,6 +66,11 @@ def note(code: str, text: str, argument: str | None = None) -> Message:
 def warning(code: str, text: str, argument: str | None = None) -> Message:
     """A message that gives doubt."""
     return Message(code, text, "warning", argument)
+
+
+def error(code: str, text: str, argument: str | None = None) -> Message:
+    """A message of what makes the answer wrong."""
+    return Message(code, text, "error", argument)
 
 
 def codes(messages: Iterable[str]) -> set[str]:

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.plausibility import com_warnings, misfit_warnings
+from hefting.ingest.rivals.consequence import SUPERSEDED
 from hefting.shapes import Shape
 
 
@@ -43,8 +44,13 @@ Check = Callable[[Checked], Iterable[str]]
 
 
 def warnings_of(checked: Checked) -> tuple[str, ...]:
-    """What all checks say, in their order."""
-    return tuple(message for check in CHECKS for message in check(checked))
+    """What all checks say, in their order; without what a mistake that was named
+    accounts for."""
+    said = tuple(message for check in CHECKS for message in check(checked))
+    doubt = checked.found.doubt
+    if doubt is None or not (doubt.names_mistake and doubt.is_fatal):
+        return said
+    return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
 
 
 def _of_the_recording(checked: Checked) -> Iterable[str]:
@@ -99,7 +105,7 @@ def _mass_undetermined(checked: Checked) -> Iterable[Message]:
         f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
         "this answer is not to be used"
     )
-    return [warning("mass-undetermined", what)]
+    return [error("mass-undetermined", what)]
 
 
 def _against_least_squares(checked: Checked) -> Iterable[Message]:

@@ -277,6 +277,7 @@ def _conclude(
         inflation=uncertainty.inflation,
         findings=(),
         offset_left=_offset_left(found) if clock and path.moves else 0.0,
+        path=path,
         curves=curves,
     )
     search = Search(

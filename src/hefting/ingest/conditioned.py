@@ -9,6 +9,7 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, frozen
 from hefting.ingest.drift import Drift
+from hefting.ingest.path import Path
 from hefting.motion import Curves
 
 SIGNIFICANT = 3.0
@@ -116,6 +117,8 @@ class Conditioned:
     offset_left: float = 0.0
     """s, a significant clock offset that was not removed, as it explains too little of
     the wrench; else zero"""
+    path: Path | None = field(default=None, repr=False)
+    """the motion that was fitted, as logged"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
 

@@ -1,70 +1,17 @@
-"""Effects of gravity's direction: warnings where another direction is suspected, and
-errors where it was estimated."""
+"""Errors of the parameters where gravity's direction was estimated."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, in_sensor_axes
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import Conditioned
-from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed
+from hefting.ingest.free_fit import FreeFit, free_fit
 from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
-
-REVERSED_GRAVITY_RATIO = 0.7
-"""Ratio of the force residual with gravity reversed to that with gravity as given,
-below which a warning is given."""
-SMALLEST_SUSPECTED_TILT = np.radians(3.0)
-"""[rad] Smallest angle between the given and the estimated gravity for which a tilted
-base is suspected."""
-TILTED_BASE_RATIO = 0.6
-"""Ratio of the force residual with estimated gravity to that with gravity as given,
-below which a tilted base is suspected. On the Panda recordings, of an imperfect sensor
-on a level base, it is 0.8 to 1."""
-
-
-def reversed_gravity_warnings(
-    measurements: Measurements, state: SampleState, fit: FreeFit
-) -> list[Message]:
-    """A warning when reversed gravity explains a moving recording much better.
-
-    Parameters
-    ----------
-    measurements : with the gravity assumed.
-    state : their moments.
-    fit : their unconstrained least squares.
-    """
-    if not measurements.linear_acceleration.any():
-        return []
-    other = free_fit(with_gravity_reversed(state), fit.bias is not None).noise.force
-    if other > REVERSED_GRAVITY_RATIO * fit.noise.force:
-        return []
-    what = f"with gravity reversed the force residual would be {other:.2g} N in place of {fit.noise.force:.2g} N"
-    return [warning("gravity-reversed", f"{what}: check `gravity`", "gravity")]
-
-
-def tilted_base_warnings(found: Conditioned) -> list[Message]:
-    """A warning when gravity of another direction explains a poorly explained wrench
-    much better."""
-    tilted = found.tilted
-    if (
-        tilted is None
-        or not tilted.suspected
-        or not tilted.force_ratio < TILTED_BASE_RATIO
-    ):
-        return []
-    angle = tilted.angle(found.gravity)
-    if not angle > max(SMALLEST_SUSPECTED_TILT, 5.0 * tilted.std):
-        return []
-    x, y, z = tilted.gravity
-    where = f"({x:.2f}, {y:.2f}, {z:.2f}) m/s², {np.degrees(angle):.0f}° off"
-    less = f"{tilted.force_ratio * found.noise.force:.2g} N in place of {found.noise.force:.2g} N"
-    what = f"with gravity along {where}, the force residual would be {less}: is the base tilted? see `gravity`"
-    return [warning("base-tilted", what, "gravity")]
 
 
 def errors_of_estimated_gravity(

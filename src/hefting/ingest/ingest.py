@@ -22,12 +22,10 @@ from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
-from hefting.ingest.gravity import (
-    errors_of_estimated_gravity,
-    reversed_gravity_warnings,
-    tilted_base_warnings,
-)
+from hefting.ingest.gravity import errors_of_estimated_gravity
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
 from hefting.logs import read_log
 from hefting.motion import Measured
@@ -115,12 +113,14 @@ def ingest(
         ),
         *(_sign_warnings(sign) if wrench == "auto" else []),
         *bias_warnings,
-        *reversed_gravity_warnings(z, state, fit),
     ]
     gravity_errors = errors_of_estimated_gravity(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
     clock_error = errors_of_clock_offset(found, z, fit)
+    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
+    if doubt is not None:
+        warnings.insert(0, doubt.message)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
@@ -153,6 +153,7 @@ def ingest(
         within=within,
         systematic=_systematic_covariance(gravity_errors, tool),
         clock_error=clock_error,
+        doubt=doubt,
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
     )
@@ -214,13 +215,24 @@ def _conditioning_warnings(
     warnings += [
         message for message in found.warnings if message.code != "bias-unknown"
     ]
-    warnings += tilted_base_warnings(found)
     if not may_be_biased and found.bias.kind != "constant":
         what = (
             "a bias given, or none, leaves its drift in: `bias`='estimate' removes it"
         )
         warnings.append(warning("drift-left-in", what, "bias"))
     return warnings
+
+
+def _doubt(
+    recording: Recording, found: Conditioned, *, may_be_biased: bool
+) -> Doubt | None:
+    """A mistake in the recording, or that much of it is unexplained."""
+    if found.path is None:
+        return None
+    case = Case.of(
+        recording, found.path, found.gravity, found.offset, biased=may_be_biased
+    )
+    return doubt_of(case)
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:

@@ -16,6 +16,7 @@ from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import residual_size
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.rivals.consequence import Doubt
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
 
@@ -73,6 +74,9 @@ class Ingested:
     clock_error: Array | None
     """(10,) error of the parameters by one standard deviation of the clock offset; None
     where there is no clock or no motion."""
+    doubt: Doubt | None
+    """A mistake that explains the recording far better than that there is none, or that
+    much is unexplained; it is among the warnings."""
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
     """What reader and smoother chose and found, for the user."""

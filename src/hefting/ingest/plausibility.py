@@ -59,6 +59,21 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         what = f"the motion does not tell the direction of gravity{known}"
         fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
         raise NotIdentifiableError(what, found.log, fix)
+    if found.doubt is not None and found.doubt.is_fatal:
+        try:
+            _require_mass(found, shape)
+        except NotIdentifiableError as obstacle:
+            raise NotIdentifiableError(
+                str(found.doubt.message), found.log
+            ) from obstacle
+        except InputError as obstacle:
+            raise InputError(str(found.doubt.message), found.log) from obstacle
+    _require_mass(found, shape)
+
+
+def _require_mass(found: Ingested, shape: Shape | None) -> None:
+    """Raise unless the recording determines a mass that can be held; see
+    `require_object`."""
     check_wrench(found, shape)
     fit = found.fit
     bias = (

@@ -1,0 +1,50 @@
+"""The wrench is in the axes of the robot's base, as some controllers give the force at
+the tool, and not in those of the sensor."""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import Rows
+from hefting.ingest.rivals.explanation import Explanation, over_offsets
+
+CODE = "wrench-in-base-axes"
+
+
+def explain(case: Case) -> Explanation | None:
+    """The wrench turned into sensor axes, beside a constant bias in either."""
+    if not case.path.moves:
+        return None
+    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
+    return Explanation(
+        CODE,
+        "the wrench seems to be in the axes of the robot's base",
+        "log it in sensor axes, or turn it by the logged orientation",
+        fitted,
+        0,
+    )
+
+
+def _rows(case: Case, motion: Motion) -> Rows:
+    axes = motion.axes
+    wrench = np.einsum("okij,kpj->okpi", axes, case.wrench.reshape(-1, 2, 3))
+    O, K = motion.known.shape
+    known, maps = motion.features(case.gravity), REGRESSOR_BY_FEATURE
+    if case.biased:
+        known = np.concatenate((known, axes.reshape(O, K, 9), np.ones((O, K, 1))), 2)
+        maps = _with_both_biases(maps)
+    return Rows(known, maps, motion.known.astype(float), wrench.reshape(O, K, 6))
+
+
+def _with_both_biases(maps: Array) -> Array:
+    """Columns of ten parameters, of a bias that is constant in base axes, and of one
+    that is constant in sensor axes."""
+    whole = np.zeros((FEATURES + 10, 6, 22))
+    whole[:FEATURES, :, :10] = maps
+    for i in range(3):
+        for j in range(3):
+            row = FEATURES + 3 * i + j  # axes[i, j]
+            whole[row, i, 10 + j] = whole[row, 3 + i, 13 + j] = 1.0
+    whole[-1, :, 16:] = np.eye(6)
+    return whole

@@ -1,0 +1,79 @@
+"""Gravity points elsewhere in the logged world: the base is tilted, or the world's axes
+are others than assumed."""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step, with_bias
+from hefting.ingest.rivals.explanation import Explanation, over_offsets
+
+CODE = "base-tilted"
+STEPS = 8
+"""Gauss-Newton steps of gravity's direction from each start."""
+LARGEST_STEP = 4.0
+"""[m/s²] Largest change of gravity along each tangent in one of them."""
+REVERSED = np.radians(175.0)
+"""[rad] Angle between gravity as given and as found from which on it is reversed."""
+SENSOR_ERROR = np.radians(0.3)
+"""[rad] Standard deviation of gravity's direction by errors of the sensor alone."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The direction of gravity, from the one given and from the six along the axes."""
+    if case.path.gravity_measured:
+        return None
+    size = float(np.linalg.norm(case.gravity))
+    starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
+    _, offset = over_offsets(case, lambda m: _rows(case, m, case.gravity))
+    found = [_from(case, np.array(start), offset) for start in starts]
+    gravity, _, _ = max(found, key=lambda each: each[1].likelihood[0])
+    # the clock offset was that of the gravity given
+    _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
+    gravity, fitted, std = _from(case, gravity, offset)
+    angle = float(
+        np.arctan2(
+            np.linalg.norm(np.cross(case.gravity, gravity)), case.gravity @ gravity
+        )
+    )
+    std = float(np.hypot(std, SENSOR_ERROR))
+    if angle > REVERSED:
+        what = "gravity seems to point the other way"
+        x, y, z = 0.0 - case.gravity
+        fix = f"give `gravity`='{x:g},{y:g},{z:g}'"
+        return Explanation("gravity-reversed", what, fix, fitted, 0, argument="gravity")
+    x, y, z = gravity
+    what = (
+        f"gravity seems to point along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², "
+        f"{np.degrees(angle):.1f}° ± {np.degrees(std):.1g}° from where it is given, as on "
+        "a tilted base"
+    )
+    fix = "give `gravity`='estimate'"
+    return Explanation(
+        CODE, what, fix, fitted, 2, argument="gravity", effect=angle / std
+    )
+
+
+def _rows(case: Case, motion, gravity: Array):
+    return with_bias(case, motion.features(gravity), REGRESSOR_BY_FEATURE, motion.known)
+
+
+def _from(case: Case, gravity: Array, offset: float) -> tuple[Array, Fitted, float]:
+    """Gravity (3,) that fits best near a start, its fit, and its standard deviation
+    [rad]."""
+    motion = case.motion_at(case.time[None] - offset)
+    fitted, std = fit_rows(case, _rows(case, motion, gravity)), np.inf
+    size = float(np.linalg.norm(gravity))
+    for _ in range(STEPS):
+        along = -(motion.axes[0] @ tangents_of(gravity).T)  # (K, 3, 2)
+        effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
+        columns = np.einsum("kxt,xc->kct", along, effect)
+        step = linear_step(fitted, 0, columns)
+        std = float(np.sqrt(step.covariance.trace() / 2.0)) / size
+        change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)
+        gravity = tilt_gravity(gravity, change)
+        fitted = fit_rows(case, _rows(case, motion, gravity))
+        if np.abs(change).max() < 1e-4 * size:
+            break
+    return gravity, fitted, std

@@ -1,0 +1,31 @@
+"""The bias that was given, or that there is none, does not fit."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import linear_step
+from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+
+CODE = "bias-wrong"
+
+
+def explain(case: Case) -> Explanation | None:
+    """A constant bias beside the one given."""
+    if case.biased:
+        return None
+    free = replace(case, biased=True, path=case.path)
+    fitted, _ = over_offsets(free, lambda motion: newton_euler(free, motion))
+    given, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
+    columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
+    step = linear_step(given, given.best, columns)
+    force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
+    return Explanation(
+        CODE,
+        f"the wrench seems to have a bias of another {force:.2g} N and {torque:.2g} N m",
+        "give `bias`='estimate'",
+        fitted,
+        6,
+        argument="bias",
+    )

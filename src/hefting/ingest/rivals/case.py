@@ -1,0 +1,154 @@
+"""Case: what rival explanations of a recording are judged by."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask
+from hefting.ingest.blocks import Blocks
+from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
+from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
+
+MOST_BLOCKS = 250
+"""Largest number of averages of the wrench that explanations are compared on."""
+SMALLEST_SENSOR_ERROR = 0.003
+"""Share of the wrench's changes below which what is left counts as the sensor's error
+and not as something to be explained."""
+COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
+"""[s] Clock offsets that are tried with every explanation, besides those near the one
+that conditioning found."""
+FINE_OFFSETS = 0.005 * np.array((-2.0, -1.0, 0.0, 1.0, 2.0))
+"""[s] Clock offsets about the best of the coarse ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Motion at K times for each of O clock offsets, in logged sensor axes."""
+
+    a: Array
+    """(O, K, 3) linear acceleration, or specific force where that was measured"""
+    rest: Array
+    """(O, K, 9) angular acceleration and vech(w w')"""
+    axes: Array
+    """(O, K, 3, 3) rotation from world to sensor axes"""
+    known: Mask
+    """(O, K)"""
+
+    def features(self, gravity: Array) -> Array:
+        """(O, K, 12) of `hefting.core.regressor`, for gravity (3,) in world axes."""
+        return np.concatenate((self.a - self.axes @ gravity, self.rest), axis=2)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Averages of the wrench as recorded, and the motion as logged."""
+
+    recording: Recording
+    path: Path
+    gravity: Array
+    """(3,) in world axes [m/s²], as assumed; zero where the specific force was
+    measured"""
+    time: Array
+    """(K,) [s]"""
+    wrench: Array
+    """(K, 6) as recorded [N, N m]"""
+    noise: Array
+    """(2,) standard deviation of the averages' force [N] and torque [N m] from one to
+    the next"""
+    offset: float
+    """[s] clock offset that conditioning found"""
+    biased: bool
+    """whether a bias is possible: False where one was given, or excluded"""
+
+    @classmethod
+    def of(
+        cls,
+        recording: Recording,
+        path: Path,
+        gravity: Array,
+        offset: float,
+        *,
+        biased: bool,
+    ) -> "Case":
+        """Of a recording and its motion; see the fields."""
+        wrench = recording["wrench"]
+        blocks = Blocks.of(wrench.time, wrench.values, smooth=path.kind != "static")
+        # static poses follow no order
+        noise = _high_frequency_noise(blocks.wrench) if path.moves else np.zeros(2)
+        chosen = blocks.every(MOST_BLOCKS)
+        measured = path.gravity_measured
+        return cls(
+            recording,
+            path,
+            np.zeros(3) if measured else np.array(gravity, dtype=float),
+            np.array(chosen.time),
+            np.array(chosen.wrench),
+            noise,
+            offset,
+            biased,
+        )
+
+    def with_path(self, recording: Recording, path: Path) -> "Case":
+        """The same wrench beside another motion."""
+        return replace(self, recording=recording, path=path)
+
+    @cached_property
+    def floor(self) -> Array:
+        """(2,) smallest size of a residual of force [N] and torque [N m] that is to be
+        explained."""
+        changes = np.sqrt(np.var(self.wrench, axis=0).reshape(2, 3).mean(axis=1))
+        size = np.sqrt(np.mean(self.wrench**2, axis=0).reshape(2, 3).mean(axis=1))
+        error = SMALLEST_SENSOR_ERROR * changes
+        return np.maximum(np.hypot(self.noise, error), 1e-9 * np.maximum(size, 1e-9))
+
+    @cached_property
+    def offsets(self) -> Array:
+        """(O,) [s] clock offsets to try."""
+        if not self.path.moves:
+            return np.zeros(1)
+        near = self.offset + 0.02 * np.array((-1.0, 0.0, 1.0))
+        return np.unique(np.concatenate((COARSE_OFFSETS, near)).round(6))
+
+    @cached_property
+    def motion(self) -> Motion:
+        """At the offsets to try."""
+        return self.motion_at(self.time - self.offsets[:, None])
+
+    def motion_at(self, times: Array) -> Motion:
+        """At times (O, K) [s]."""
+        reading = self.path.at(times.ravel(), spread=False)
+        O, K = times.shape
+        rows = reading.value.reshape(O, K, -1)
+        motion = rows[:, :, MOTION_COLUMNS]
+        axes = rows[:, :, WORLD_AXES_COLUMNS].reshape(O, K, 3, 3)
+        return Motion(
+            motion[:, :, :3], motion[:, :, 3:], axes, reading.known.reshape(O, K)
+        )
+
+    @cached_property
+    def bias_functions(self) -> Array:
+        """(K, n) functions of time of which a bias is composed; n = 0 where none is
+        possible."""
+        if not self.biased:
+            return np.zeros((len(self.time), 0))
+        long = self.path.moves and np.ptp(self.time) >= SHORTEST_DRIFTING_RECORDING
+        hats = HatFunctions.over(self.time, 2 if long else 1)
+        return hats.combine(np.eye(hats.n))
+
+
+def _high_frequency_noise(wrench: Array) -> Array:
+    """(2,) standard deviation of the noise of force and torque, by the second
+    differences of the wrench (B, 6), which a slow motion does not show in."""
+    if len(wrench) < 4:
+        return np.zeros(2)
+    bend = wrench[:-2] - 2.0 * wrench[1:-1] + wrench[2:]
+    # the median of |x| is 0.6745 standard deviations
+    size = np.median(np.abs(bend), axis=0) / (0.6745 * 6.0**0.5)
+    return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))
+
+
+def usual_gravity(case: Case) -> Array:
+    """(3,) gravity as assumed, also where the specific force was measured."""
+    return case.gravity if case.gravity.any() else np.array(STANDARD_GRAVITY)

@@ -1,0 +1,74 @@
+"""One clock runs fast: the poses' against the wrench's."""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step
+from hefting.ingest.rivals.explanation import Explanation, newton_euler
+
+CODE = "clock-rate"
+RATES = np.array(
+    (-0.05, -0.03, -0.02, -0.01, -0.005, -0.002, 0.002, 0.005, 0.01, 0.02, 0.03, 0.05)
+)
+"""Relative differences of the clocks that are tried; they are refined."""
+OFFSETS = 0.04 * np.arange(-6.0, 7.0)
+"""[s] Clock offsets in the middle of the recording that are tried with each."""
+STEPS = 5
+"""Gauss-Newton steps of rate and offset."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The rate by which the poses' clock is faster."""
+    if not case.path.moves or np.ptp(case.time) < 3.0:
+        return None
+    rate, offset = _coarse(case)
+    fitted, std = _fit(case, rate, offset), np.inf
+    for _ in range(STEPS):
+        step = linear_step(fitted, 0, _columns(case, rate, offset, fitted))
+        std = float(np.sqrt(step.covariance[0, 0]))
+        rate += float(np.clip(step.change[0], -0.01, 0.01))
+        offset += float(np.clip(step.change[1], -0.04, 0.04))
+        fitted = _fit(case, rate, offset)
+    what = (
+        f"the clock of the poses seems to run {abs(100.0 * rate):.2g} ± "
+        f"{100.0 * std:.1g} % {'fast' if rate > 0.0 else 'slow'} against the wrench's"
+    )
+    fix = "stamp both by one clock"
+    return Explanation(CODE, what, fix, fitted, 2, effect=abs(rate) / std)
+
+
+def _times(case: Case, rate: Array | float, offset: Array | float) -> Array:
+    """Times of the poses at the wrench's samples (..., K) [s]."""
+    middle = 0.5 * (case.time[0] + case.time[-1])
+    since = case.time - middle
+    rates, offsets = np.asarray(rate)[..., None], np.asarray(offset)[..., None]
+    return middle + since * (1.0 + rates) - offsets
+
+
+def _coarse(case: Case) -> tuple[float, float]:
+    rates, offsets = (x.ravel() for x in np.meshgrid(RATES, OFFSETS, indexing="ij"))
+    # a third of the samples is enough to begin with
+    some = slice(None, None, 3)
+    from dataclasses import replace
+
+    thin = replace(case, time=case.time[some], wrench=case.wrench[some])
+    motion = thin.motion_at(_times(case, rates, offsets)[:, some])
+    best = fit_rows(thin, newton_euler(thin, motion)).best
+    return float(rates[best]), float(offsets[best])
+
+
+def _fit(case: Case, rate: float, offset: float) -> Fitted:
+    motion = case.motion_at(_times(case, rate, offset)[None])
+    return fit_rows(case, newton_euler(case, motion))
+
+
+def _columns(case: Case, rate: float, offset: float, fitted: Fitted) -> Array:
+    """(K, 6, 2) derivative of the wrench by rate and offset."""
+    h = 2e-3
+    times = _times(case, rate, np.array((offset - h, offset + h)))
+    rows = newton_euler(case, case.motion_at(times))
+    wrench = rows.known @ np.einsum("zcp,p->zc", rows.maps, fitted.solution[0])
+    late = (wrench[1] - wrench[0]) / (2.0 * h)
+    since = case.time - 0.5 * (case.time[0] + case.time[-1])
+    return np.stack((-since[:, None] * late, late), axis=2)

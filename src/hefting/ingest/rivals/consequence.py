@@ -1,0 +1,104 @@
+"""Consequence: what a mistake does to the answer, and how it is told."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.messages import Message, error, warning
+from hefting.core.spatial import Array
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.judge import Judged, judge
+
+LARGE_MASS_CHANGE = 0.03
+"""Change of the mass, as a share of it, from which on a mistake makes the answer
+wrong."""
+LARGE_COM_CHANGE = 0.005
+"""[m] Change of the COM from which on a mistake makes the answer wrong."""
+LARGE_UNEXPLAINED = 0.5
+"""Residual beyond noise over the wrench's changes from which on no answer is to be
+used."""
+NOTICED_UNEXPLAINED = 0.2
+"""The same from which on the answer is in doubt. On recordings of three real sensors it
+is at most 0.09."""
+SUPERSEDED = frozenset(
+    {
+        "bias-unknown",
+        "clock-offset-contradictory",
+        "clock-offset-unknown",
+        "clock-several-offsets",
+        "many-outliers",
+        "mass-undetermined",
+        "motion-explains-little",
+        "not-identifiable",
+        "open-without-shape",
+        "response-uneven",
+        "shape-contradicts-wrench",
+        "sign-uncertain",
+        "stretches-disagree",
+        "unexplained",
+    }
+)
+"""Codes of messages that a mistake which was named accounts for: what they advise would
+not help."""
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """What is to be said of a recording that noise alone does not explain."""
+
+    message: Message
+    names_mistake: bool
+    """whether it names a mistake; else much is unexplained"""
+
+    @property
+    def is_fatal(self) -> bool:
+        """Whether the answer is wrong."""
+        return self.message.severity == "error"
+
+
+def doubt_of(case: Case) -> Doubt | None:
+    """The mistake in a recording, or that much of it is unexplained; None where neither
+    is."""
+    judged = judge(case)
+    if judged.named is not None:
+        return Doubt(_named(judged, judged.named), True)
+    share = judged.unexplained
+    if share <= NOTICED_UNEXPLAINED:
+        return None
+    what = (
+        f"{100.0 * share:.0f} % of the wrench's changes are neither noise nor what a "
+        "body on this motion needs: is the object fixed and free, and are clocks, axes "
+        "and units right?"
+    )
+    say = error if share > LARGE_UNEXPLAINED else warning
+    return Doubt(say("unexplained", what), False)
+
+
+def _named(judged: Judged, named: Explanation) -> Message:
+    """The mistake, and how far off the answer is with it."""
+    assert judged.given is not None
+    before, after = judged.given.vector, named.vector
+    mass, com = _changes(before, after)
+    said = f"{named.what}: {named.fix}"
+    if not (mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE):
+        return warning(named.code, said, named.argument)
+    effects = []
+    if mass > LARGE_MASS_CHANGE:
+        effects.append(f"{abs(after[0]):.3g} kg in place of {abs(before[0]):.3g} kg")
+    if com > LARGE_COM_CHANGE:
+        effects.append(f"the centre of mass {1e3 * com:.0f} mm elsewhere")
+    return error(
+        named.code, f"{said} (it would be {' and '.join(effects)})", named.argument
+    )
+
+
+def _changes(before: Array, after: Array) -> tuple[float, float]:
+    """Change of the mass, as a share of the larger one, and of the COM [m]."""
+    first, second = (float(v[0]) for v in (before, after))
+    largest = max(abs(first), abs(second), 1e-12)
+    mass = abs(abs(first) - abs(second)) / largest
+    small = 1e-3 * largest
+    if min(abs(first), abs(second)) < small:
+        return mass, np.inf
+    return mass, float(np.linalg.norm(before[1:4] / first - after[1:4] / second))

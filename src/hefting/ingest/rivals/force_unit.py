@@ -1,0 +1,84 @@
+"""Force and torque in units that do not belong together.
+
+The torque gives the first moment; the force gives it too, by the accelerations of a
+turning body. With a wrong unit the two differ by its ratio. Both in units that do belong
+together, as in kgf and kgf m, only change the mass, which no recording can tell.
+"""
+
+import numpy as np
+
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted, fit_rows, with_bias
+from hefting.ingest.rivals.explanation import Build, Explanation, over_offsets
+
+CODE = "force-unit"
+RATIOS = {
+    "the force seems to be in kgf": 9.80665,
+    "the force seems to be in lbf": 4.4482216,
+    "the force seems to be in grams-force": 9.80665e-3,
+    "the force seems to be in kN": 1e3,
+    "the torque seems to be in N mm": 1e-3,
+    "the torque seems to be in N cm": 1e-2,
+    "the torque seems to be in lbf in": 0.1129848,
+    "the torque seems to be in lbf ft": 1.3558179,
+    "the torque seems to be in kgf m": 9.80665,
+    "the torque seems to be in kgf cm": 0.0980665,
+}
+"""Unit of force [N] or torque [N m], where the other quantity is in SI units."""
+LEVERS = (0.005, 0.5)
+"""[m] Distances of a held object's COM from the sensor that are usual; others count
+against a unit."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The likeliest pair of units."""
+    if not case.path.moves or case.path.kind == "orientation":
+        return None
+    found = {what: _ratio(what) for what in RATIOS}
+    quick = {what: _quick(case, ratio) for what, ratio in found.items()}
+    usual = {
+        what: fitted.likelihood.max()
+        for what, fitted in quick.items()
+        if LEVERS[0] <= _lever(fitted, found[what]) <= LEVERS[1]
+    }
+    if not usual:
+        return None
+    what = max(usual, key=lambda name: usual[name])
+    fitted = over_offsets(case, _builder(case, found[what]))[0]
+    return Explanation(
+        CODE,
+        what,
+        "give force in newtons and torque in newton-metres",
+        fitted,
+        0,
+        rarity=1.0,
+    )
+
+
+def _ratio(what: str) -> float:
+    """SI units of torque over those of force, of the recorded numbers."""
+    size = RATIOS[what]
+    return 1.0 / size if what.startswith("the force") else size
+
+
+def _lever(fitted: Fitted, ratio: float) -> float:
+    """[m] Distance of the COM from the sensor in SI units."""
+    solution = fitted.solution[fitted.best]
+    size = abs(float(solution[0]))
+    return ratio * float(np.linalg.norm(solution[1:4])) / max(size, 1e-12)
+
+
+def _builder(case: Case, ratio: float) -> Build:
+    maps = REGRESSOR_BY_FEATURE.copy()
+    # the first moment of the columns is that of the recorded torque
+    maps[:, :3, 1:4] *= ratio
+    return lambda motion: with_bias(
+        case, motion.features(case.gravity), maps, motion.known
+    )
+
+
+def _quick(case: Case, ratio: float) -> Fitted:
+    """The fit at the clock offset of the recording as given, and at none."""
+    times = case.time - np.unique((0.0, case.offset))[:, None]
+    return fit_rows(case, _builder(case, ratio)(case.motion_at(times)))

@@ -1,0 +1,172 @@
+"""Judge: whether a mistake explains a recording far better than that there is none.
+
+Explanations are compared by the log-likelihood of the independent samples, less what
+their unknowns cost (Schwarz's criterion). One is named if it is far likelier than the
+recording as given, and leaves little of what that leaves unexplained. A sensor's own
+imperfections, which any unknown explains a little of, are not named: of the recordings
+of three real sensors the best mistake explains a third at most.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
+from hefting.ingest.rivals import EXPLANATIONS
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted, correlation
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    as_given,
+    at_offset,
+    newton_euler,
+)
+
+TYPICAL_DEVIATION = 4.46
+"""Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
+freedom: what noise alone takes from the log-likelihood of a sample."""
+FEWEST_SAMPLES = 12
+"""Fewest averages of the wrench on which explanations are compared."""
+CLEAR_UNEXPLAINED = 0.5
+"""Log-likelihood of a sample that is missing to noise alone, from which on all
+explanations are tried."""
+CLEAR_SCORE = 40.0
+"""Improvement of the weighted square by small mistakes, in independent samples, from
+which on all explanations are tried."""
+LARGE_UNEXPLAINED = 0.1
+"""Residual over the wrench's changes from which on mistakes of poses are tried."""
+CLEAR_EVIDENCE = 12.0
+"""Log of the ratio of likelihoods, unknowns counted, from which on a mistake is
+named."""
+EXPLAINED_SHARE = 0.5
+"""Share of what is unexplained that a mistake must explain to be named."""
+NEGLIGIBLE_UNEXPLAINED = 0.3
+"""Log-likelihood of a sample missing to noise alone that counts as nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What was found."""
+
+    unexplained: float
+    """residual over the wrench's changes, the larger of force's and torque's, as
+    given"""
+    named: Explanation | None = None
+    """the mistake that explains the recording far better"""
+    given: Explanation | None = None
+    """the recording as given, where mistakes were tried"""
+
+
+def judge(case: Case) -> Judged:
+    """Look for a mistake where the recording as given is not explained by noise."""
+    if len(case.time) < FEWEST_SAMPLES:
+        return Judged(0.0)
+    quick = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
+    share = _unexplained_share(case, quick)
+    if _missing(case, quick) < CLEAR_UNEXPLAINED and _score(case, quick) < CLEAR_SCORE:
+        return Judged(share)
+    given = as_given(case)
+    tried = [
+        found
+        for explain, of_poses in EXPLANATIONS
+        if not of_poses or share > LARGE_UNEXPLAINED
+        if (found := explain(case)) is not None
+    ]
+    if not tried:
+        return Judged(share, None, given)
+    best = max(tried, key=lambda each: evidence(case, given, each))
+    if is_beyond_doubt(case, given, best):
+        return Judged(share, best, given)
+    return Judged(share, None, given)
+
+
+def evidence(case: Case, given: Explanation, other: Explanation) -> float:
+    """Log of the ratio of likelihoods to that of the recording as given, less the cost
+    of unknowns."""
+    fitted = other.fitted
+    samples = max(len(case.time) / correlation(fitted, fitted.best), 2.0)
+    gain = samples * (other.likelihood - given.likelihood)
+    return gain - 0.5 * other.unknowns * float(np.log(samples)) - other.rarity
+
+
+def is_beyond_doubt(case: Case, given: Explanation, other: Explanation) -> bool:
+    """Whether a mistake is to be named."""
+    if not evidence(case, given, other) > CLEAR_EVIDENCE:
+        return False
+    if other.effect is not None and not other.effect > 3.0:
+        return False
+    left, before = _missing(case, other.fitted), _missing(case, given.fitted)
+    return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - EXPLAINED_SHARE) * before
+
+
+def _missing(case: Case, fitted: Fitted) -> float:
+    """Log-likelihood of a sample that is missing to that of noise alone."""
+    ideal = -TYPICAL_DEVIATION - 3.0 * float(
+        np.log(np.maximum(case.floor, 1e-12)).sum()
+    )
+    return ideal - float(fitted.likelihood[fitted.best])
+
+
+def _unexplained_share(case: Case, fitted: Fitted) -> float:
+    """Residual beyond the floor of what is to be explained, over the wrench's changes
+    beyond it; the larger of force's and torque's."""
+    floor = np.square(case.floor)
+    changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
+    weights = fitted.weights[0] > 0.0
+    square = np.square(fitted.residual[0][weights]).reshape(-1, 2, 3)
+    left = np.maximum(np.square(fitted.scale[0]), np.median(square.sum(2), 0) / 2.37)
+    excess = np.maximum(left - floor, 0.0) / np.maximum(changes - floor, 1e-300)
+    return float(np.sqrt(np.minimum(excess, 1.0)).max())
+
+
+def _score(case: Case, fitted: Fitted) -> float:
+    """Largest improvement of the weighted square, over the samples that count as one,
+    by a first step of any of the small mistakes."""
+    columns, groups = _small_mistakes(case, fitted)
+    K, _, q = columns.shape
+    weights = np.sqrt(fitted.weights[0])[:, None] / np.repeat(fitted.scale[0], 3)
+    rows, z = fitted.rows, fitted.rows.known.shape[2]
+    base = (rows.known[0] @ rows.maps.reshape(z, -1)).reshape(K, 6, -1)
+    A = (base * weights[:, :, None]).reshape(6 * K, -1)
+    B = (columns * weights[:, :, None]).reshape(6 * K, q)
+    r = (fitted.residual[0] * weights).ravel()
+    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    B = B / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
+    N = A.T @ A + 1e-9 * np.eye(A.shape[1])
+    AB = A.T @ B
+    S = B.T @ B - AB.T @ np.linalg.solve(N, AB) + 1e-6 * np.eye(q)
+    g = B.T @ r - AB.T @ np.linalg.solve(N, A.T @ r)
+    scores = [g[part] @ np.linalg.solve(S[part, part], g[part]) for part in groups]
+    return max(scores) / correlation(fitted, 0)
+
+
+def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
+    """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
+    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate; and the
+    columns of each."""
+    rows = fitted.rows
+    known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
+    wrench = known @ (REGRESSOR_BY_FEATURE @ phi)
+    motion = case.motion_at(case.time[None] - case.offset)
+    K = len(wrench)
+    turn = -np.cross(wrench.reshape(K, 2, 1, 3), np.eye(3)).transpose(0, 1, 3, 2)
+    found = [turn.reshape(K, 6, 3), wrench[:, :, None] * np.eye(6)]
+    by_feature = REGRESSOR_BY_FEATURE @ phi
+    if case.gravity.any():
+        down = -(motion.axes[0] @ case.gravity)
+        along = -(motion.axes[0] @ tangents_of(case.gravity).T)
+        found.append(np.einsum("kxt,xc->kct", along, by_feature[:3]))
+        weight = np.einsum("kx,xcp->kcp", down, REGRESSOR_BY_FEATURE[:3, :, :4])
+        found.append(weight)
+    if case.path.moves:
+        lever = (known @ REGRESSOR_BY_FEATURE[:, :, 1:4].reshape(12, 18)).reshape(
+            K, 6, 3
+        )
+        lever[:, 3:] = 0.0
+        rate = np.gradient(wrench, case.time, axis=0)
+        since = case.time - case.time.mean()
+        found += [lever, (since[:, None] * rate)[:, :, None], rate[:, :, None]]
+    ends = np.cumsum([0] + [part.shape[2] for part in found])
+    groups = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return np.concatenate(found, axis=2), groups

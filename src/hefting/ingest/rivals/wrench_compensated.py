@@ -1,0 +1,87 @@
+"""The controller subtracts the weight of a payload: of all of the object, of a part of
+it, or of more.
+
+Gravity then acts on another mass and first moment than acceleration does.
+"""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case, Motion, usual_gravity
+from hefting.ingest.rivals.evidence import Rows, linear_step, with_bias
+from hefting.ingest.rivals.explanation import Explanation, over_offsets
+
+CODE = "wrench-compensated"
+
+
+def explain(case: Case) -> Explanation | None:
+    """The share of the object's weight that is missing."""
+    if not case.path.moves or case.path.kind == "orientation":
+        return None
+    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
+    solution = fitted.solution[fitted.best]
+    mass, weighed = float(solution[0]), float(solution[10])
+    if not mass:
+        return None
+    share = 1.0 - weighed / mass
+    if share < 0.0:
+        return None
+    std = _share_std(case, fitted, share)
+    what = (
+        f"some {100.0 * share:.0f} % of the object's weight seem to be missing in the "
+        "wrench, as where the controller subtracts a payload"
+    )
+    fix = "set its payload to zero before recording"
+    return Explanation(CODE, what, fix, fitted, 4, effect=abs(share) / max(std, 1e-9))
+
+
+def _rows(case: Case, motion: Motion) -> Rows:
+    gravity = -(motion.axes @ usual_gravity(case))
+    a = motion.a if not case.path.gravity_measured else motion.a - gravity
+    known = np.concatenate((a, motion.rest, gravity), axis=2)
+    return with_bias(case, known, _maps(), motion.known)
+
+
+def _maps() -> Array:
+    """Columns of the ten parameters by the acceleration, then of mass and first moment
+    by gravity."""
+    maps = np.zeros((15, 6, 14))
+    maps[:12, :, :10] = REGRESSOR_BY_FEATURE
+    maps[12:, :, 10:] = REGRESSOR_BY_FEATURE[:3, :, :4]
+    return maps
+
+
+def _share_std(case: Case, fitted, share: float) -> float:
+    """Standard deviation of the share, by the column of the mass under
+    acceleration."""
+    index = fitted.best
+    solution = fitted.solution[index]
+    mass = float(solution[0])
+    # the wrench by the mass at a constant ratio of the two, along the share
+    known, maps = fitted.rows.known[index], fitted.rows.maps
+    column = -mass * (known @ maps[:, :, 10])
+    step = linear_step(_without(fitted, 10), 0, column[:, :, None])
+    return float(np.sqrt(step.covariance[0, 0]))
+
+
+def _without(fitted, column: int):
+    from dataclasses import replace
+
+    index = fitted.best
+    rows = fitted.rows
+    maps = rows.maps.copy()
+    # the mass under gravity follows that under acceleration
+    maps[:, :, 0] += maps[:, :, column]
+    maps = np.delete(maps, column, axis=2)
+    part = slice(index, index + 1)
+    one = Rows(rows.known[part], maps, rows.used[part])
+    return replace(
+        fitted,
+        rows=one,
+        residual=fitted.residual[part],
+        weights=fitted.weights[part],
+        scale=fitted.scale[part],
+        likelihood=fitted.likelihood[part],
+        solution=fitted.solution[part],
+    )

@@ -1,0 +1,68 @@
+"""The wrench was low-pass filtered: its fast part is weaker, and late."""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Rows, fit_rows, with_bias
+from hefting.ingest.rivals.explanation import Explanation
+
+CODE = "wrench-filtered"
+BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
+"""[Hz] Cut-off frequencies that are tried."""
+ORDERS = (1, 2)
+"""Orders of the Butterworth filters that are tried."""
+RATE = 50.0
+"""[Hz] Rate at which the motion is filtered: far above the cut-off frequencies."""
+MOST_INSTANTS = 6000
+"""Largest number of instants of the filtered motion."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The likeliest bandwidth."""
+    if not case.path.moves:
+        return None
+    names, rows = _rows(case)
+    fitted = fit_rows(case, rows)
+    order, bandwidth = names[fitted.best]
+    del order
+    what = (
+        f"the wrench seems to be low-pass filtered at some {bandwidth:.2g} Hz, which "
+        "weakens and delays what the motion needs"
+    )
+    fix = "record it unfiltered, or move slower"
+    return Explanation(CODE, what, fix, fitted, 1)
+
+
+def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
+    from scipy.signal import butter, lfilter
+
+    first = case.time[0] - 1.0 / RATE
+    count = int(np.clip((case.time[-1] - first) * RATE, 8, MOST_INSTANTS)) + 2
+    grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
+    rate = (count - 1) / (grid[-1] - grid[0])
+    motion = case.motion_at(grid[None])
+    features = motion.features(case.gravity)[0]
+    offsets = np.unique((0.0, case.offset)) if abs(case.offset) > 1e-4 else np.zeros(1)
+    names: list[tuple[int, float]] = []
+    known: list[Array] = []
+    for order in ORDERS:
+        for bandwidth in BANDWIDTHS:
+            if bandwidth > 0.4 * rate:
+                continue
+            b, a = butter(order, bandwidth / (0.5 * rate))
+            smooth = features[0] + np.asarray(
+                lfilter(b, a, features - features[0], axis=0)
+            )
+            # an offset of the filter's own delay is possible besides
+            for offset in offsets:
+                names.append((order, bandwidth))
+                known.append(
+                    np.column_stack(
+                        [np.interp(case.time - offset, grid, x) for x in smooth.T]
+                    )
+                )
+    used = np.interp(case.time, grid, motion.known[0].astype(float)) > 0.99
+    used = np.broadcast_to(used, (len(known), len(case.time)))
+    return names, with_bias(case, np.array(known), REGRESSOR_BY_FEATURE, used)
