@@ -12,6 +12,7 @@ _HOME = {
     "Stream": "core.recording",
     "read_log": "logs",
     "write_log": "logs",
+    "with_sensor_pose": "logs.sensor_pose",
     "Robot": "robots",
     "with_poses": "robots",
     "condition": "ingest",

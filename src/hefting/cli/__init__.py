@@ -59,6 +59,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
             "sensor_frame",
         ),
         *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
+        *("sensor_pose_in_log", "sensor_turned", "accept"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of
@@ -95,12 +96,14 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
 
 
 def main() -> None:
-    """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything
-    else."""
+    """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 3 done but
+    the answer is not to be used, 1 anything else."""
     try:
         words = _joined(sys.argv[1:])
         arguments = build_parser(words).parse_args(words)
-        arguments.run(arguments)
+        status = arguments.run(arguments)
+        if status:
+            sys.exit(status)
     except HeftingError as error:
         _fail(render(str(error)), 2 if isinstance(error, InputError) else 1)
     except KeyboardInterrupt:

@@ -27,9 +27,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Identify what the empty gripper is, save it, and say how to use it."""
+def run(arguments: argparse.Namespace) -> int:
+    """Identify what the empty gripper is, save it, and say how to use it; returns the
+    exit status."""
     from hefting.cli.report.estimate import estimate_report, print_lines
+    from hefting.cli.report.verdict import exit_status
     from hefting.identification import calibrate
 
     a = arguments
@@ -48,3 +50,4 @@ def run(arguments: argparse.Namespace) -> None:
     print(
         f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}"
     )
+    return exit_status(tool.verdict)

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from hefting.cli import render
-from hefting.cli.options import add_sensor_pose, either
+from hefting.cli.options import add_accept, add_sensor_pose, either
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_sensor_pose(parser)
+    add_accept(parser)
     parser.add_argument(
         "--output", metavar="FILE", help="write there instead of printing"
     )
@@ -40,7 +41,9 @@ def run(arguments: argparse.Namespace) -> None:
 
     a = arguments
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
-    exported = export(Estimate.load(a.estimate), a.to, flange, a.into, a.link)
+    exported = export(
+        Estimate.load(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
+    )
     for line in exported.warnings:
         print(f"hefting: warning: {render(line)}", file=sys.stderr)
     if a.output:

@@ -1,6 +1,7 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import option_of, render
 from hefting.cli.options import (
     POSE,
+    add_accept,
     add_gravity,
     add_json,
     add_recording,
@@ -141,6 +143,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"write {_formats()}; repeatable",
     )
     add_sensor_pose(results)
+    add_accept(results)
     add_json(results)
 
 
@@ -156,8 +159,11 @@ def _formats() -> str:
     return either(names)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Identify, save what was asked for, and print the result."""
+def run(arguments: argparse.Namespace) -> int:
+    """Identify, save what was asked for, and print the result; returns the exit
+    status."""
+    from hefting.cli.report.verdict import exit_status
+
     a = arguments
     _check_outputs(a)
     gravity = gravity_of(a)
@@ -176,13 +182,34 @@ def run(arguments: argparse.Namespace) -> None:
         else {}
     )
     best = comparison.recommended if comparison else next(iter(estimates))
-    written = _write(a.output, estimates[best], flange) if a.output else []
+    written = _write(_wanted(a, estimates[best]), estimates[best], flange)
     truth = known.parameters if known else None
     results = Results(estimates, best, comparison, truth, errors, written)
     if a.json:
         print_json(results, render)
     else:
         print_results(results, render)
+    return exit_status(estimates[best].verdict)
+
+
+def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
+    """The outputs to write: of an estimate that is not to be used those alone that hold
+    the verdict, unless it is accepted."""
+    if estimate.verdict.usable or a.accept:
+        return a.output
+    from hefting.export import REGISTRY, SUFFIXES
+
+    kept = [
+        path for path in a.output if REGISTRY[SUFFIXES[Path(path).suffix]].is_read_back
+    ]
+    for path in a.output:
+        if path not in kept:
+            print(
+                f"hefting: {path} was not written: the estimate is not to be used; "
+                "--accept writes it",
+                file=sys.stderr,
+            )
+    return kept
 
 
 def _reading(

@@ -35,6 +35,16 @@ def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def add_accept(parser: argparse._ActionsContainer) -> None:
+    """Whether to write what is not to be used."""
+    parser.add_argument(
+        "--accept",
+        action="store_true",
+        help="write files for simulators and robots even where the verdict is not to "
+        "use the estimate",
+    )
+
+
 def either(words: Sequence[str]) -> str:
     """One or more words as a choice: ``"a, b or c"``."""
     return " or ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
@@ -111,6 +121,16 @@ def add_recording(
         metavar="FILE",
         help="poses from joint angles, by this robot; with --sensor-frame",
     )
+    group.add_argument(
+        "--sensor-pose-in-log",
+        metavar="POSE",
+        help=f"the sensor in the frame whose pose is logged, where that is another: {POSE}",
+    )
+    group.add_argument(
+        "--sensor-turned",
+        metavar="AXIS:DEG",
+        help="the same for a sensor that is only turned, as in z:45",
+    )
     for name, (metavar, text) in all_options().items():
         group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
     return group
@@ -130,7 +150,27 @@ def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
     """The recording the arguments describe, with poses by a URDF's kinematics where one
-    is given."""
+    is given, and of the sensor where it is said to be elsewhere."""
+    recording = _logged(arguments, wrench_needed)
+    pose, turned = arguments.sensor_pose_in_log, arguments.sensor_turned
+    if pose is None and turned is None:
+        return recording
+    if pose is not None and turned is not None:
+        raise InputError(
+            "is given beside --sensor-pose-in-log",
+            "--sensor-turned",
+            "give one of them",
+        )
+    from hefting.logs.sensor_pose import sensor_turned, with_sensor_pose
+    from hefting.shapes import parse_pose
+
+    if pose is not None:
+        return with_sensor_pose(recording, parse_pose(pose))
+    return with_sensor_pose(recording, sensor_turned(str(turned)))
+
+
+def _logged(arguments: argparse.Namespace, wrench_needed: bool) -> "Recording":
+    """The recording as logged, with poses by a URDF's kinematics where one is given."""
     from hefting.logs import read_log
     from hefting.logs.registry import all_options, find_format
 

@@ -59,8 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(results)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Predict, save what was asked for, and print peaks and extremes."""
+def run(arguments: argparse.Namespace) -> int:
+    """Predict, save what was asked for, and print peaks and extremes; returns the exit
+    status."""
+    from hefting.cli.report.verdict import exit_status
     from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
     from hefting.plots.style import FORMATS
@@ -94,13 +96,14 @@ def run(arguments: argparse.Namespace) -> None:
         import json
 
         print(render(json.dumps(found.to_dict())))
-        return
+        return exit_status(found.verdict)
     from hefting.cli.report.prediction import prediction_report
     from hefting.cli.report.printing import print_report
 
     print_report(prediction_report(found), render)
     for path in a.output:
         print(f"wrote {path}")
+    return exit_status(found.verdict)
 
 
 def _content(found, suffix: str) -> bytes:

@@ -42,10 +42,14 @@ NO_DOUBT = frozenset(
         "bag-truncated",
         "gaps-in-poses",
         "torque-reference-assumed",
-        # what was looked at in the shape, or is said of a prediction
+        # what was looked at in the shape, or is told of a prediction
         "mesh-holes",
         "thin-parts",
         "tool-without-spread",
+        "no-band",
+        "open-not-needed",
+        "band-open",
+        "tool-subtracted",
         "noise-coloured",
         "gyroscope-contradicts-poses",
         "accelerometer-contradicts-poses",
@@ -77,7 +81,7 @@ def verdict_of(messages: Iterable[str]) -> Verdict:
     coded = [m if isinstance(m, Message) else Message("unknown", m) for m in messages]
     errors = [m for m in coded if m.severity == "error"]
     doubts = [m for m in coded if m.severity == "warning" and m.code not in NO_DOUBT]
-    reasons = tuple((*errors, *doubts))
+    reasons = (*errors, *doubts)
     if errors:
         return Verdict("do not use", reasons)
     return Verdict("usable with care" if doubts else "good", reasons)

@@ -9,7 +9,7 @@ and what is done with one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -87,6 +87,8 @@ def export(
     into: str | Path | None = None,
     link: str | None = None,
     name: str = "object",
+    *,
+    accept: bool = False,
 ) -> Exported:
     """Text of an estimate for a target; nothing is written.
 
@@ -103,6 +105,8 @@ def export(
         unchanged.
     link : name of the link (of the body, in MJCF) in that file.
     name : name of the body in a file of its own; one printable line.
+    accept : whether to write an estimate whose verdict is not to use it. JSON and CSV
+        hold the verdict, and are written anyway.
 
     Raises `InputError` for an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
@@ -123,9 +127,15 @@ def export(
             () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
         )
 
+    if not (estimate.verdict.usable or accept):
+        raise InputError(
+            f"the estimate is not to be used: {estimate.verdict.reasons[0]}",
+            fix="identify it again, or give `accept` to write it as it is",
+        )
     body = Body.from_parameters(estimate.parameters, name, "sensor")
     if sensor_pose_in_flange is not None:
         body = body.moved(sensor_pose_in_flange, "flange")
+    body = replace(body, verdict=estimate.verdict.level)
     if chosen.needs_inertia and body.is_point:
         raise InputError(
             "the estimate is a point mass, and a simulator needs an inertia",

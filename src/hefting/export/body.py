@@ -50,6 +50,8 @@ class Body:
     inertia: Array
     """Inertia tensor (3, 3) [kg m²] about the COM: positive definite, or zero for a
     point mass."""
+    verdict: str = "good"
+    """Level of the estimate's verdict, for a comment."""
     thickened: bool = False
     """Whether second moments were raised to `THINNEST`, which changes the inertia by
     about as much."""
@@ -79,7 +81,12 @@ class Body:
             (np.zeros((3, 3)), False) if is_point else with_thickness(inertia)
         )
         return cls(
-            name, frame, parameters.mass, parameters.center_of_mass, inertia, thickened
+            name,
+            frame,
+            parameters.mass,
+            parameters.center_of_mass,
+            inertia,
+            thickened=thickened,
         )
 
     def moved(self, pose_old_in_new: ArrayLike, frame: str) -> Self:

@@ -46,4 +46,5 @@ def comment(mark: str, body: Body, *lines: str) -> str:
             " - NOT flange axes: the pose of the sensor in the flange was not given"
         )
     what = "what the sensor carries; the mass of the sensor itself and of an adapter is not in it"
-    return "".join(f"{mark} {line}\n" for line in (where, what, *lines))
+    how = f"estimate: {body.verdict}"
+    return "".join(f"{mark} {line}\n" for line in (where, what, how, *lines))

@@ -24,7 +24,7 @@ def inertial(body: Body) -> str:
 def write(body: Body) -> str:
     """A whole model: the body, free in the world."""
     name = quoted(body.name)
-    return f"""<!-- body frame: {body.frame}; SI units; inertia about the centre of mass -->
+    return f"""<!-- body frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict} -->
 <mujoco model={name}>
   <worldbody>
     <body name={name}>

@@ -28,7 +28,7 @@ def write(body: Body) -> str:
     name = quoted(body.name)
     content = inertial(body).replace("\n", "\n      ")
     return f"""<?xml version="1.0"?>
-<!-- link frame: {body.frame}; SI units; inertia about the centre of mass -->
+<!-- link frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict} -->
 <sdf version="1.7">
   <model name={name}>
     <link name={name}>

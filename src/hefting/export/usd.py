@@ -18,7 +18,7 @@ def write(body: Body) -> str:
     return f"""#usda 1.0
 (
     defaultPrim = "{name}"
-    doc = "prim frame: {body.frame}; SI units; inertia about the centre of mass"
+    doc = "prim frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict}"
     kilogramsPerUnit = 1
     metersPerUnit = 1
     upAxis = "Z"

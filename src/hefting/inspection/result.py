@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from hefting.core.estimate_json import json_ready
-from hefting.core.messages import Message
+from hefting.core.messages import Message, error
 from hefting.core.spatial import SPEED_LIMIT, Array
+from hefting.core.verdict import Verdict, verdict_of
 from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.inspection.movement import Movement
@@ -81,6 +82,7 @@ class Inspection:
     ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
     ``missing``             why there is no ``motion``, ``conditioning``, ``object``
     ``advice``, ``warnings`` one sentence each
+    ``verdict``, ``reasons`` whether to trust it: see `hefting.core.verdict`
     ``messages``            notes, findings and warnings with their codes: see `hefting.core.messages.Message.to_dict`
     ======================= ==========================================================================================
     """
@@ -112,6 +114,14 @@ class Inspection:
     warnings: tuple[str, ...]
 
     @property
+    def verdict(self) -> Verdict:
+        """Whether to trust what is identified from it, and why not."""
+        if self.facts is None:
+            nothing = "; ".join(dict.fromkeys(self.missing.values()))
+            return Verdict("do not use", (error("nothing-found", nothing),))
+        return verdict_of(self.warnings)
+
+    @property
     def undetermined(self) -> tuple[str, ...]:
         """Parameters the motion leaves open for an object of `TYPICAL_SIZE`."""
         return () if self.identifiability is None else tuple(self.identifiability.open)
@@ -135,6 +145,8 @@ class Inspection:
             "warnings",
         )
         out = {name: getattr(self, name) for name in names}
+        out["verdict"] = self.verdict.level
+        out["reasons"] = list(self.verdict.reasons)
         out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}
         out["undetermined"] = (
             None if self.identifiability is None else self.undetermined

@@ -21,6 +21,8 @@ or ``joint_positions``. Further keys are the streams of
   sensor axes.
 - ``names`` of ``joint_positions`` are the joints' names in the URDF.
 - Without ``time``, each row is a static pose; ``time = { rate = 1000 }`` counts rows.
+- ``sensor_pose_in_log = [x, y, z, qx, qy, qz, qw]`` or ``sensor_turned = "z:45"``: the
+  sensor in the frame whose pose is logged, where that is another.
 - The file's layout: ``separator`` (``,`` ``;`` ``|`` ``tab`` ``space``), ``header``
   (the line of the column names, from 1, or false), ``skip`` (lines of units and the
   like after it), ``decimal`` (``.`` or ``,``), and ``nan = "blank"`` where NaN means
@@ -35,6 +37,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.spatial import Array, pose_matrix
 from hefting.logs.layout import (
     LAYOUT_KEYS,
     Layout,
@@ -44,6 +47,7 @@ from hefting.logs.layout import (
     whole,
 )
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
+from hefting.logs.sensor_pose import sensor_turned
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
 MAX_MAP = 1_000_000
@@ -71,6 +75,9 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
 
 KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
 """Keys of a column map that name columns, in the order in which messages list them."""
+
+SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
+"""Keys that say where the sensor is in the logged frame."""
 
 ALLOWED = {
     "time": ("column", "unit", "rate"),
@@ -113,6 +120,8 @@ class ColumnMap:
     quantities: Mapping[str, Quantity]
     """by key"""
     nan_is_blank: bool = False
+    sensor_pose: Array | None = None
+    """(4, 4) of the sensor in the logged frame [m], where that is another"""
 
 
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
@@ -120,7 +129,9 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     unknown or does not fit."""
     content = _load_toml(path)
     for key in content:
-        _check_known(key, (*KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key")
+        _check_known(
+            key, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key"
+        )
     time, unit = (
         _parse_time(content["time"], f"{path}, key time")
         if "time" in content
@@ -139,7 +150,26 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
         unit,
         quantities,
         nan_is_blank(content, path),
+        _sensor_pose(content, path),
     )
+
+
+def _sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
+    """Pose (4, 4) of the sensor in the logged frame; None where the map says none."""
+    given = [key for key in SENSOR_KEYS if key in content]
+    if not given:
+        return None
+    where = f"{path}, key {given[0]}"
+    if len(given) > 1:
+        raise InputError(f"is given beside {given[1]}", where, "give one of them")
+    value = content[given[0]]
+    try:
+        if given[0] == "sensor_turned":
+            return sensor_turned(str(value))
+        return pose_matrix(value)
+    except (InputError, TypeError, ValueError, OverflowError):
+        fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'
+        raise InputError(f"{brief(value)} is no pose", where, fix) from None
 
 
 def _load_toml(path: str | Path) -> dict[str, Any]:

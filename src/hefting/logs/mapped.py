@@ -16,6 +16,7 @@ from hefting.logs.orientations import (
     quaternions,
     split_pose,
 )
+from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.logs.table import (
     Table,
     collect,
@@ -85,6 +86,8 @@ def read_mapped(
         joint_names=names,
         notes=tuple(notes),
     )
+    if column_map.sensor_pose is not None:
+        recording = with_sensor_pose(recording, column_map.sensor_pose)
     if recording.has("wrench") and quantities["wrench"].in_world:
         values = in_sensor_axes(
             recording["wrench"], recording["orientation"], table.source

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import (
@@ -196,6 +196,10 @@ def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) ->
 def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
     """What the user should know of the estimate."""
     doubts = []
+    if estimate.verdict.reasons:
+        first = estimate.verdict.reasons[0]
+        say = warning if estimate.verdict.usable else error
+        doubts.append(say("estimate-doubtful", f"of the estimate: {first}"))
     if estimate.covariance is None:
         others = " and ".join(
             name for name, kind in reversed(METHODS.items()) if kind.gives_covariance

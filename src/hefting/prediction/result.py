@@ -8,6 +8,7 @@ import numpy as np
 
 from hefting.core.estimate_json import json_ready
 from hefting.core.spatial import WRENCH, Array, frozen
+from hefting.core.verdict import Verdict, verdict_of
 from hefting.prediction.agreement import Agreement
 from hefting.prediction.spread import Z95
 
@@ -87,6 +88,12 @@ class Prediction:
         return len(self.time)
 
     @property
+    def verdict(self) -> Verdict:
+        """Whether to trust it: what puts the estimate in doubt is among the
+        warnings."""
+        return verdict_of(self.warnings)
+
+    @property
     def low(self) -> Array | None:
         """(K, 6) lower end of the 95 % band; minus infinity where it is open."""
         return None if self.std is None else self.wrench - Z95 * self.std
@@ -132,6 +139,8 @@ class Prediction:
                 "trajectory": self.trajectory,
                 "method": self.method,
                 "frame": "sensor",
+                "verdict": self.verdict.level,
+                "reasons": list(self.verdict.reasons),
                 "gravity": self.gravity,
                 "motion": self.source,
                 "motion_std": self.motion_std,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
@@ -66,7 +67,12 @@ def estimate_report(
         [name, *(_number(column[i], i) for column in columns.values()), unit]
         for i, (name, unit) in enumerate(zip(names, units, strict=True))
     ]
-    lines = [Line(f"{estimate.method}: what the sensor holds, in sensor axes")]
+    verdict = estimate.verdict
+    lines = [
+        Line(text, "bold" if verdict.level == "good" else "yellow")
+        for text in verdict_lines(verdict)
+    ]
+    lines.append(Line(f"{estimate.method}: what the sensor holds, in sensor axes"))
     lines += _table(["quantity", *columns, "unit"], rows, (0, 3))
     if errors is not None:
         lines.append(
@@ -77,7 +83,8 @@ def estimate_report(
             )
         )
     lines += map(Line, facts(estimate))
-    return lines + [Line(f"warning: {line}", "yellow") for line in estimate.warnings]
+    warnings = other_warnings(estimate.warnings, verdict)
+    return lines + [Line(f"warning: {line}", "yellow") for line in warnings]
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:

@@ -10,7 +10,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report.printing import warning_lines
+from hefting.cli.report.printing import verdict_texts, warning_lines
+from hefting.cli.report.verdict import other_warnings
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
 
@@ -29,7 +30,9 @@ def inspection_report(found: "Inspection") -> Group:
         if found.static
         else f"{found.duration:.4g} s"
     )
+    verdict = found.verdict
     lines: list[RenderableType] = [
+        *verdict_texts(verdict),
         Text(f"{found.log}: {lasts}", style="bold"),
         _streams_table(found),
     ]
@@ -45,7 +48,7 @@ def inspection_report(found: "Inspection") -> Group:
             *(Text(f"  {line}") if isinstance(line, str) else line for line in said),
         ]
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
-    return Group(*lines, *warning_lines(found.warnings))
+    return Group(*lines, *warning_lines(other_warnings(found.warnings, verdict)))
 
 
 def _streams_table(found: "Inspection") -> Table:

@@ -11,7 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.estimate import assumptions
-from hefting.cli.report.printing import warning_lines
+from hefting.cli.report.printing import verdict_texts, warning_lines
+from hefting.cli.report.verdict import other_warnings
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
 from hefting.estimators import VARIANTS, describe_methods, method_named
@@ -63,7 +64,8 @@ def comparison_report(
     for name, following in zip(names, [*names[1:], None], strict=True):
         row = _cells(comparison, name, open_)
         table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
-    lines: list[RenderableType] = [table]
+    best = comparison.results[comparison.recommended]
+    lines: list[RenderableType] = [*verdict_texts(best.verdict), table]
     if errors:
         lines.append(_errors_table(errors))
     lines += _explain_failures(comparison)
@@ -76,8 +78,8 @@ def comparison_report(
             style="bold",
         )
     )
-    best = comparison.results[comparison.recommended]
-    return Group(*lines, *map(Text, assumptions(best)), *warning_lines(best.warnings))
+    warnings = other_warnings(best.warnings, best.verdict)
+    return Group(*lines, *map(Text, assumptions(best)), *warning_lines(warnings))
 
 
 def _comparison_table() -> Table:

@@ -9,7 +9,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report.printing import warning_lines
+from hefting.cli.report.printing import verdict_texts, warning_lines
+from hefting.cli.report.verdict import other_warnings
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.prediction import Agreement, Peak, Prediction
 
@@ -30,7 +31,9 @@ def prediction_report(found: Prediction) -> Group:
         if found.static
         else f"{found.time[-1] - found.time[0]:.4g} s, {count}"
     )
+    verdict = found.verdict
     lines: list[RenderableType] = [
+        *verdict_texts(verdict),
         Text(f"{found.method}: wrench in sensor axes, {lasts} of {found.trajectory}"),
         _table(found),
         *_assumed(found),
@@ -38,7 +41,7 @@ def prediction_report(found: Prediction) -> Group:
     if found.agreement is not None:
         lines += _agreement(found.agreement)
     lines += [Text(f"- {line}") for line in found.notes]
-    return Group(*lines, *warning_lines(found.warnings))
+    return Group(*lines, *warning_lines(other_warnings(found.warnings, verdict)))
 
 
 def _table(found: Prediction) -> Table:

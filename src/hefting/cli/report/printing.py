@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterable
 from rich.console import Console, Group
 from rich.text import Text
 
+from hefting.cli.report.verdict import verdict_lines
+from hefting.core.verdict import Verdict
+
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     """Print on standard output, no wider than the terminal; 100 columns where there is
@@ -17,6 +20,12 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
         if isinstance(line, Text):
             line.plain = render(line.plain)
     Console(highlight=False, width=None if sys.stdout.isatty() else 100).print(report)
+
+
+def verdict_texts(verdict: Verdict) -> list[Text]:
+    """The verdict and its reasons."""
+    style = "bold" if verdict.level == "good" else "yellow"
+    return [Text(line, style=style) for line in verdict_lines(verdict)]
 
 
 def warning_lines(warnings: Iterable[str]) -> list[Text]:

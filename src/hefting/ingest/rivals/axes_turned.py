@@ -16,10 +16,12 @@ import numpy as np
 from hefting.core.spatial import Array, skew, tensor_to_vector, vector_to_tensor
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
+    DAMPING,
     Fitted,
     Rows,
     linear_step,
     normal_equations,
+    unit_lengths,
 )
 from hefting.ingest.rivals.explanation import (
     Build,
@@ -117,7 +119,7 @@ def _quadratic(
     """Q (O, 9, 9) for the rotation's rows one after the other, and the weighted square
     of the wrench (O,)."""
     known, maps = rows.known, rows.maps
-    O, K, z = known.shape
+    O, K, _ = known.shape
     p = maps.shape[2]
     wrench = np.broadcast_to(case.wrench, (O, K, 6))
     both = np.concatenate((known, wrench), axis=2)
@@ -132,8 +134,8 @@ def _quadratic(
             sums = np.einsum("zp,ozj->opj", along, cross[:, :, part : part + 3])
             B[:, :, i, :] += inverse_variance[:, part, None, None] * sums
     B = B.reshape(O, p, 9)
-    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 1e-300))
-    scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(p)
+    length = unit_lengths(normal)
+    scaled = normal / length[:, :, None] / length[:, None, :] + DAMPING * np.eye(p)
     B = B / length[:, :, None]
     Q = np.swapaxes(B, 1, 2) @ np.linalg.solve(scaled, B)
     square = np.einsum("ok,okc,oc->o", weights, wrench**2, inverse_variance)

@@ -60,8 +60,8 @@ def _changes() -> dict[str, Array]:
         j, k = (i + 1) % 3, (i + 2) % 3
         order = np.eye(3)
         order[[j, k]] = order[[k, j]]
-        swap = np.kron(np.eye(2), order)
+        swap = np.array(np.kron(np.eye(2), order), dtype=float)
         found[f"axes {names[j]} and {names[k]} seem to be swapped"] = swap
-    exchanged = np.kron(np.array(((0.0, 1.0), (1.0, 0.0))), np.eye(3))
+    exchanged = np.roll(np.eye(6), 3, axis=0)
     found["force and torque seem to be swapped"] = exchanged
     return found

@@ -20,9 +20,10 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         "the wrench seems to be in the axes of the robot's base",
-        "log it in sensor axes, or turn it by the logged orientation",
+        'log it in sensor axes, or say axes = "world" of the wrench in a column map',
         fitted,
         0,
+        argument="column_map",
     )
 
 

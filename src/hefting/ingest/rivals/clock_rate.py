@@ -1,5 +1,7 @@
 """One clock runs fast: the poses' against the wrench's."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from hefting.core.spatial import Array
@@ -50,8 +52,6 @@ def _coarse(case: Case) -> tuple[float, float]:
     rates, offsets = (x.ravel() for x in np.meshgrid(RATES, OFFSETS, indexing="ij"))
     # a third of the samples is enough to begin with
     some = slice(None, None, 3)
-    from dataclasses import replace
-
     thin = replace(case, time=case.time[some], wrench=case.wrench[some])
     motion = thin.motion_at(_times(case, rates, offsets)[:, some])
     best = fit_rows(thin, newton_euler(thin, motion)).best

@@ -11,11 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 from hefting.ingest.rivals.case import Case
 
 ITERATIONS = 6
 """Reweightings of a robust fit."""
+DAMPING = 1e-9
+"""Added to the diagonal of normal equations that were scaled to ones there: it keeps
+what the motion leaves undetermined finite."""
 DEGREES_OF_FREEDOM = 3.0
 """Degrees of freedom of the Student t distribution of a sample's residual."""
 
@@ -58,7 +61,11 @@ class Fitted:
 
 
 def with_bias(
-    case: Case, known: Array, maps: Array, used: Array, wrench: Array | None = None
+    case: Case,
+    known: Array,
+    maps: Array,
+    used: Array | Mask,
+    wrench: Array | None = None,
 ) -> Rows:
     """Rows with the bias of a case among the unknowns, after the others."""
     functions = case.bias_functions
@@ -77,7 +84,7 @@ def with_bias(
 def fit_rows(case: Case, rows: Rows) -> Fitted:
     """Robust least squares of each alternative, by iterative reweighting."""
     known, maps, used = rows.known, rows.maps, rows.used
-    O, K, z = known.shape
+    O, K, _ = known.shape
     wrench = case.wrench[None] if rows.wrench is None else rows.wrench
     wrench = np.broadcast_to(wrench, (O, K, 6))
     both = np.concatenate((known, wrench), axis=2)
@@ -111,11 +118,17 @@ def _solve(both: Array, maps: Array, weights: Array, scale: Array) -> Array:
     """(O, p) weighted least squares, of known rows with the wrench behind them
     (O, K, z + 6)."""
     normal, right = normal_equations(both, maps, weights, scale)
-    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
-    length = np.where(length > 1e-150, length, 1.0)
+    length = unit_lengths(normal)
     scaled = normal / length[:, :, None] / length[:, None, :]
-    scaled = scaled + 1e-9 * np.eye(normal.shape[1])
+    scaled = scaled + DAMPING * np.eye(normal.shape[1])
     return np.linalg.solve(scaled, (right / length)[:, :, None])[:, :, 0] / length
+
+
+def unit_lengths(normal: Array) -> Array:
+    """(O, p) scales of the unknowns of normal matrices (O, p, p): one where the data do
+    not depend on an unknown."""
+    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
+    return np.where(length > 1e-150, length, 1.0)
 
 
 def normal_equations(
@@ -198,8 +211,8 @@ def linear_step(
     normal, right = normal_equations(
         both, maps, fitted.weights[part], fitted.scale[part]
     )
-    length = np.sqrt(np.maximum(normal[0].diagonal(), 1e-300))
-    scaled = normal[0] / length / length[:, None] + 1e-9 * np.eye(p + q)
+    length = unit_lengths(normal)[0]
+    scaled = normal[0] / length / length[:, None] + DAMPING * np.eye(p + q)
     inverse = np.linalg.inv(scaled) / length / length[:, None]
     change = (inverse @ right[0])[p:]
     return Step(change, inverse[p:, p:] * correlation(fitted, index))

@@ -7,6 +7,7 @@ imperfections, which any unknown explains a little of, are not named: of the rec
 of three real sensors the best mistake explains a third at most.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,5 +169,5 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
         since = case.time - case.time.mean()
         found += [lever, (since[:, None] * rate)[:, :, None], rate[:, :, None]]
     ends = np.cumsum([0] + [part.shape[2] for part in found])
-    groups = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    groups = [slice(a, b) for a, b in itertools.pairwise(ends)]
     return np.concatenate(found, axis=2), groups

@@ -12,10 +12,11 @@ def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
     them."""
     if case.path.kind in ("columns", "accelerometer"):
         return None
-    if case.path.moves:
-        path = path_of(recording, "auto", case.gravity)
-    else:
-        path = static_path(recording)
+    path = (
+        path_of(recording, "auto", case.gravity)
+        if case.path.moves
+        else static_path(recording)
+    )
     if path is None:
         return None
     other = case.with_path(recording, path)

@@ -25,8 +25,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     names, rows = _rows(case)
     fitted = fit_rows(case, rows)
-    order, bandwidth = names[fitted.best]
-    del order
+    _, bandwidth = names[fitted.best]
     what = (
         f"the wrench seems to be low-pass filtered at some {bandwidth:.2g} Hz, which "
         "weakens and delays what the motion needs"
@@ -51,7 +50,7 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
         for bandwidth in BANDWIDTHS:
             if bandwidth > 0.4 * rate:
                 continue
-            b, a = butter(order, bandwidth / (0.5 * rate))
+            b, a = butter(order, bandwidth / (0.5 * rate))[:2]  # type: ignore[index]
             smooth = features[0] + np.asarray(
                 lfilter(b, a, features - features[0], axis=0)
             )

@@ -1,0 +1,92 @@
+"""The sensor in the logged frame: poses of a flange, or of any frame that moves with the
+sensor, become those of the sensor."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, check_pose
+
+MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
+"""Streams that are of one point of the moving frame, in world axes."""
+
+
+def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
+    """The recording with the poses of the sensor in the place of the logged frame's.
+
+    Parameters
+    ----------
+    recording : Recording
+        With an orientation. Wrench, gyroscope and accelerometer are in axes of their
+        own, and stay.
+    pose : ArrayLike
+        (4, 4) constant pose of the sensor in the logged frame [m].
+
+    Returns
+    -------
+    Recording
+        Without logged velocities and accelerations of the frame's origin where the
+        sensor is elsewhere: they are found from the poses then.
+
+    Raises
+    ------
+    InputError
+        If the pose is no rigid motion, or the recording has no orientation.
+    """
+    matrix = check_pose(pose)
+    orientation = recording["orientation"]
+    from scipy.spatial.transform import Rotation
+
+    turned = Rotation.from_quat(np.array(orientation.values))
+    there = turned * Rotation.from_matrix(matrix[:3, :3])
+    streams = dict(recording.streams)
+    streams["orientation"] = replace(orientation, values=there.as_quat())
+    arm = matrix[:3, 3]
+    if arm.any():
+        for name in MOTION_OF_A_POINT:
+            streams.pop(name, None)
+        if "position" in streams:
+            position = streams["position"]
+            axes = _orientations_at(orientation, position.time)
+            streams["position"] = replace(
+                position, values=position.values + axes.apply(arm)
+            )
+    return replace(recording, streams=streams)
+
+
+def _orientations_at(orientation: Stream, time: Array) -> Any:
+    """Orientations (K,) at times (K,) [s], on the great circle between the two next to
+    each; those at the ends beyond them."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    all_of = Rotation.from_quat(np.array(orientation.values))
+    if len(orientation) == 1 or np.array_equal(time, orientation.time):
+        return all_of
+    inside = np.clip(time, orientation.time[0], orientation.time[-1])
+    return Slerp(np.array(orientation.time), all_of)(inside)
+
+
+def sensor_turned(text: str) -> Array:
+    """Pose (4, 4) of a sensor that is turned about one axis of the logged frame, from a
+    text such as ``"z:45"``: the axis, and degrees.
+
+    Raises `InputError` for another text.
+    """
+    axis, _, degrees = text.strip().partition(":")
+    try:
+        angle = np.radians(float(degrees))
+    except ValueError:
+        angle = np.nan
+    if axis not in ("x", "y", "z") or not abs(angle) <= 2.0 * np.pi:
+        raise InputError(
+            f"'{text[:40]}' is no turn", fix="give an axis and degrees, as in z:45"
+        )
+    from scipy.spatial.transform import Rotation
+
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler(axis, angle).as_matrix()
+    return pose
