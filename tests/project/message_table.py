@@ -8,7 +8,13 @@ import re
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[2] / "src" / "hefting"
-MAKERS = {"note": "note", "warning": "warning"}
+MAKERS = {
+    "note": "note",
+    "warning": "warning",
+    "error": "error",
+    "Explanation": "warning or error",
+}
+"""Functions that make messages, and their severity."""
 LONGEST = 160
 """Characters of a text that the table shows."""
 
@@ -39,6 +45,11 @@ def messages() -> list[tuple[str, str, str, str]]:
     for path in sorted(SOURCE.rglob("*.py")):
         package = path.relative_to(SOURCE).parts[0]
         tree = ast.parse(path.read_text())
+        constants = {
+            node.targets[0].id: node.value
+            for node in tree.body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+        }
         for function in ast.walk(tree):
             if not isinstance(function, ast.FunctionDef):
                 continue
@@ -55,7 +66,7 @@ def messages() -> list[tuple[str, str, str, str]]:
                     and node.func.id in MAKERS
                 ):
                     continue
-                names = {
+                names = constants | {
                     name: value
                     for line, name, value in sorted(assigned, key=lambda a: a[0])
                     if line <= node.lineno

@@ -24,7 +24,6 @@ NO_DOUBT = frozenset(
         "too-few-samples",
         "gravity-only",
         "gravity-measured",
-        "accuracy-not-reached",
         # what a log or its reader left out, or a format assumes
         "columns-blank",
         "columns-ignored",

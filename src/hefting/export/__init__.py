@@ -105,8 +105,8 @@ def export(
         unchanged.
     link : name of the link (of the body, in MJCF) in that file.
     name : name of the body in a file of its own; one printable line.
-    accept : whether to write an estimate whose verdict is not to use it. JSON and CSV
-        hold the verdict, and are written anyway.
+    accept : whether to write an estimate whose verdict is not to use it. JSON holds the
+        verdict, and is written anyway.
 
     Raises `InputError` for an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
@@ -119,6 +119,11 @@ def export(
         )
     chosen = REGISTRY[target]
     _check_arguments(chosen, into, link, name)
+    if not (estimate.verdict.usable or chosen.is_read_back or accept):
+        raise InputError(
+            f"the estimate is not to be used: {estimate.verdict.reasons[0]}",
+            fix="identify it again, or give `accept` to write it as it is",
+        )
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
         return Exported(
@@ -127,11 +132,6 @@ def export(
             () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
         )
 
-    if not (estimate.verdict.usable or accept):
-        raise InputError(
-            f"the estimate is not to be used: {estimate.verdict.reasons[0]}",
-            fix="identify it again, or give `accept` to write it as it is",
-        )
     body = Body.from_parameters(estimate.parameters, name, "sensor")
     if sensor_pose_in_flange is not None:
         body = body.moved(sensor_pose_in_flange, "flange")

@@ -48,7 +48,7 @@ whole number of degrees."""
 
 def explain(case: Case) -> Explanation | None:
     """The best rotation, with its standard deviation."""
-    R, fitted, covariance = _rotation(case)
+    R, fitted, covariance = rotation_of(case)
     std = covariance + 0.5 * CROSS_TALK**2 * np.eye(3)
     angle, axis = _angle_axis(R)
     known = float(np.sqrt(axis @ std @ axis))
@@ -75,7 +75,7 @@ def _in_sensor_axes(vector: Array, R: Array) -> Array:
     return np.concatenate((vector[:1], R.T @ vector[1:4], tensor_to_vector(J)))
 
 
-def _rotation(case: Case) -> tuple[Array, Fitted, Array]:
+def rotation_of(case: Case) -> tuple[Array, Fitted, Array]:
     """Rotation (3, 3) from sensor to logged axes, its fit, and the covariance (3, 3) of
     the rotation vector."""
     from scipy.spatial.transform import Rotation

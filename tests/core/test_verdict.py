@@ -1,0 +1,65 @@
+"""The verdict: whether to trust an estimate."""
+
+import pytest
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import error, note, warning
+from hefting.core.verdict import NO_DOUBT, verdict_of
+from hefting.export import TARGETS, export
+
+TURNED = error("axes-turned", "the axes are turned: give `sensor_turned`='z:5'")
+DOUBT = warning("sign-uncertain", "the sign is uncertain")
+
+
+def test_errors_outweigh_doubts_and_notes_are_none():
+    assert verdict_of([]).level == "good"
+    assert verdict_of([note("clock-offset", "late")]).level == "good"
+    assert verdict_of([warning("no-shape", "none")]).level == "good"
+    assert verdict_of([DOUBT]).level == "usable with care"
+    found = verdict_of([DOUBT, TURNED])
+    assert (found.level, found.reasons) == ("do not use", (TURNED, DOUBT))
+    assert not found.usable
+
+
+def test_a_warning_without_a_code_gives_doubt():
+    assert verdict_of(["something is odd"]).level == "usable with care"
+
+
+def test_codes_without_doubt_are_codes_of_the_source():
+    """A code that no longer exists would hide nothing, and is not listed."""
+    import sys
+    from pathlib import Path
+
+    sys.path.append(str(Path(__file__).parents[1] / "project"))
+    from message_table import messages
+
+    assert {code for code, *_ in messages()} >= NO_DOUBT
+
+
+@pytest.fixture
+def doubtful():
+    body = InertialParameters.from_points(
+        [[0, 0, 0.1], [0.1, 0, 0], [0, 0.1, 0]], [1] * 3
+    )
+    return Estimate("OLS", body, 100, warnings=(TURNED, DOUBT))
+
+
+def test_it_survives_a_file(doubtful, tmp_path):
+    doubtful.save(tmp_path / "e.json")
+    assert Estimate.load(tmp_path / "e.json").verdict == doubtful.verdict
+    data = doubtful.to_dict()
+    assert (data["verdict"], data["reasons"]) == ("do not use", [TURNED, DOUBT])
+
+
+@pytest.mark.parametrize("target", sorted(set(TARGETS) - {"json"}))
+def test_what_is_not_to_be_used_is_not_exported(doubtful, target):
+    with pytest.raises(InputError, match="not to be used: the axes are turned"):
+        export(doubtful, target)
+    accepted = export(doubtful, target, accept=True).text
+    assert "do not use" in accepted or target == "csv"  # whose columns are fixed
+
+
+def test_json_holds_it_anyway(doubtful):
+    assert '"verdict": "do not use"' in export(doubtful, "json").text
