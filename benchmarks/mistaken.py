@@ -219,14 +219,12 @@ def _play(share: float) -> Change:
     range."""
 
     def make(given: Given, rng: np.random.Generator) -> Given:
-        def follow(_: Array, w: Array) -> Array:
-            half = 0.5 * share * np.ptp(w, axis=0)
-            out = w.copy()
-            for k in range(1, len(w)):
-                out[k] = np.clip(out[k - 1], w[k] - half, w[k] + half)
-            return out
-
-        return given.wrench(follow)
+        load = given.wrench_of(given.truth.vector)
+        half = 0.5 * share * np.ptp(load, axis=0)
+        shown = load.copy()
+        for k in range(1, len(load)):
+            shown[k] = np.clip(shown[k - 1], load[k] - half, load[k] + half)
+        return given.wrench(lambda _, w: w + shown - load)
 
     return make
 
@@ -637,7 +635,7 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "cross-talk",
-        _named("gain-uneven", "axes-turned", "unexplained"),
+        _named("cross-talk", "gain-uneven", "axes-turned", "unexplained"),
         {f"{s:.0%}": _cross_talk(s) for s in (0.01, 0.03, 0.10)},
     )
     add(
@@ -783,13 +781,13 @@ def mistakes() -> list[Mistake]:
     add("another mesh", wrong_shape, {"": _another_shape}, needs_shape=True)
     add(
         "accelerometer in g",
-        _named("accelerometer-unit"),
+        _named("accelerometer-contradicts-poses"),
         {"": _imu("accelerometer", 1 / 9.80665)},
         imu=True,
     )
     add(
         "gyroscope in °/s",
-        _named("gyroscope-unit"),
+        _named("gyroscope-contradicts-poses"),
         {"": _imu("gyroscope", 180 / np.pi)},
         imu=True,
     )

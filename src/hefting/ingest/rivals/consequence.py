@@ -81,7 +81,8 @@ def _named(judged: Judged, named: Explanation) -> Message:
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)
     said = f"{named.what}: {named.fix}"
-    if not (mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE):
+    large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
+    if not (large and judged.certain):
         return warning(named.code, said, named.argument)
     effects = []
     if mass > LARGE_MASS_CHANGE:

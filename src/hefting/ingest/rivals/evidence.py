@@ -216,3 +216,10 @@ def linear_step(
     inverse = np.linalg.inv(scaled) / length / length[:, None]
     change = (inverse @ right[0])[p:]
     return Step(change, inverse[p:, p:] * correlation(fitted, index))
+
+
+def without_bias(fitted: Fitted) -> Array:
+    """(K, 6) wrench of the ten parameters alone, of the first alternative."""
+    rows = fitted.rows
+    columns = np.einsum("zcp,p->zc", rows.maps[:, :, :10], fitted.solution[0, :10])
+    return rows.known[0] @ columns

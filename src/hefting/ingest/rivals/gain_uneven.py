@@ -3,9 +3,8 @@ from another mass."""
 
 import numpy as np
 
-from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, linear_step
+from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step, without_bias
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "gain-uneven"
@@ -24,11 +23,8 @@ def explain(case: Case) -> Explanation | None:
     gains, covariance = np.zeros(4), np.eye(4)
     fitted = fit_rows(case, rows)
     for _ in range(STEPS):
-        predicted = case.wrench - fitted.residual[0]
-        object_alone = _without_bias(fitted)
-        columns = np.einsum("kc,cj->kcj", object_alone, CONTRASTS)
+        columns = np.einsum("kc,cj->kcj", without_bias(fitted), CONTRASTS)
         step = linear_step(fitted, 0, columns)
-        del predicted
         gains, covariance = gains + step.change, step.covariance
         maps = rows.maps.copy()
         maps[:, :, :10] *= (1.0 + CONTRASTS @ gains)[None, :, None]
@@ -50,10 +46,3 @@ def explain(case: Case) -> Explanation | None:
         rarity=2.0,
         effect=float(np.sqrt(gains @ np.linalg.solve(C, gains))),
     )
-
-
-def _without_bias(fitted: Fitted) -> Array:
-    """(K, 6) wrench of the object alone."""
-    rows = fitted.rows
-    columns = np.einsum("zcp,p->zc", rows.maps[:, :, :10], fitted.solution[0, :10])
-    return rows.known[0] @ columns

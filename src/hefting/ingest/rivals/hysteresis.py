@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_rows
+from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "hysteresis"
@@ -19,26 +19,33 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest play."""
     if not case.path.moves:
         return None
-    _, offset = over_offsets(case, lambda motion: newton_euler(case, motion))
-    rows = newton_euler(case, case.motion_at(case.time[None] - offset))
+    _, late = over_offsets(case, lambda motion: newton_euler(case, motion))
+    # play looks like a delay, which the recording as given may have taken it for
+    offsets = np.unique((0.0, 0.5 * late, late))
+    rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))
     fitted = fit_rows(case, rows)
-    index = 0
-    load = case.wrench - fitted.residual[0]
+    load = case.wrench - fitted.residual[fitted.best]
+    share = 0.0
     for _ in range(PASSES):
-        lag = np.array([_lag(load, share) for share in SHARES])
-        wrench = case.wrench - lag
-        O = len(SHARES)
-        known = np.broadcast_to(rows.known, (O, *rows.known.shape[1:]))
-        used = np.broadcast_to(rows.used, (O, rows.used.shape[1]))
-        fitted = fit_rows(case, Rows(known, rows.maps, used, wrench))
-        index = fitted.best
-        load = wrench[index] - fitted.residual[index]
+        lags = np.array([_lag(load, share) for share in SHARES])
+        fitted, share, load = _fit(case, rows, lags)
     what = (
-        f"the sensor seems to follow the load with some {100.0 * SHARES[index]:.2g} % of "
+        f"the sensor seems to follow the load with some {100.0 * share:.2g} % of "
         "play or hysteresis"
     )
     fix = "check how it is mounted, and its cable"
     return Explanation(CODE, what, fix, fitted, 1, rarity=2.0)
+
+
+def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
+    """The fits less each of the lags (S, K, 6) at each of the O offsets, the likeliest
+    share, and the load (K, 6) that follows."""
+    O, S = len(rows.known), len(SHARES)
+    wrench = np.repeat(case.wrench - lags, O, axis=0)
+    known, used = np.tile(rows.known, (S, 1, 1)), np.tile(rows.used, (S, 1))
+    fitted = fit_rows(case, Rows(known, rows.maps, used, wrench))
+    best = fitted.best
+    return fitted, float(SHARES[best // O]), wrench[best] - fitted.residual[best]
 
 
 def _lag(load: Array, share: float) -> Array:

@@ -32,14 +32,16 @@ FEWEST_SAMPLES = 12
 CLEAR_UNEXPLAINED = 0.5
 """Log-likelihood of a sample that is missing to noise alone, from which on all
 explanations are tried."""
-CLEAR_SCORE = 40.0
+CLEAR_SCORE = 25.0
 """Improvement of the weighted square by small mistakes, in independent samples, from
 which on all explanations are tried."""
 LARGE_UNEXPLAINED = 0.1
 """Residual over the wrench's changes from which on mistakes of poses are tried."""
 CLEAR_EVIDENCE = 12.0
-"""Log of the ratio of likelihoods, unknowns counted, from which on a mistake is
-named."""
+"""Log of the ratio of likelihoods, unknowns counted, from which on a mistake is beyond
+doubt."""
+POSSIBLE_EVIDENCE = 5.0
+"""The same from which on it is possible enough to be told."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
@@ -57,6 +59,8 @@ class Judged:
     """the mistake that explains the recording far better"""
     given: Explanation | None = None
     """the recording as given, where mistakes were tried"""
+    certain: bool = False
+    """whether the mistake is beyond doubt"""
 
 
 def judge(case: Case) -> Judged:
@@ -77,9 +81,10 @@ def judge(case: Case) -> Judged:
     if not tried:
         return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
-    if is_beyond_doubt(case, given, best):
-        return Judged(share, best, given)
-    return Judged(share, None, given)
+    if not _is_told(case, given, best):
+        return Judged(share, None, given)
+    certain = evidence(case, given, best) > CLEAR_EVIDENCE
+    return Judged(share, best, given, certain)
 
 
 def evidence(case: Case, given: Explanation, other: Explanation) -> float:
@@ -91,9 +96,9 @@ def evidence(case: Case, given: Explanation, other: Explanation) -> float:
     return gain - 0.5 * other.unknowns * float(np.log(samples)) - other.rarity
 
 
-def is_beyond_doubt(case: Case, given: Explanation, other: Explanation) -> bool:
+def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
     """Whether a mistake is to be named."""
-    if not evidence(case, given, other) > CLEAR_EVIDENCE:
+    if not evidence(case, given, other) > POSSIBLE_EVIDENCE:
         return False
     if other.effect is not None and not other.effect > 3.0:
         return False
