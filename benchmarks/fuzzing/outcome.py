@@ -41,8 +41,6 @@ def run_command(words: Sequence[str]) -> Outcome:
                 main()
             except SystemExit as stop:
                 status = stop.code or 0
-    except MemoryError as error:
-        return Outcome(-1, f"MemoryError {place_of(error)}", _trace(error))
     except BaseException as error:
         kind = f"{type(error).__name__} {place_of(error)}"
         return Outcome(-1, kind, _trace(error))
@@ -63,8 +61,12 @@ def _judge(
         name = "/".join(first.filename.split("/")[-2:])
         kind = f"{first.category.__name__} {name}:{first.lineno}"
         return Outcome(status, kind, str(first.message))
+    if not _is_printable(out):
+        return Outcome(status, "output that controls a terminal", out)
     if status == 0:
         return Outcome(0)
+    if "not enough memory" in err:
+        return Outcome(status, "memory", err)
     lines = err.splitlines()
     last = lines[-1] if lines else ""
     if not last.startswith("hefting: ") or len(lines) > 1 or out:
@@ -72,6 +74,10 @@ def _judge(
     if len(last) > LONGEST_LINE or not last.isprintable():
         return Outcome(status, "error that cannot be read", last)
     return Outcome(status)
+
+
+def _is_printable(text: str) -> bool:
+    return text.replace("\n", "").replace("\t", "").isprintable()
 
 
 def place_of(error: BaseException) -> str:

@@ -34,9 +34,9 @@ LOG = (
 """What is done with a log that `inspect` could read: one of these."""
 
 SHAPE = (
-    "identify {folder}/static.csv --shape {file} --unit mm",
+    "identify {folder}/static.csv --shape {file} --unit m",
     "identify {folder}/static.csv --shape {file} --method PMD --json",
-    "identify {folder}/static.csv --shape {file} --method GEO --unit cm",
+    "identify {folder}/static.csv --shape {file} --method GEO",
 )
 """What is done with a shape: one of these."""
 
@@ -50,6 +50,12 @@ class Reader:
     """one of these commands reads every file"""
     then: tuple[str, ...] = ()
     """one of these follows where the first could, half of the time"""
+
+
+def _into(target: str, link: str) -> Reader:
+    """Files into which an estimate is put."""
+    command = f"export {{folder}}/estimate.json --to {target} --into {{file}} --link {link}"
+    return Reader(XML * 6 + TEXT, (command,))
 
 
 READERS = {
@@ -108,14 +114,9 @@ READERS = {
             "predict {folder}/estimate.json {folder}/joints.csv --urdf {file} --sensor-frame tool0",
         ),
     ),
-    "into": Reader(
-        XML * 6 + TEXT,
-        (
-            "export {folder}/estimate.json --to urdf --into {file} --link tool0",
-            "export {folder}/estimate.json --to mjcf --into {file} --link object",
-            "export {folder}/estimate.json --to sdf --into {file} --link object",
-        ),
-    ),
+    "into-urdf": _into("urdf", "tool0"),
+    "into-mjcf": _into("mjcf", "object"),
+    "into-sdf": _into("sdf", "object"),
     "mesh": Reader(TEXT + BYTES + (glb_scene,) * 5, SHAPE),
     "cloud": Reader(TEXT + BYTES + (npy_header,) * 5, SHAPE),
     "options": Reader(TEXT, ()),

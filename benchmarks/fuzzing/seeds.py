@@ -31,18 +31,20 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "csv": _read(folder, "log.csv", "exact.csv", "static.csv", "rates.csv"),
         "mapped": [*_read(folder, "robot.csv")],
         "parquet": _read(folder, "log.parquet", "rates.parquet"),
-        "ur": _ur_records(),
+        "ur": [*_read(folder, "ur.csv"), *_ur_records()],
         "bag": [*_read(folder, "log.bag"), *_bags(folder, "ros1-bz2.bag", "ros1-lz4.bag")],
         "mcap": [*_read(folder, "log.mcap"), *_bags(folder, "bare.mcap", "bare-storage.mcap")],
         "db3": [*_storage(folder), *_bags(folder, "bare.db3")],
         "folder": _folders(folder),
-        "estimate": _read(folder, "estimate.json", "ols.json"),
+        "estimate": _read(folder, "estimate.json", "ols.json", "tool.json"),
         "truth": _read(folder, "truth.json"),
         "bias": _read(folder, "bias.json"),
         "pose": _read(folder, "pose.json", "matrix.json"),
         "toml": _read(folder, "robot.toml"),
         "urdf": _read(folder, "robot.urdf"),
-        "into": _read(folder, "robot.urdf", "body.xml", "body.sdf"),
+        "into-urdf": _read(folder, "robot.urdf"),
+        "into-mjcf": _read(folder, "body.xml"),
+        "into-sdf": _read(folder, "body.sdf"),
         "mesh": _meshes(),
         "cloud": _clouds(),
         "options": [Seed("words.txt", line.encode()) for line in OPTIONS],
@@ -71,7 +73,7 @@ def _make_logs(folder: Path) -> None:
     from hefting.core.measurements import NOISE_LEVELS
     from hefting.core.recording import Recording, Stream
     from hefting.export import export
-    from hefting.identification import identify
+    from hefting.identification import calibrate, identify
     from hefting.logs import write_log
     from hefting.simulation import UR5, simulate, sinusoids, truth
     from urdfs import UR5_URDF
@@ -98,7 +100,11 @@ def _make_logs(folder: Path) -> None:
     (folder / "robot.urdf").write_text(UR5_URDF)
     (folder / "robot.csv").write_bytes(_foreign(log))
     (folder / "robot.toml").write_text(COLUMN_MAP)
+    (folder / "ur.csv").write_bytes(_ur_record(log))
 
+    light = InertialParameters.from_com(0.4, (0.0, 0.0, 0.03), 2e-4 * np.eye(3))
+    gripper = simulate(motion, light, noise=noise)
+    calibrate(gripper).save(folder / "tool.json")
     found = identify(log).estimate
     found.save(folder / "estimate.json")
     identify(log, method="OLS").estimate.save(folder / "ols.json")
@@ -144,6 +150,20 @@ def _foreign(log) -> bytes:
     )
     names = "ts,x,y,z,A,B,C," + ",".join(f"ft_{i}" for i in range(6))
     out = io.StringIO()
+    np.savetxt(out, table, delimiter=",", header=names, comments="", fmt="%.9g")
+    return out.getvalue().encode()
+
+
+def _ur_record(log) -> bytes:
+    """A log as a real-time record of a UR robot."""
+    from scipy.spatial.transform import Rotation
+
+    turned = Rotation.from_quat(np.array(log["orientation"].values)).as_rotvec()
+    parts = (log["wrench"].time[:, None], log["position"].values, turned)
+    fields = [f"{field}_{i}" for field in ("actual_TCP_pose", "ft_raw_wrench") for i in range(6)]
+    out = io.StringIO()
+    table = np.column_stack((*parts, log["wrench"].values))
+    names = ",".join(("timestamp", *fields))
     np.savetxt(out, table, delimiter=",", header=names, comments="", fmt="%.9g")
     return out.getvalue().encode()
 
