@@ -29,7 +29,7 @@ def main() -> None:
 
     from benchmarks.fuzzing.readers import READERS
     from benchmarks.fuzzing.seeds import make_seeds
-    from benchmarks.fuzzing.workers import Failure, Tally, run_jobs
+    from benchmarks.fuzzing.workers import Failure, Fuzzer, Tally
 
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.fuzz", description=main.__doc__
@@ -51,7 +51,7 @@ def main() -> None:
         folder = Path(text)
         seeds = make_seeds(folder)
         (folder / "seeds.pickle").write_bytes(pickle.dumps(seeds))
-        for (name, index), outcome in run_jobs(jobs, a.seed, folder, a.jobs):
+        for (name, index), outcome in Fuzzer(a.seed, folder).outcomes(jobs, a.jobs):
             status, kind, details, seconds, memory = outcome
             tally = tallies[name]
             tally.files += 1

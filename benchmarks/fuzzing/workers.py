@@ -2,13 +2,12 @@
 hangs or dies is replaced."""
 
 import multiprocessing
-import os
 import resource
 import shutil
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -22,6 +21,10 @@ LONGEST = 10.0
 
 Job = tuple[str, int]
 """A reader, and the number of a file."""
+
+
+Run = Callable[[str, list, int, int, Path, Path], tuple[int, str, str]]
+"""Makes one mutated file and lets commands read it; `run_case` is one."""
 
 
 @dataclass(frozen=True)
@@ -61,40 +64,58 @@ class _Worker:
     current: Job | None = None
     since: float = 0.0
 
-    @property
-    def is_late(self) -> bool:
+    def is_late(self, longest: float) -> bool:
         """Whether it has read one file for too long."""
-        return self.current is not None and time.monotonic() - self.since > LONGEST
+        return self.current is not None and time.monotonic() - self.since > longest
 
 
-def run_jobs(
-    jobs: list[Job], seed: int, folder: Path, count: int = 1
-) -> Iterator[tuple[Job, tuple]]:
-    """Outcomes of the jobs (reader, index), as they come, of `count` processes.
+@dataclass(frozen=True)
+class Fuzzer:
+    """How jobs are run: by `run`, each for at most `longest` seconds."""
 
-    An outcome is the status, the kind of a failure (empty for none), its details, the
-    time [s] and the most memory of the process [bytes].
-    """
-    shares = [jobs[i::count][::-1] for i in range(count)]
-    workers = [_start(share, seed, folder) for share in shares if share]
-    while workers:
-        ready = wait([worker.connection for worker in workers], timeout=0.5)
-        for worker in list(workers):
-            if worker.connection in ready:
-                ended = not (yield from _receive(worker))
-            else:
-                ended = worker.is_late
-            if not ended:
-                continue
-            late = worker.is_late
-            worker.process.kill()
-            worker.process.join()
-            workers.remove(worker)
-            if worker.current:
-                kind = "hang" if late else f"crash ({worker.process.exitcode})"
-                yield worker.current, (-1, kind, "", LONGEST, 0)
-            if worker.jobs:
-                workers.append(_start(worker.jobs, seed, folder))
+    seed: int
+    folder: Path
+    """where what is read beside the files is, and their seeds"""
+    run: Run | None = None
+    """by default `run_case`"""
+    longest: float = LONGEST
+
+    def outcomes(self, jobs: list[Job], count: int = 1) -> Iterator[tuple[Job, tuple]]:
+        """Outcomes of the jobs as they come, of `count` processes.
+
+        An outcome is the status, the kind of a failure (empty for none), its details,
+        the time [s] and the most memory of the process [bytes].
+        """
+        shares = [jobs[i::count][::-1] for i in range(count)]
+        workers = [self._start(share) for share in shares if share]
+        while workers:
+            ready = wait([worker.connection for worker in workers], timeout=0.5)
+            for worker in list(workers):
+                late = worker.is_late(self.longest)
+                if worker.connection in ready:
+                    late, ended = False, not (yield from _receive(worker))
+                else:
+                    ended = late
+                if not ended:
+                    continue
+                worker.process.kill()
+                worker.process.join()
+                workers.remove(worker)
+                if worker.current:
+                    kind = "hang" if late else f"crash ({worker.process.exitcode})"
+                    yield worker.current, (-1, kind, "", self.longest, 0)
+                if worker.jobs:
+                    workers.append(self._start(worker.jobs))
+
+    def _start(self, jobs: list[Job]) -> _Worker:
+        mine, theirs = multiprocessing.Pipe()
+        context = multiprocessing.get_context("spawn")
+        process = context.Process(
+            target=_work, args=(theirs, jobs[::-1], self), daemon=True
+        )
+        process.start()
+        theirs.close()
+        return _Worker(process, mine, jobs)
 
 
 def _receive(worker: _Worker) -> Generator[tuple[Job, tuple], None, bool]:
@@ -114,26 +135,13 @@ def _receive(worker: _Worker) -> Generator[tuple[Job, tuple], None, bool]:
     return True
 
 
-def _start(jobs: list[Job], seed: int, folder: Path) -> _Worker:
-    mine, theirs = multiprocessing.Pipe()
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(
-        target=_work, args=(theirs, jobs[::-1], seed, folder), daemon=True
-    )
-    process.start()
-    theirs.close()
-    return _Worker(process, mine, jobs)
-
-
-def _work(
-    connection: Connection, jobs: list[Job], seed: int, folder: Path
-) -> None:
+def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
     """Read the files of some jobs, in a process of its own."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     import pickle
 
     from benchmarks.fuzzing.outcome import run_command
 
+    folder, run = fuzzer.folder, fuzzer.run or run_case
     seeds = pickle.loads((folder / "seeds.pickle").read_bytes())
     for words in (
         ["identify", "static.csv", "--shape", "box.stl"],
@@ -146,9 +154,9 @@ def _work(
     for name, index in jobs:
         connection.send(None)
         began = time.monotonic()
-        status, kind, details = run_case(name, seeds[name], seed, index, folder, place)
+        outcome = run(name, seeds[name], fuzzer.seed, index, folder, place)
         peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        connection.send((status, kind, details, time.monotonic() - began, peak))
+        connection.send((*outcome, time.monotonic() - began, peak))
     connection.close()
 
 
