@@ -45,6 +45,14 @@ STATEMENTS = (
 """Changes of a ROS 2 bag's tables; ``{n}`` is an odd number."""
 
 
+UNCONSTRAINED = "".join(
+    f"CREATE TABLE other AS SELECT * FROM {table}; DROP TABLE {table};"
+    f"ALTER TABLE other RENAME TO {table};"
+    for table in ("messages", "topics")
+)
+"""Makes the tables anew, without the constraints on what their cells may hold."""
+
+
 def sqlite_rows(data: bytes, rng: np.random.Generator) -> bytes:
     """An SQLite file after one to three of the `STATEMENTS`."""
     with tempfile.TemporaryDirectory() as folder:
@@ -52,6 +60,8 @@ def sqlite_rows(data: bytes, rng: np.random.Generator) -> bytes:
         path.write_bytes(data)
         database = sqlite3.connect(path, isolation_level=None)
         try:
+            if rng.random() < 0.7:
+                database.executescript(UNCONSTRAINED)
             for _ in range(int(rng.integers(1, 4))):
                 number = choice(rng, (*range(7), *ODD_INTEGERS[:15], 2**62))
                 statement = choice(rng, STATEMENTS)

@@ -145,7 +145,7 @@ def make_case(
     rng = np.random.default_rng([seed, crc32(name.encode()), index])
     reader, chosen = READERS[name], choice(rng, seeds)
     data = chosen.data
-    for _ in range(min(int(rng.geometric(0.45)), 8)):
+    for _ in range(min(int(rng.geometric(0.55)), 8)):
         data = choice(rng, reader.mutations)(data, rng)
     if name == "options":
         words = data.decode(errors="replace").replace("{folder}", str(folder))

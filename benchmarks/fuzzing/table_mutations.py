@@ -42,6 +42,29 @@ def text_columns(data: bytes, rng: np.random.Generator) -> bytes:
     return b"\n".join(b",".join(row) for row in rows)
 
 
+def text_values(data: bytes, rng: np.random.Generator) -> bytes:
+    """Separated text with other numbers in one to four columns that are still such as
+    a log may hold: constant, zero, larger or smaller, of the other sign, repeated."""
+    rows = [line.split(b",") for line in data.split(b"\n")]
+    width = len(rows[0])
+    for at in rng.integers(width, size=int(rng.integers(1, 5))).tolist():
+        kind = choice(rng, ("constant", "zero", "power", "sign", "step", "large"))
+        power = f"e{int(rng.integers(-20, 9))}".encode()
+        large = f"{rng.choice((1e-30, 1e-9, 1e3, 1e5, 1e8)):g}".encode()
+        first = next((row[at] for row in rows[1:] if len(row) == width), b"0")
+        for number, row in enumerate(rows[1:]):
+            if len(row) == width:
+                row[at] = {
+                    "constant": first,
+                    "zero": b"0",
+                    "power": row[at] + power,
+                    "sign": row[at].lstrip(b"-") if row[at][:1] == b"-" else b"-" + row[at],
+                    "step": large if number % 7 == 3 else row[at],
+                    "large": large,
+                }[kind]
+    return b"\n".join(b",".join(row) for row in rows)
+
+
 def text_cells(data: bytes, rng: np.random.Generator) -> bytes:
     """One to twenty cells of separated text replaced by odd numbers."""
     rows = [line.split(b",") for line in data.split(b"\n")]
@@ -124,5 +147,12 @@ def _change_column(names: list, columns: list, rng: np.random.Generator) -> None
     columns[at] = pa.array(values)
 
 
-TABLE: tuple[Mutation, ...] = (text_columns, text_cells, text_cells, separators, *TEXT)
+TABLE: tuple[Mutation, ...] = (
+    *(text_values,) * 8,
+    text_columns,
+    text_cells,
+    text_cells,
+    separators,
+    *TEXT,
+)
 """Mutations of separated text."""

@@ -48,6 +48,10 @@ has at its quietest."""
 LARGEST_DISTANCE = 1e6
 """Largest coordinate of an object's pose in the sensor frame [m]."""
 
+SMALLEST_LENGTH, SMALLEST_MASS = 1e-9, 1e-12
+"""Smallest side [m] and mass [kg] that errors are given in shares of; nothing that is
+held is a nanometre long."""
+
 LARGEST_PARAMETER = 1e12
 """Largest absolute number of an estimate or a truth, in SI units: masses, moments,
 inertia, bias and residual."""
