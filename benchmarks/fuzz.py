@@ -13,6 +13,7 @@ import argparse
 import os
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -39,6 +40,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first file")
     parser.add_argument("--reader", choices=READERS, action="append", help="repeatable")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--minutes", type=float, help="stop after so long")
     parser.add_argument("--failures", type=Path, help="folder for files that fail")
     a = parser.parse_args()
 
@@ -51,6 +53,7 @@ def main() -> None:
         folder = Path(text)
         seeds = make_seeds(folder)
         (folder / "seeds.pickle").write_bytes(pickle.dumps(seeds))
+        until = time.monotonic() + 60.0 * (a.minutes or float("inf"))
         for (name, index), outcome in Fuzzer(a.seed, folder).outcomes(jobs, a.jobs):
             status, kind, details, seconds, memory = outcome
             tally = tallies[name]
@@ -63,6 +66,8 @@ def main() -> None:
                 tally.failures.append(Failure(name, index, kind, details))
                 if a.failures and tally.kinds()[kind] <= KEPT:
                     _keep(a.failures, name, seeds[name], a.seed, index, details, folder)
+            if time.monotonic() > until:
+                break
     _show(tallies)
     sys.exit(any(tally.failures for tally in tallies.values()))
 

@@ -41,6 +41,10 @@ SHAPE = (
 """What is done with a shape: one of these."""
 
 
+SIMULATED = "--duration 1 --rate 20"
+"""A short simulation."""
+
+
 @dataclass(frozen=True)
 class Reader:
     """One kind of file: how it is mutated, and which commands read it."""
@@ -119,6 +123,14 @@ READERS = {
     "into-sdf": _into("sdf", "object"),
     "mesh": Reader(TEXT + BYTES + (glb_scene,) * 5, SHAPE),
     "cloud": Reader(TEXT + BYTES + (npy_header,) * 5, SHAPE),
+    "held": Reader(
+        TEXT + BYTES + (glb_scene,) * 3,
+        (f"simulate {{out}}.csv --object {{file}} --density 1000 {SIMULATED}",),
+    ),
+    "arm": Reader(
+        XML * 8 + TEXT,
+        (f"simulate {{out}}.csv --arm {{file}} --sensor-frame tool0 {SIMULATED}",),
+    ),
     "options": Reader(TEXT, ()),
 }
 """Every kind of file by its name."""

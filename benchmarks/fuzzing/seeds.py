@@ -47,6 +47,8 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "into-sdf": _read(folder, "body.sdf"),
         "mesh": _meshes(),
         "cloud": _clouds(),
+        "held": _meshes(),
+        "arm": _read(folder, "robot.urdf"),
         "options": [Seed("words.txt", line.encode()) for line in OPTIONS],
     }  # fmt: skip
 

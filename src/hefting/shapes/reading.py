@@ -110,7 +110,7 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
         triangle, corners = _triangle_record(entries, order)
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, IndexError, TypeError):
         return None
     if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
         return None
