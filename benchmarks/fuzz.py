@@ -45,9 +45,7 @@ def main() -> None:
     a = parser.parse_args()
 
     names = a.reader or list(READERS)
-    jobs = [
-        (names[i % len(names)], a.first + i // len(names)) for i in range(a.count)
-    ]
+    jobs = [(names[i % len(names)], a.first + i // len(names)) for i in range(a.count)]
     tallies = {name: Tally() for name in names}
     with tempfile.TemporaryDirectory(prefix="hefting-fuzz-") as text:
         folder = Path(text)
@@ -73,7 +71,13 @@ def main() -> None:
 
 
 def _keep(
-    target: Path, name: str, seeds: list, seed: int, index: int, details: str, folder: Path
+    target: Path,
+    name: str,
+    seeds: list,
+    seed: int,
+    index: int,
+    details: str,
+    folder: Path,
 ) -> None:
     """Keep the file of a failure, and what came of it."""
     from benchmarks.fuzzing.readers import make_case

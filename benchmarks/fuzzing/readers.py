@@ -58,7 +58,9 @@ class Reader:
 
 def _into(target: str, link: str) -> Reader:
     """Files into which an estimate is put."""
-    command = f"export {{folder}}/estimate.json --to {target} --into {{file}} --link {link}"
+    command = (
+        f"export {{folder}}/estimate.json --to {target} --into {{file}} --link {link}"
+    )
     return Reader(XML * 6 + TEXT, (command,))
 
 
@@ -178,5 +180,7 @@ def make_case(
 
 def _harmless(words: list[str]) -> list[str]:
     """Words of a command, but for an output and what ends a word in C."""
-    kept = [word.replace("\0", "?") for word in words if not word.startswith("--output")]
+    kept = [
+        word.replace("\0", "?") for word in words if not word.startswith("--output")
+    ]
     return [word[:100_000] for word in kept]

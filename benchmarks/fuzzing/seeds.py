@@ -162,7 +162,11 @@ def _ur_record(log) -> bytes:
 
     turned = Rotation.from_quat(np.array(log["orientation"].values)).as_rotvec()
     parts = (log["wrench"].time[:, None], log["position"].values, turned)
-    fields = [f"{field}_{i}" for field in ("actual_TCP_pose", "ft_raw_wrench") for i in range(6)]
+    fields = [
+        f"{field}_{i}"
+        for field in ("actual_TCP_pose", "ft_raw_wrench")
+        for i in range(6)
+    ]
     out = io.StringIO()
     table = np.column_stack((*parts, log["wrench"].values))
     names = ",".join(("timestamp", *fields))
@@ -233,7 +237,9 @@ def _storage(folder: Path) -> list[Seed]:
 
 def _folders(folder: Path) -> list[Seed]:
     """ROS 2 bags as folders: of each file, what happens when it is another."""
-    files = {f"log/{path.name}": path.read_bytes() for path in (folder / "log").iterdir()}
+    files = {
+        f"log/{path.name}": path.read_bytes() for path in (folder / "log").iterdir()
+    }
     return [
         Seed(name, data, {k: v for k, v in files.items() if k != name}, "log")
         for name, data in sorted(files.items())
@@ -258,7 +264,9 @@ def _meshes() -> list[Seed]:
             data = data.encode() if isinstance(data, str) else bytes(data)
             seeds.append(Seed(f"shape.{kind[:3]}", data))
         text = mesh.export(file_type="ply", encoding="ascii")
-        seeds.append(Seed("shape.ply", text if isinstance(text, bytes) else text.encode()))
+        seeds.append(
+            Seed("shape.ply", text if isinstance(text, bytes) else text.encode())
+        )
     return seeds
 
 

@@ -56,7 +56,18 @@ def _change_json(content: Any, rng: np.random.Generator) -> None:
 
 def _odd_value(rng: np.random.Generator) -> Any:
     numbers = (*ODD_DOUBLES, *ODD_INTEGERS, 10**400, -1, True, False, None)
-    others = ("", "text", "nan", "\x1b[31m", "x" * 3000, [], {}, [[]], [1, [2]], {"": 0})
+    others = (
+        "",
+        "text",
+        "nan",
+        "\x1b[31m",
+        "x" * 3000,
+        [],
+        {},
+        [[]],
+        [1, [2]],
+        {"": 0},
+    )
     return choice(rng, numbers) if rng.random() < 0.7 else choice(rng, others)
 
 
@@ -84,7 +95,14 @@ def toml_line(data: bytes, rng: np.random.Generator) -> bytes:
         new = choice(
             rng,
             (
-                *(odd_text(rng).decode(), choice(rng, others), "[]", "{}", '""', "true"),
+                *(
+                    odd_text(rng).decode(),
+                    choice(rng, others),
+                    "[]",
+                    "{}",
+                    '""',
+                    "true",
+                ),
                 *("1979-05-27", '"q{0..999}"', '"x{1..5}y"', '"\\u0000"', "10" * 300),
             ),
         )
@@ -93,7 +111,9 @@ def toml_line(data: bytes, rng: np.random.Generator) -> bytes:
         lines.insert(at, choice(rng, ("[time]", "[[wrench]]", "skip = -1", "= 1", "#")))
     elif kind == "dotted":
         key = ".".join("a" * int(rng.integers(1, 20 * DEEP)))
-        lines.insert(at, choice(rng, (f"{key} = 1", f"[{key}]", f"x = {{ {key} = 1 }}")))
+        lines.insert(
+            at, choice(rng, (f"{key} = 1", f"[{key}]", f"x = {{ {key} = 1 }}"))
+        )
     else:
         lines.insert(at, "x = " + "[" * DEEP + "]" * int(rng.integers(DEEP + 1)))
     return "\n".join(lines).encode(errors="replace")
@@ -130,7 +150,9 @@ def npy_header(data: bytes, rng: np.random.Generator) -> bytes:
     shape = choice(
         rng, (f"({size}, 3)", f"({size},)", "()", "(3, 0)", "(-1, 3)", "(2, 3, 4)", "None")
     )  # fmt: skip
-    kind = choice(rng, ("<f8", "<i8", "|i1", "|O", "<U9", "<f2", ">c16", "|V9", "<M8[s]"))
+    kind = choice(
+        rng, ("<f8", "<i8", "|i1", "|O", "<U9", "<f2", ">c16", "|V9", "<M8[s]")
+    )
     fortran = choice(rng, ("True", "False", "1", "(("))
     header = f"{{'descr': '{kind}', 'fortran_order': {fortran}, 'shape': {shape}, }}"
     if rng.random() < 0.3:

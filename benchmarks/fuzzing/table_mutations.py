@@ -58,7 +58,9 @@ def text_values(data: bytes, rng: np.random.Generator) -> bytes:
                     "constant": first,
                     "zero": b"0",
                     "power": row[at] + power,
-                    "sign": row[at].lstrip(b"-") if row[at][:1] == b"-" else b"-" + row[at],
+                    "sign": row[at].lstrip(b"-")
+                    if row[at][:1] == b"-"
+                    else b"-" + row[at],
                     "step": large if number % 7 == 3 else row[at],
                     "large": large,
                 }[kind]

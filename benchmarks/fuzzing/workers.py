@@ -2,6 +2,7 @@
 hangs or dies is replaced."""
 
 import multiprocessing
+import os
 import resource
 import shutil
 import tempfile
@@ -151,10 +152,14 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
         run_command([str(folder / word) if "." in word else word for word in words])
     _limit_memory()
     place = Path(tempfile.mkdtemp(dir=folder))
+    os.dup2(os.open(place.with_suffix(".err"), os.O_CREAT | os.O_WRONLY), 2)
     for name, index in jobs:
         connection.send(None)
         began = time.monotonic()
+        said = os.fstat(2).st_size
         outcome = run(name, seeds[name], fuzzer.seed, index, folder, place)
+        if os.fstat(2).st_size > said and not outcome[1]:  # by a library in C
+            outcome = (outcome[0], "more on standard error", "")
         peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         connection.send((*outcome, time.monotonic() - began, peak))
     connection.close()

@@ -63,7 +63,8 @@ def test_whole_files_are_read(name, folder, seeds, tmp_path):
 def test_cases_are_the_same_for_the_same_seed(folder, seeds, tmp_path):
     for name in READERS:
         cases = [
-            make_case(name, seeds[name], seed, 3, folder, tmp_path) for seed in (1, 1, 2)
+            make_case(name, seeds[name], seed, 3, folder, tmp_path)
+            for seed in (1, 1, 2)
         ]
         assert cases[0] == cases[1]
         assert cases[0].data != cases[2].data
@@ -102,7 +103,7 @@ def test_hangs_memory_and_ends_of_processes_are_found(folder, seeds):
     fuzzer = Fuzzer(0, folder, run=bounded, longest=2.0)
     found = dict(fuzzer.outcomes([("csv", index) for index in range(8)], 1))
     kinds = {index: outcome[1] for (_, index), outcome in found.items()}
-    assert kinds == {index: "" for index in range(8)} | {
+    assert kinds == dict.fromkeys(range(8), "") | {
         1: "hang",
         3: "crash (7)",
         5: "memory",
@@ -127,6 +128,8 @@ def test_failures_of_commands_are_told_apart(monkeypatch):
         print("text")
         raise SystemExit(2)
 
-    found = [outcome(main) for main in (raising, noting, ending, printing, lambda: None)]
+    found = [
+        outcome(main) for main in (raising, noting, ending, printing, lambda: None)
+    ]
     kinds = Counter(kind.split(" ")[0] for kind in found)
     assert kinds == Counter(("KeyError", "RuntimeWarning", "exit", "error", ""))

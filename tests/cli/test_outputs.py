@@ -13,7 +13,9 @@ from hefting.core.files import write_atomically
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 
-full = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+full = pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="there is no /dev/full"
+)
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +111,7 @@ def test_a_full_output_is_an_error_of_one_line(folder, words, unbuffered):
 
 @pytest.mark.skipif(os.name != "posix", reason="closes a descriptor")
 def test_a_closed_output_is_no_error(folder):
-    status, err = command(
-        "inspect", folder / "log.csv", preexec_fn=lambda: os.close(1)
-    )
+    status, err = command("inspect", folder / "log.csv", preexec_fn=lambda: os.close(1))
     assert (status, err) == (0, "")
 
 

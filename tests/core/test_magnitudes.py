@@ -2,6 +2,7 @@
 largest that are let in do no harm further on."""
 
 import json
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -77,10 +78,8 @@ def test_the_largest_values_do_no_harm(recording, name):
         stream = Stream(recording[name].time, values)
         changed = Recording(dict(recording.streams) | {name: stream})
         for action in (inspect, identify):
-            try:
+            with suppress(InputError):  # any other is a failure
                 action(changed)
-            except InputError as error:
-                assert str(error)
 
 
 @pytest.mark.parametrize("size", [1e300, 1.01 * LARGEST_GRAVITY, 1e-10, 5e-324])
@@ -135,6 +134,6 @@ def test_errors_are_shares_of_something(recording):
     body = hammer().parameters
     with pytest.raises(InputError, match="sides"):
         errors_between(body, body, (1e-165, 0.1, 0.1))
+    light = type(body)(1e-165 * body.vector)
     with pytest.raises(InputError, match="mass"):
-        light = type(body)(1e-165 * body.vector)
         errors_between(body, light, (0.1, 0.1, 0.1))

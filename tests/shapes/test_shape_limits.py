@@ -3,6 +3,8 @@
 import io
 import json
 import struct
+import subprocess
+import sys
 import tracemalloc
 
 import numpy as np
@@ -11,6 +13,7 @@ import trimesh
 
 from hefting.core.errors import InputError
 from hefting.shapes import limits, load_shape
+from hefting.shapes.reading import read_mesh
 
 
 def refusal(path) -> str:
@@ -157,3 +160,30 @@ def test_scenes_larger_than_their_file(tmp_path):
     for changes in ({"accessors": [nothing] * 2}, {"nodes": chain}):
         path.write_bytes(scene_with(**changes))
         assert "not a readable .glb mesh" in refusal(path)
+
+
+def test_damaged_meshes_print_nothing(tmp_path):
+    """trimesh logs what it makes of them, which Python prints where nobody listens: in
+    a process of its own, as the tests do listen."""
+    path = tmp_path / "shape.stl"
+    text = trimesh.creation.box().export(file_type="stl_ascii")
+    assert isinstance(text, str)
+    path.write_text(text.replace("normal ", "normal x", 1))
+    code = (
+        "import sys; from hefting.shapes import load_shape\n"
+        "from hefting.core.errors import InputError\n"
+        "try: load_shape(sys.argv[1])\n"
+        "except InputError: pass"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_properties_before_any_element(tmp_path):
+    path = tmp_path / "shape.ply"
+    path.write_bytes(b"ply\nformat ascii 1.0\nproperty float x\nend_header\n1 2 3\n")
+    assert "damaged PLY" in refusal(path)
+    with pytest.raises(InputError, match="not a readable"):
+        read_mesh(path)

@@ -105,7 +105,7 @@ def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 1 anything
     else."""
     if sys.stdout is None:  # was closed before the start
-        sys.stdout = open(os.devnull, "w")
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
     try:
         try:
             words = _joined(sys.argv[1:])

@@ -6,6 +6,7 @@ Files are not trusted.
 
 import io
 import json
+import logging
 import struct
 import warnings
 from pathlib import Path
@@ -61,6 +62,9 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
     if suffix != ".glb":
         check_text(data, path)
+    log = logging.getLogger("trimesh")
+    if not log.handlers:  # else Python prints what it says of a damaged file
+        log.addHandler(logging.NullHandler())
     try:
         if suffix == ".glb":
             _check_glb(data)
@@ -192,13 +196,8 @@ def read_cloud(path: str | Path) -> Array:
     suffix, data = read_bytes(path, CLOUD_SUFFIXES, "a point cloud")
     if suffix == ".ply":
         return read_ply_vertices(path).positions
-    if suffix != ".npy":
-        check_text(data, path)
     try:
-        if suffix == ".npy":
-            points = _array_of(data, path)
-        else:
-            points = _text_table(data.decode("utf-8-sig"), path)
+        points = _array_of(data, path) if suffix == ".npy" else _text_of(data, path)
     except InputError:
         raise
     except Exception as error:  # a damaged header makes NumPy fail in any way
@@ -228,6 +227,12 @@ def _array_of(data: bytes, path: str | Path) -> Array:
         return array  # is refused by its shape
     with np.errstate(over="ignore", invalid="ignore"):  # is refused later
         return np.array(array[:, :3], dtype=float)
+
+
+def _text_of(data: bytes, path: str | Path) -> Array:
+    """Numbers of a text table in UTF-8 of bearable size."""
+    check_text(data, path)
+    return _text_table(data.decode("utf-8-sig"), path)
 
 
 def _text_table(text: str, path: str | Path) -> Array:
