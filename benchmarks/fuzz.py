@@ -14,6 +14,7 @@ import os
 import sys
 import tempfile
 import time
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -47,12 +48,17 @@ def main() -> None:
     names = a.reader or list(READERS)
     jobs = [(names[i % len(names)], a.first + i // len(names)) for i in range(a.count)]
     tallies = {name: Tally() for name in names}
-    with tempfile.TemporaryDirectory(prefix="hefting-fuzz-") as text:
-        folder = Path(text)
+    with ExitStack() as stack:
+        folder = Path(
+            stack.enter_context(tempfile.TemporaryDirectory(prefix="hefting-fuzz-"))
+        )
         seeds = make_seeds(folder)
         (folder / "seeds.pickle").write_bytes(pickle.dumps(seeds))
         until = time.monotonic() + 60.0 * (a.minutes or float("inf"))
-        for (name, index), outcome in Fuzzer(a.seed, folder).outcomes(jobs, a.jobs):
+        outcomes = stack.enter_context(
+            closing(Fuzzer(a.seed, folder).outcomes(jobs, a.jobs))
+        )
+        for (name, index), outcome in outcomes:
             status, kind, details, seconds, memory = outcome
             tally = tallies[name]
             tally.files += 1

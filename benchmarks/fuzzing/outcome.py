@@ -46,7 +46,9 @@ def run_command(words: Sequence[str]) -> Outcome:
         return Outcome(-1, kind, _trace(error))
     finally:
         sys.argv = argv
-    return _judge(status, out.getvalue(), err.getvalue(), noted)
+    # an export into a file prints the file, whatever it holds
+    shown = "" if words[0] == "export" and not status else out.getvalue()
+    return _judge(status, shown, err.getvalue(), noted)
 
 
 def _judge(

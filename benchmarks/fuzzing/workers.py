@@ -81,7 +81,9 @@ class Fuzzer:
     """by default `run_case`"""
     longest: float = LONGEST
 
-    def outcomes(self, jobs: list[Job], count: int = 1) -> Iterator[tuple[Job, tuple]]:
+    def outcomes(
+        self, jobs: list[Job], count: int = 1
+    ) -> Generator[tuple[Job, tuple], None, None]:
         """Outcomes of the jobs as they come, of `count` processes.
 
         An outcome is the status, the kind of a failure (empty for none), its details,
@@ -89,6 +91,16 @@ class Fuzzer:
         """
         shares = [jobs[i::count][::-1] for i in range(count)]
         workers = [self._start(share) for share in shares if share]
+        try:
+            yield from self._watch(workers)
+        finally:
+            for worker in workers:
+                worker.process.kill()
+                worker.process.join()
+
+    def _watch(self, workers: list[_Worker]) -> Iterator[tuple[Job, tuple]]:
+        """Outcomes of `workers`, which become fewer; one that hangs or dies is
+        replaced."""
         while workers:
             ready = wait([worker.connection for worker in workers], timeout=0.5)
             for worker in list(workers):
@@ -102,11 +114,11 @@ class Fuzzer:
                 worker.process.kill()
                 worker.process.join()
                 workers.remove(worker)
+                if worker.jobs:
+                    workers.append(self._start(worker.jobs))
                 if worker.current:
                     kind = "hang" if late else f"crash ({worker.process.exitcode})"
                     yield worker.current, (-1, kind, "", self.longest, 0)
-                if worker.jobs:
-                    workers.append(self._start(worker.jobs))
 
     def _start(self, jobs: list[Job]) -> _Worker:
         mine, theirs = multiprocessing.Pipe()

@@ -56,7 +56,9 @@ def errors_between(
     m = truth.mass
     if not m >= SMALLEST_MASS:
         raise InputError(f"the true mass must be positive, not {m:g}")
-    scale = tensor_to_vector(m / 12.0 * (np.eye(3) * (a @ a) - np.outer(a, a)))
+    across = (a * a)[[1, 0, 0]] + (a * a)[[2, 2, 1]]  # not (a @ a) - a * a: it rounds
+    products = np.outer(a, a) * (1.0 - np.eye(3))
+    scale = tensor_to_vector(m / 12.0 * (np.diag(across) - products))
 
     def inertia_error(difference: np.ndarray) -> float:
         return 100.0 * float(
