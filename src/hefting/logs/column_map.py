@@ -28,7 +28,6 @@ or ``joint_positions``. Further keys are the streams of
 """
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,15 +43,8 @@ from hefting.logs.layout import (
     whole,
 )
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
+from hefting.logs.toml_file import load_toml
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
-
-MAX_MAP = 64_000
-"""Largest map that is read [bytes]; one that names a thousand columns has half."""
-
-MAX_DOTS = 1000
-"""Most dots in a line of a map. The time that `tomllib` takes for a dotted key grows
-with the square of its dots: 2,000 take a quarter of a second, 50,000 two minutes and
-more than 8 GB."""
 
 MAX_NAMES = 1000
 """Most columns that one key may name."""
@@ -123,7 +115,7 @@ class ColumnMap:
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is
     unknown or does not fit."""
-    content = _load_toml(path)
+    content = load_toml(path)
     for key in content:
         _check_known(key, (*KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key")
     time, unit = (
@@ -145,27 +137,6 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
         quantities,
         nan_is_blank(content, path),
     )
-
-
-def _load_toml(path: str | Path) -> dict[str, Any]:
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(MAX_MAP + 1)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path
-        ) from error
-    if len(data) > MAX_MAP:
-        raise InputError(
-            f"is larger than {MAX_MAP:,} bytes, too large for a column map", where=path
-        )
-    if any(line.count(b".") > MAX_DOTS for line in data.split(b"\n")):
-        raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)
-    try:
-        return tomllib.loads(data.decode())
-    except (ValueError, RecursionError) as error:
-        fix = 'write lines such as wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }'
-        raise InputError(f"is not TOML ({str(error)[:120]})", path, fix) from error
 
 
 def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:
