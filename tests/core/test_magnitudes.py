@@ -129,6 +129,15 @@ def test_numbers_of_json_files(recording, tmp_path):
         load_truth(path)
 
 
+@pytest.mark.parametrize("notes", [0.0, None, "text", {"a": 1}, [1], [["a"]]])
+def test_notes_of_an_estimate_are_texts(recording, tmp_path, notes):
+    whole = identify(recording).estimate.to_dict()
+    whole["provenance"]["notes"] = notes
+    (tmp_path / "x.json").write_text(json.dumps(whole))
+    with pytest.raises(InputError, match="notes are not a list of texts"):
+        Estimate.load(tmp_path / "x.json")
+
+
 def test_errors_are_shares_of_something(recording):
     """A truth of no size or mass gave divisions by zero."""
     body = hammer().parameters

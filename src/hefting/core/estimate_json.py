@@ -189,9 +189,13 @@ def _is_number(value: Any) -> bool:
 
 
 def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
-    """Provenance with the codes of its notes."""
+    """Provenance with the codes of its notes; `ValueError` when they are no list of
+    texts."""
     provenance = dict(data)
-    if isinstance(provenance.get("notes"), list):
+    if "notes" in provenance:
+        notes = provenance["notes"]
+        if not isinstance(notes, list) or not all(isinstance(n, str) for n in notes):
+            raise ValueError("the notes are not a list of texts")
         provenance["notes"] = [messages.get(text, text) for text in provenance["notes"]]
     return provenance
 
