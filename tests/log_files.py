@@ -61,7 +61,7 @@ def random_recording(seed: int, static: bool = False, joints: int = 6) -> Record
         count = 50 if static else int(rng.integers(1, 60))
         width = joints if name in JOINT_STREAMS else len(columns)
         values = rng.normal(size=(count, width)) * 10.0 ** rng.integers(
-            -12, 12, (count, width)
+            -12, 7, (count, width)
         )
         if name == "orientation":
             values /= np.linalg.norm(values, axis=1)[:, None]

@@ -416,7 +416,7 @@ def test_hostile_estimates(run, folder, tmp_path):
         ({"covariance": tilted.tolist()}, "covariance"),
         ({"covariance": (-np.eye(10)).tolist()}, "covariance"),
         ({"covariance": [[1.0]]}, "covariance"),
-        ({"vector": [1e308] * 10}, "finite"),
+        ({"vector": [1e308] * 10}, "vector holds a number beyond"),
         ({"vector": [None] * 10}, "vector"),
         ({"schema": "other"}, "schema"),
     )):  # fmt: skip
@@ -424,11 +424,11 @@ def test_hostile_estimates(run, folder, tmp_path):
         path.write_text(json.dumps(whole | change))
         assert refused(run("predict", path, folder / "plan.csv"), word)
     (tmp_path / "huge.json").write_text(
-        json.dumps(whole | {"covariance": (1e300 * np.eye(10)).tolist()})
+        json.dumps(whole | {"covariance": (1e30 * np.eye(10)).tolist()})
     )
     status, out, _ = run("predict", tmp_path / "huge.json", folder / "plan.csv")
     assert status == 0
-    assert "e+150" in out
+    assert "e+15" in out
 
 
 def test_nothing_is_left_half_written(run, folder, tmp_path):

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pyarrow import csv as pacsv
 
+from hefting.core.magnitudes import LARGEST
 from hefting.core.recording import COLUMNS, Recording, Stream
 from hefting.logs import read_log, write_log
 from log_files import (
@@ -43,7 +44,7 @@ def test_round_trip_is_exact(tmp_path, suffix, static, seed):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
+finite = st.floats(-LARGEST["wrench"], LARGEST["wrench"])
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -201,7 +202,7 @@ def test_streams_of_the_same_rows_share_their_times(tmp_path):
 
 @pytest.mark.parametrize(
     "text",
-    ["1e-320", "1.", ".5", "-0.0", "12345678901234567890.1", "1E5", "0.1", "1e+22"],
+    ["1e-320", "1.", ".5", "-0.0", "1234567890.12345678901", "1E5", "0.1", "1e+9"],
 )
 def test_numbers_are_read_to_the_last_bit(tmp_path, text):
     got = read_log(log(tmp_path, ROWS[0], f"0.1,0,0,0,1,{text},2,3,4,5,6"))

@@ -5,10 +5,13 @@ inside the commands keep ``hefting --help`` and the start of every command quick
 """
 
 import argparse
+import contextlib
+import os
 import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import IO
 
 from hefting.core.errors import HeftingError, InputError
 
@@ -73,6 +76,10 @@ class Parser(argparse.ArgumentParser):
         """Raise `message` as an `InputError`."""
         raise InputError(message, fix=f"see {self.prog} --help")
 
+    def _print_message(self, message: str, file: IO[str] | None = None) -> None:
+        """Print help or version; that of `argparse` says nothing where it cannot."""
+        (file or sys.stdout).write(message)
+
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of ``hefting``, with the arguments of the one command that is the
@@ -98,19 +105,29 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
 def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 3 done but
     the answer is not to be used, 1 anything else."""
+    if sys.stdout is None:  # was closed before the start
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
     try:
-        words = _joined(sys.argv[1:])
-        arguments = build_parser(words).parse_args(words)
-        status = arguments.run(arguments)
+        try:
+            words = _joined(sys.argv[1:])
+            arguments = build_parser(words).parse_args(words)
+            status = arguments.run(arguments)
+        finally:
+            sys.stdout.flush()
         if status:
             sys.exit(status)
     except HeftingError as error:
         _fail(render(str(error)), 2 if isinstance(error, InputError) else 1)
     except KeyboardInterrupt:
         _fail("stopped", 1)
+    except MemoryError:
+        _fail("there is not enough memory; use a shorter recording, a simpler shape", 1)
     except BrokenPipeError:  # the reader of a pipe went away
         sys.stderr.close()
         sys.exit(1)
+    except OSError as error:  # of standard output: files are read and written elsewhere
+        _drop_output()
+        _fail(f"standard output cannot be written ({error.strerror or error})", 1)
 
 
 def render(text: str) -> str:
@@ -168,6 +185,13 @@ def _joined(words: list[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
+
+
+def _drop_output() -> None:
+    """Let what is still to be printed go nowhere, so that Python does not try it again
+    at its end."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, status: int) -> None:

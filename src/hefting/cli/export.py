@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from hefting.cli import render
-from hefting.cli.options import add_accept, add_sensor_pose, either
+from hefting.cli.options import add_accept, add_sensor_pose, check_output, either
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +40,8 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.shapes import parse_pose
 
     a = arguments
+    if a.output:
+        check_output(a.output, a.estimate, a.into, a.sensor_pose_in_flange)
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     exported = export(
         Estimate.load(a.estimate), a.to, flange, a.into, a.link, accept=a.accept

@@ -200,8 +200,10 @@ def _logged(arguments: argparse.Namespace, wrench_needed: bool) -> "Recording":
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for an output in no folder, or one that is an input and would be
-    overwritten."""
+    """`InputError` for an output in no folder, one that is an input, by whatever link,
+    and would be overwritten, and one that is there and no regular file."""
+    from hefting.core.files import check_replaceable
+
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
     if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
@@ -210,6 +212,7 @@ def check_output(path: str, *inputs: str | None) -> None:
             where=path,
             fix="choose another name",
         )
+    check_replaceable(path, *inputs)
 
 
 def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":

@@ -302,6 +302,7 @@ def _six(text: str | None, option: str, seed: list[int]) -> tuple:
 
 def _check_outputs(a: argparse.Namespace, truth: Path) -> None:
     """`InputError` for an output that cannot or must not be written."""
+    from hefting.core.files import check_replaceable
     from hefting.logs import check_output
     from hefting.shapes.reading import MESH_SUFFIXES
 
@@ -329,6 +330,8 @@ def _check_outputs(a: argparse.Namespace, truth: Path) -> None:
                 where=path,
                 fix="choose another name",
             )
+        if not Path(path).is_dir():  # the writer of a bag's folder refuses one
+            check_replaceable(path, *inputs)
 
 
 def _told(scenario: "Scenario", made: "Simulated") -> list[str]:

@@ -4,6 +4,13 @@ it."""
 from collections.abc import Iterable
 
 
+def printable(text: str) -> str:
+    """`text` with a question mark for each character that controls a terminal."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
 class HeftingError(Exception):
     """Root of every error this library raises on purpose."""
 
@@ -17,13 +24,15 @@ class InputError(HeftingError):
     where : file, column or row it was found at.
     fix : what to do about it.
 
-    ``str(error)`` is one line: ``where: what; fix``.
+    ``str(error)`` is one line: ``where: what; fix``. Characters that control a terminal
+    are question marks in it.
     """
 
     def __init__(self, what: str, where: object = None, fix: str | None = None):
         self.what, self.where, self.fix = what, where, fix
         message = f"{where}: {what}" if where is not None else what
-        super().__init__(" ".join((f"{message}; {fix}" if fix else message).split()))
+        words = (f"{message}; {fix}" if fix else message).split()
+        super().__init__(printable(" ".join(words)))
 
 
 class MissingDependencyError(HeftingError):

@@ -185,7 +185,8 @@ class Estimate:
             OverflowError,
         ) as error:
             raise InputError(
-                f"is not a whole estimate ({type(error).__name__}: {error})", where=path
+                f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})",
+                where=path,
             ) from error
 
 

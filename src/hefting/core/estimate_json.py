@@ -13,6 +13,7 @@ import numpy as np
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate
 from hefting.core.inertia import InertialParameters
+from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE
 from hefting.core.messages import Message, Severity
 from hefting.core.spatial import Array, frozen
 
@@ -92,7 +93,16 @@ def _array(data: Json, name: str, *shape: int | None) -> Array | None:
     values = _shaped(data, name, *shape)
     if values is not None and not np.isfinite(values).all():
         raise ValueError(f"{name} holds what is no number")
+    _check_size(values, LARGEST_PARAMETER, name)
     return values
+
+
+def _check_size(values: Array | None, largest: float, name: str) -> None:
+    """`ValueError` for a number beyond `largest` that is not infinite."""
+    if values is None:
+        return
+    if (np.abs(values[np.isfinite(values)]) > largest).any():
+        raise ValueError(f"{name} holds a number beyond {largest:.0e}")
 
 
 def _shaped(data: Json, name: str, *shape: int | None) -> Array | None:
@@ -115,6 +125,7 @@ def _covariance(data: Json) -> Array | None:
     values[undetermined, undetermined] = np.inf
     if np.isnan(values).any():
         raise ValueError("covariance holds what is no number")
+    _check_size(values, LARGEST_VARIANCE, "covariance")
     return values
 
 
@@ -149,6 +160,7 @@ def _opened(name: str, values: Any) -> Array:
         ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
         if name != "mass":
             ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
+    _check_size(ends, LARGEST_VARIANCE, "intervals")
     return frozen(ends)
 
 
@@ -177,9 +189,13 @@ def _is_number(value: Any) -> bool:
 
 
 def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
-    """Provenance with the codes of its notes."""
+    """Provenance with the codes of its notes; `ValueError` when they are no list of
+    texts."""
     provenance = dict(data)
-    if isinstance(provenance.get("notes"), list):
+    if "notes" in provenance:
+        notes = provenance["notes"]
+        if not isinstance(notes, list) or not all(isinstance(n, str) for n in notes):
+            raise ValueError("the notes are not a list of texts")
         provenance["notes"] = [messages.get(text, text) for text in provenance["notes"]]
     return provenance
 

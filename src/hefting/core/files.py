@@ -2,15 +2,20 @@
 
 import json
 import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
 
-MAX_JSON = 100_000_000
+MAX_JSON = 40_000_000
 """Largest JSON file that is read [bytes]: an estimate with a million point masses
 fits."""
+
+MAX_LISTS = 1_000_000
+"""Most lists and objects in a JSON file that is read: an empty one takes thirty times
+its bytes in memory, an estimate has a hundred."""
 
 MAX_XML = 16 * 2**20
 """Largest XML file that is read [bytes]; robot descriptions are thousands of times
@@ -28,6 +33,8 @@ def read_json(path: str | Path) -> Any:
             data = stream.read(MAX_JSON + 1)
         if len(data) > MAX_JSON:
             raise InputError(f"is larger than {MAX_JSON:,} bytes", where=path)
+        if data.count(b"[") + data.count(b"{") > MAX_LISTS:
+            raise InputError(f"holds more than {MAX_LISTS:,} lists", where=path)
         return json.loads(data)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=path) from error
@@ -102,14 +109,43 @@ def parse_xml(
         raise InputError(f"is not well-formed XML ({error})", where=path) from error
 
 
+def check_replaceable(path: str | Path, *inputs: str | Path | None) -> None:
+    """`InputError` for an output that must not be written.
+
+    It is one that exists and is no regular file, such as a folder, a pipe or a device,
+    and one that is the same file as one of the `inputs`, by whatever name or link.
+    """
+    try:
+        there = os.stat(path)
+    except (OSError, ValueError):
+        return  # writing tells what is wrong with the path, if anything is
+    if not stat.S_ISREG(there.st_mode):
+        raise InputError(
+            "cannot be written, as it is no regular file", path, "choose another name"
+        )
+    if any(_is_same(there, name) for name in inputs if name):
+        raise InputError(
+            "is an input and would be overwritten", path, "choose another name"
+        )
+
+
+def _is_same(one: os.stat_result, path: str | Path) -> bool:
+    try:
+        return os.path.samestat(one, os.stat(path))
+    except (OSError, ValueError):  # an argument that names no file
+        return False
+
+
 def write_atomically(path: str | Path, content: str | bytes) -> None:
     """Write `content` to a temporary neighbour of `path`, then rename it: a reader
     never sees half a file.
 
-    Raises `InputError` when the folder does not exist or cannot be written.
+    Raises `InputError` when the folder does not exist or cannot be written, and when
+    something is there that is no regular file.
     """
     import tempfile
 
+    check_replaceable(path)
     target = Path(path).resolve()  # a link stays a link
     data = content.encode() if isinstance(content, str) else content
     try:

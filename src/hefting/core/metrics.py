@@ -9,6 +9,7 @@ from scipy.linalg import eigh  # pyright: ignore[reportUnknownVariableType]
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
+from hefting.core.magnitudes import SMALLEST_LENGTH, SMALLEST_MASS
 from hefting.core.spatial import Array, tensor_to_vector
 
 
@@ -47,15 +48,17 @@ def errors_between(
     not positive.
     """
     a = np.asarray(extents, dtype=float)
-    if a.shape != (3,) or not (a > 0).all():
+    if a.shape != (3,) or not (a >= SMALLEST_LENGTH).all():
         raise InputError(
             f"bounding-box sides must be three positive lengths, not {a.tolist()}"
         )
     R = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     m = truth.mass
-    if not m > 0.0:
+    if not m >= SMALLEST_MASS:
         raise InputError(f"the true mass must be positive, not {m:g}")
-    scale = tensor_to_vector(m / 12.0 * (np.eye(3) * (a @ a) - np.outer(a, a)))
+    across = (a * a)[[1, 0, 0]] + (a * a)[[2, 2, 1]]  # not (a @ a) - a * a: it rounds
+    products = np.outer(a, a) * (1.0 - np.eye(3))
+    scale = tensor_to_vector(m / 12.0 * (np.diag(across) - products))
 
     def inertia_error(difference: np.ndarray) -> float:
         return 100.0 * float(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.magnitudes import LARGEST, LARGEST_TIME, too_large
 from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -124,8 +125,8 @@ class Recording:
 
     Quaternions whose norm is within 0.01 of one are normalised. Raises `InputError`,
     naming source, row and column, for an unknown stream, a wrong width, a value that is
-    not finite, a time that does not increase within its stream, a quaternion that is
-    not of unit norm, and joint names of another number than the joints.
+    not finite or beyond `hefting.core.magnitudes`, a time that does not increase within
+    its stream, a quaternion that is not of unit norm, and joint names of another number than the joints.
     """
 
     streams: Mapping[str, Stream]
@@ -187,6 +188,7 @@ class Recording:
                     where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
                     fix="leave the cell blank where nothing was measured",
                 )
+        self._check_magnitudes(name, stream, columns)
         forward = stream.time[1:] > stream.time[:-1]
         if not forward.all():
             k = np.argmin(forward)
@@ -204,6 +206,24 @@ class Recording:
                 f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
                 where=f"{self.source}, row {next_row}, column time",
                 fix="keep one of the two rows" if repeated else "sort the rows by time",
+            )
+
+    def _check_magnitudes(
+        self, name: str, stream: Stream, columns: tuple[str, ...]
+    ) -> None:
+        """`InputError`, naming row and column, for a value that cannot be; see
+        `hefting.core.magnitudes`."""
+        for label, values, largest in (
+            (("time",), stream.time[:, None], LARGEST_TIME),
+            (columns, stream.values, LARGEST.get(name, np.inf)),
+        ):
+            if not too_large(values, largest):
+                continue
+            k, j = np.argwhere((values > largest) | (values < -largest))[0]
+            raise InputError(
+                f"the value {values[k, j]:.6g} is beyond {largest:.0e}, which nothing is",
+                where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
+                fix="leave the cell blank where nothing was measured; check the unit",
             )
 
     def _normalised(self, orientation: Stream) -> Stream:

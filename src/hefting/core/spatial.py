@@ -21,6 +21,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.magnitudes import (
+    LARGEST_DISTANCE,
+    LARGEST_GRAVITY,
+    SMALLEST_GRAVITY,
+    check_magnitude,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -100,6 +106,11 @@ def check_gravity(gravity: ArrayLike) -> Array:
         raise InputError(
             f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}"
         )
+    if not SMALLEST_GRAVITY <= np.abs(g).max() <= LARGEST_GRAVITY:
+        raise InputError(
+            f"gravity of {np.abs(g).max():.3g} m/s² cannot be",
+            fix="give `gravity` X,Y,Z in m/s²",
+        )
     return g
 
 
@@ -166,12 +177,13 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
     numbers = np.asarray(seven_numbers, dtype=float)
     if numbers.shape != (7,) or not np.isfinite(numbers).all():
         raise InputError("a pose is seven finite numbers x,y,z,qx,qy,qz,qw")
-    norm = np.linalg.norm(numbers[3:])
+    norm = np.linalg.norm(np.clip(numbers[3:], -1e3, 1e3))
     if abs(norm - 1) > 1e-3:
         raise InputError(
             f"pose quaternion has norm {norm:.4g}, not 1",
             fix="give x,y,z,qx,qy,qz,qw (w last)",
         )
+    check_magnitude(numbers[:3], LARGEST_DISTANCE, "a distance [m]")
     pose = np.eye(4)
     pose[:3, :3] = rotation_matrices(numbers[3:] / norm)
     pose[:3, 3] = numbers[:3]
@@ -184,6 +196,7 @@ def check_pose(pose: ArrayLike) -> Array:
     matrix = np.asarray(pose, dtype=float)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         raise InputError("a pose is a finite 4 x 4 matrix")
+    check_magnitude(matrix, LARGEST_DISTANCE, "a number in the pose matrix")
     rotation = matrix[:3, :3]
     proper = (
         np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)

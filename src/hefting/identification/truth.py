@@ -10,6 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import SCHEMA
 from hefting.core.files import read_json
 from hefting.core.inertia import InertialParameters
+from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.spatial import Array
 from hefting.shapes import Shape
@@ -75,6 +76,7 @@ def load_truth(path: str | Path) -> Truth:
                 f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)",
                 where=path,
             )
+        check_magnitude(values, LARGEST_PARAMETER, f"'{key}'", path)
         return values
 
     mass, com = float(array("mass")), array("center_of_mass_sensor", 3)

@@ -6,6 +6,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
+from hefting.core.magnitudes import LARGEST, check_magnitude
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 
@@ -68,4 +69,5 @@ def load_bias(path: str | Path) -> Array:
         ) from error
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
+    check_magnitude(values, LARGEST["wrench"], "a bias", path)
     return values

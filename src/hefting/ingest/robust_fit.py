@@ -311,6 +311,8 @@ def fastest_frequency(problem: Problem) -> float:
     body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
+    if len(problem.time) < 2:
+        return 0.5
     return min(RIGID_MOTION_FREQUENCY * float(np.median(np.diff(problem.time))), 0.5)
 
 

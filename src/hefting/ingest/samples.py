@@ -97,7 +97,8 @@ def _find_outliers_between_blocks(
     at_samples = np.column_stack(
         [np.interp(samples.time, problem.time, column) for column in columns.T]
     )
-    half_interval = 0.5 * float(np.median(np.diff(problem.time)))
+    steps = np.diff(problem.time)
+    half_interval = 0.5 * float(np.median(steps)) if len(steps) else 0.0
     first, last = problem.time[0] - half_interval, problem.time[-1] + half_interval
     known = (
         (at_samples[:, 7] > 1.0 - 1e-9)

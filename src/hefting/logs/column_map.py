@@ -30,7 +30,6 @@ or ``joint_positions``. Further keys are the streams of
 """
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,10 +47,8 @@ from hefting.logs.layout import (
 )
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.sensor_pose import sensor_turned
+from hefting.logs.toml_file import load_toml
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
-
-MAX_MAP = 1_000_000
-"""Largest map that is read [bytes]."""
 
 MAX_NAMES = 1000
 """Most columns that one key may name."""
@@ -127,7 +124,7 @@ class ColumnMap:
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is
     unknown or does not fit."""
-    content = _load_toml(path)
+    content = load_toml(path)
     for key in content:
         _check_known(
             key, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key"
@@ -170,25 +167,6 @@ def _sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
     except (InputError, TypeError, ValueError, OverflowError):
         fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'
         raise InputError(f"{brief(value)} is no pose", where, fix) from None
-
-
-def _load_toml(path: str | Path) -> dict[str, Any]:
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(MAX_MAP + 1)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path
-        ) from error
-    if len(data) > MAX_MAP:
-        raise InputError(
-            f"is larger than {MAX_MAP:,} bytes, too large for a column map", where=path
-        )
-    try:
-        return tomllib.loads(data.decode())
-    except (ValueError, RecursionError) as error:
-        fix = 'write lines such as wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }'
-        raise InputError(f"is not TOML ({str(error)[:120]})", path, fix) from error
 
 
 def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:

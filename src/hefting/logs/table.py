@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
 from hefting.core.spatial import Array, Mask, median, own
@@ -336,12 +337,12 @@ def _read_group(
         where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
     for numbers, those in (((times,), [time or 0]), (values, columns)):
-        if all(all_finite(column) for column in numbers):
+        if not any(_is_wrong(column) for column in numbers):
             continue
         matrix = np.stack(
             [column if blank is None else column[~blank] for column in numbers], axis=1
         )
-        wrong = np.argwhere(~np.isfinite(matrix))
+        wrong = np.argwhere(~(np.abs(matrix) <= LARGEST_CELL))
         if len(wrong):
             k, j = wrong[0]
             row = (block.rows if blank is None else block.rows[~blank])[k]
@@ -352,6 +353,13 @@ def _read_group(
                 "leave the cell blank where nothing was measured",
             )
     return values, blank
+
+
+def _is_wrong(column: Array) -> bool:
+    """Whether a column has a number that is not finite, or larger than any can be."""
+    return len(column) > 0 and (
+        not all_finite(column) or too_large(column, LARGEST_CELL)
+    )
 
 
 def _find_blanks(

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.magnitudes import SMALLEST_LENGTH
 from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array, frozen, inverse_pose
 from hefting.shapes.sampling import MAX_POINTS
@@ -66,6 +67,11 @@ def point_array(points: Any, where: Any = None) -> Array:
             "the point cloud has values that are not finite",
             where,
             "remove those points",
+        )
+    longest = float(np.ptp(p, axis=0).max())
+    if 0.0 < longest < SMALLEST_LENGTH:
+        raise InputError(
+            f"the point cloud is only {longest:.3g} long", where, "check its numbers"
         )
     return p
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
+from hefting.shapes.limits import MAX_NUMBERS, check_text
 
 MAX_BYTES = 200_000_000
 """Largest file read."""
@@ -64,7 +65,10 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
         form, elements, start = read_ply_header(data)
         _check_vertices(elements[0])
         _, count, properties = elements[0]
+        if count * len(properties) > MAX_NUMBERS:
+            raise ValueError("too many numbers")
         if form == "ascii":
+            check_text(data, path)
             columns = _read_ascii(data[start:], count, [name for name, _ in properties])
         else:
             record = np.dtype([(n, PLY_ORDERS[form] + kind) for n, kind in properties])  # type: ignore[operator]

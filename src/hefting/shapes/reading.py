@@ -6,6 +6,7 @@ Files are not trusted.
 
 import io
 import json
+import logging
 import struct
 import warnings
 from pathlib import Path
@@ -14,6 +15,13 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
+from hefting.shapes.limits import (
+    MAX_LINE,
+    check_count,
+    check_header,
+    check_scene,
+    check_text,
+)
 from hefting.shapes.ply import (
     PLY_ORDERS,
     PlyKind,
@@ -52,6 +60,11 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         return mesh
     import trimesh
 
+    if suffix != ".glb":
+        check_text(data, path)
+    log = logging.getLogger("trimesh")
+    if not log.handlers:  # else Python prints what it says of a damaged file
+        log.addHandler(logging.NullHandler())
     try:
         if suffix == ".glb":
             _check_glb(data)
@@ -101,7 +114,7 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
         triangle, corners = _triangle_record(entries, order)
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, IndexError, TypeError):
         return None
     if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
         return None
@@ -149,12 +162,12 @@ def _check_faces(count: int, path: str | Path) -> None:
 
 
 def _check_glb(data: bytes) -> None:
-    """Raise ValueError for arrays longer than the file that holds them (glTF allows
-    ones made of nothing)."""
+    """Raise ValueError for a scene that would take much more than its file; see
+    `hefting.shapes.limits`."""
     length = struct.unpack_from("<I", data, 12)[0]
-    accessors = json.loads(data[20 : 20 + length])["accessors"]
-    if sum(accessor["count"] for accessor in accessors) > len(data):
-        raise ValueError("arrays longer than the file")
+    header = data[20 : 20 + length]
+    check_header(header)
+    check_scene(json.loads(header), len(data))
 
 
 def _is_binary_stl(data: bytes) -> bool:
@@ -184,13 +197,10 @@ def read_cloud(path: str | Path) -> Array:
     if suffix == ".ply":
         return read_ply_vertices(path).positions
     try:
-        if suffix == ".npy":
-            points = np.array(
-                np.load(path, mmap_mode="r", allow_pickle=False), dtype=float
-            )
-        else:
-            points = _text_table(data.decode("utf-8-sig"))
-    except (ValueError, OSError, EOFError, MemoryError) as error:
+        points = _array_of(data, path) if suffix == ".npy" else _text_of(data, path)
+    except InputError:
+        raise
+    except Exception as error:  # a damaged header makes NumPy fail in any way
         what = f"not a readable {suffix} point cloud"
         raise InputError(
             what, path, "give one point a row: x, y, z, numbers only"
@@ -204,13 +214,38 @@ def read_cloud(path: str | Path) -> Array:
     return np.ascontiguousarray(points[:, :3])
 
 
-def _text_table(text: str) -> Array:
-    """Numbers of a text table; a header naming x, y and z picks the columns."""
+def _array_of(data: bytes, path: str | Path) -> Array:
+    """The first three columns of a NumPy file; ValueError for one that holds no
+    numbers."""
+    if not data.startswith(b"\x93NUMPY"):
+        raise ValueError("not an array")
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    if array.dtype.kind not in "fiu":
+        raise ValueError("not an array of numbers")
+    check_count(len(array) if array.ndim else 0, path)
+    if array.ndim != 2:
+        return array  # is refused by its shape
+    with np.errstate(over="ignore", invalid="ignore"):  # is refused later
+        return np.array(array[:, :3], dtype=float)
+
+
+def _text_of(data: bytes, path: str | Path) -> Array:
+    """Numbers of a text table in UTF-8 of bearable size."""
+    check_text(data, path)
+    return _text_table(data.decode("utf-8-sig"), path)
+
+
+def _text_table(text: str, path: str | Path) -> Array:
+    """Numbers of a text table; a header naming x, y and z picks the columns.
+    `InputError` for too many rows, `ValueError` for too long a row."""
     lines = [
         line
         for line in text.splitlines()
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    check_count(len(lines), path)
+    if max(map(len, lines), default=0) > MAX_LINE:
+        raise ValueError("a row is too long")
     separator = next((c for c in ",;\t" if c in lines[0]), None) if lines else None
     columns = None
     names = (

@@ -1,6 +1,8 @@
 """Wielding in MuJoCo: the wrench and the motion of the sensor from a simulator that
 shares no formula with us."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -70,6 +72,28 @@ def wield_in_mujoco(
     if not consistency.is_consistent:
         raise InputError(f"MuJoCo cannot hold the body: {consistency}")
     g = np.asarray(gravity, dtype=float)
+    with _warnings_as_errors(mujoco):
+        return _wield(mujoco, arm, joints, body, g)
+
+
+@contextmanager
+def _warnings_as_errors(mujoco: Any) -> Iterator[None]:
+    """Raise `InputError` for what MuJoCo warns of, which it would print and write to a
+    file in the working folder."""
+    warned: list[str] = []
+    mujoco.set_mju_user_warning(warned.append)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)
+    if warned:
+        raise InputError(f"MuJoCo cannot move this arm and body ({warned[0][:120]})")
+
+
+def _wield(
+    mujoco: Any, arm: Arm, joints: JointMotion, body: InertialParameters, g: Array
+) -> Wielding:
+    """See `wield_in_mujoco`; gravity `g` (3,) is in world axes [m/s²]."""
     try:
         model = mujoco.MjModel.from_xml_string(mjcf(arm, body, g))
     except ValueError as error:

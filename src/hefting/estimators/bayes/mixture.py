@@ -206,9 +206,12 @@ def _cholesky(M: Array) -> Array:
         return np.asarray(np.linalg.cholesky(M), dtype=float)
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(0.5 * (M + M.transpose(0, 2, 1)))
-        raised = np.asarray(vectors * np.maximum(values, 1.0)[:, None, :])
-        root = np.linalg.cholesky(raised @ vectors.transpose(0, 2, 1))
-        return np.asarray(root, dtype=float)
+        raised = np.sqrt(np.maximum(values, 1.0))[:, :, None]
+        # M = (QR)'QR = R'R: no product whose rounding could be larger than one
+        upper = np.linalg.qr(raised * vectors.transpose(0, 2, 1), mode="r")
+        signs = np.where(np.einsum("jii->ji", upper) < 0.0, -1.0, 1.0)
+        root = (signs[:, :, None] * upper).transpose(0, 2, 1)
+        return np.ascontiguousarray(root, dtype=float)
 
 
 @lru_cache(maxsize=1)

@@ -105,12 +105,9 @@ def _rows(
     for number, logged, data in database.execute(
         f"SELECT topic_id, timestamp, data FROM messages NOT INDEXED WHERE topic_id IN ({wanted})"
     ):
+        if not isinstance(logged, int) or not isinstance(data, bytes):
+            raise Cut("is damaged")
         rows, data_bytes = rows + 1, data_bytes + len(data)
-        if (
-            rows * ROW_BYTES > size
-            or data_bytes > size
-            or not isinstance(logged, int)
-            or not isinstance(data, bytes)
-        ):
+        if rows * ROW_BYTES > size or data_bytes > size:
             raise Cut("is damaged")
         yield topics[number], logged, data

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.files import check_replaceable
 from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array
 from hefting.logs.ros.layout import lay_out
@@ -84,6 +85,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
         )
     if target.is_dir() or (target.exists() and not target.suffix):
         raise InputError("exists already", path, "choose another name")
+    check_replaceable(path)
     groups = list(_build_messages(recording))
     try:
         folder = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))

@@ -1,0 +1,135 @@
+"""Mutated files of every kind: a few hundred of them in each run of the tests, and that
+the fuzzing finds what it is there to find."""
+
+import os
+import pickle
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+from benchmarks.fuzzing.bytes_mutations import BYTES, TEXT
+from benchmarks.fuzzing.outcome import run_command
+from benchmarks.fuzzing.readers import READERS, make_case
+from benchmarks.fuzzing.seeds import make_seeds
+from benchmarks.fuzzing.workers import Fuzzer, run_case
+
+COUNT = 20
+"""Files of each reader."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("seeds")
+
+
+@pytest.fixture(scope="module")
+def seeds(folder):
+    return make_seeds(folder)
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_mutated_files_are_read_or_refused_in_one_line(name, folder, seeds, tmp_path):
+    place = tmp_path / "place"
+    for index in range(COUNT):
+        status, failure, details = run_case(
+            name, seeds[name], 2022, index, folder, place
+        )
+        assert not failure, f"{name} {index}: {failure}\n{details}"
+        assert status in (0, 1, 2)
+
+
+@pytest.mark.parametrize("name", [name for name in READERS if name != "options"])
+def test_whole_files_are_read(name, folder, seeds, tmp_path):
+    """Else mutated ones would say nothing: they are refused before anything is read. A
+    real-time record of random wrenches is inspected only."""
+    for number, seed in enumerate(seeds[name]):
+        place = tmp_path / str(number)
+        for file, data in {**seed.beside, seed.name: seed.data}.items():
+            (place / file).parent.mkdir(parents=True, exist_ok=True)
+            (place / file).write_bytes(data)
+        file = place / (seed.argument or seed.name)
+        ended = [
+            run_command([
+                word.format(file=file, folder=folder, out=place / "out")
+                for word in command.split()
+            ])
+            for command in READERS[name].first
+        ]  # fmt: skip
+        assert not any(outcome.failure for outcome in ended)
+        assert any(outcome.status == 0 for outcome in ended), seed.name
+
+
+def test_cases_are_the_same_for_the_same_seed(folder, seeds, tmp_path):
+    for name in READERS:
+        cases = [
+            make_case(name, seeds[name], seed, 3, folder, tmp_path)
+            for seed in (1, 1, 2)
+        ]
+        assert cases[0] == cases[1]
+        assert cases[0].data != cases[2].data
+
+
+def test_mutations_change_what_they_are_given():
+    """Most of the time: a line may be swapped with itself."""
+    data = b"1.5,2,3\n4,5,6e3\n" * 20
+    for mutation in (*BYTES, *TEXT):
+        rng = np.random.default_rng(5)
+        changed = [mutation(data, rng) != data for _ in range(20)]
+        assert np.mean(changed) > 0.5, mutation
+
+
+def behave(name, seeds, seed, index, folder, place):
+    """A stand-in for `run_case` that does what a bad reader would."""
+    if index == 1:
+        time.sleep(60.0)
+    if index == 3:
+        os._exit(7)
+    if index == 5:
+        np.ones(2**29)  # 4 GiB
+    return 0, "", ""
+
+
+def bounded(*job):
+    try:
+        return behave(*job)
+    except MemoryError:
+        return 1, "memory", ""
+
+
+def test_hangs_memory_and_ends_of_processes_are_found(folder, seeds):
+    """Each ends the job and no other; what comes after is run by another process."""
+    (folder / "seeds.pickle").write_bytes(pickle.dumps(seeds))
+    fuzzer = Fuzzer(0, folder, run=bounded, longest=2.0)
+    found = dict(fuzzer.outcomes([("csv", index) for index in range(8)], 1))
+    kinds = {index: outcome[1] for (_, index), outcome in found.items()}
+    assert kinds == dict.fromkeys(range(8), "") | {
+        1: "hang",
+        3: "crash (7)",
+        5: "memory",
+    }
+
+
+def test_failures_of_commands_are_told_apart(monkeypatch):
+    def outcome(main):
+        monkeypatch.setattr("hefting.cli.main", main)
+        return run_command(["inspect", "x"]).failure
+
+    def raising():
+        raise KeyError("x")
+
+    def noting():
+        np.float64(1e300) * np.float64(1e300)
+
+    def ending():
+        raise SystemExit(7)
+
+    def printing():
+        print("text")
+        raise SystemExit(2)
+
+    found = [
+        outcome(main) for main in (raising, noting, ending, printing, lambda: None)
+    ]
+    kinds = Counter(kind.split(" ")[0] for kind in found)
+    assert kinds == Counter(("KeyError", "RuntimeWarning", "exit", "error", ""))

@@ -1,0 +1,134 @@
+"""Outputs: what must not be replaced, and what happens where nothing can be printed."""
+
+import os
+import stat
+import subprocess
+import sys
+
+import pytest
+
+from commands import refused
+from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
+from hefting.logs import write_log
+from hefting.simulation import UR5, hammer, simulate, sinusoids
+
+full = pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="there is no /dev/full"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A log and an estimate."""
+    folder = tmp_path_factory.mktemp("outputs")
+    motion = UR5.motion(sinusoids(4.0, 20.0, 1.0))
+    write_log(simulate(motion, hammer().parameters), folder / "log.csv")
+    from hefting.identification import identify
+
+    identify(folder / "log.csv").estimate.save(folder / "e.json")
+    return folder
+
+
+@pytest.fixture(params=["link", "hard link", "way around"])
+def other_name(request, folder, tmp_path):
+    """Another name of a file: the same inode by another path."""
+
+    def other(name):
+        path = tmp_path / name
+        if request.param == "link":
+            path.symlink_to(folder / name)
+        elif request.param == "hard link":
+            os.link(folder / name, path)
+        else:
+            path = folder / ".." / folder.name / name
+        return path
+
+    return other
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (("convert", "log.csv"), "log.csv"),
+        (("calibrate", "log.csv", "--output"), "e.json"),
+        (("identify", "log.csv", "--tool", "e.json", "--output"), "e.json"),
+        (("predict", "e.json", "log.csv", "--output"), "log.csv"),
+        (("export", "e.json", "--to", "json", "--output"), "e.json"),
+        (("simulate", "--object", "log.csv"), "log.csv"),
+    ],
+)
+def test_an_input_is_not_overwritten_by_any_name(run, folder, other_name, words, name):
+    if words[0] == "calibrate":
+        words = ("calibrate", "log.csv", "--map", "e.json", "--output")
+    before = (folder / name).read_bytes()
+    whole = [folder / word if (folder / word).is_file() else word for word in words]
+    assert refused(run(*whole, other_name(name)), "is an input")
+    assert (folder / name).read_bytes() == before
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mcap", ".bag"])
+def test_what_is_no_file_is_not_replaced(run, folder, tmp_path, suffix):
+    pipe = tmp_path / f"out{suffix}"
+    os.mkfifo(pipe)
+    assert refused(run("convert", folder / "log.csv", pipe), "no regular file")
+    assert stat.S_ISFIFO(os.stat(pipe).st_mode)
+
+
+def test_links_to_devices_are_not_replaced(tmp_path):
+    link = tmp_path / "out.json"
+    link.symlink_to(os.devnull)
+    with pytest.raises(InputError, match="no regular file"):
+        write_atomically(link, "text")
+    assert stat.S_ISCHR(os.stat(os.devnull).st_mode)
+
+
+def command(*words, **streams):
+    """Run ``hefting`` in a process of its own: exit status and standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "hefting", *map(str, words)],
+        stderr=subprocess.PIPE,
+        text=True,
+        **streams,
+    )
+    return done.returncode, done.stderr
+
+
+@full
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    "words", [("--help",), ("--version",), ("methods",), ("inspect", "{}"), ("inspect", "{}", "--json")]
+)  # fmt: skip
+def test_a_full_output_is_an_error_of_one_line(folder, words, unbuffered):
+    words = [word.format(folder / "log.csv") for word in words]
+    env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    with open("/dev/full", "w") as nowhere:
+        status, err = command(*words, stdout=nowhere, env=env)
+    assert status == 1
+    assert err.count("\n") == 1
+    assert err.startswith("hefting: standard output cannot be written")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes a descriptor")
+def test_a_closed_output_is_no_error(folder):
+    status, err = command("inspect", folder / "log.csv", preexec_fn=lambda: os.close(1))
+    assert (status, err) == (0, "")
+
+
+def test_memory_is_an_error_of_one_line(run, folder, monkeypatch):
+    def no_memory(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("hefting.inspection.inspect", no_memory)
+    status, out, err = run("inspect", folder / "log.csv")
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    assert "not enough memory" in err
+
+
+def test_errors_do_not_control_a_terminal(run, tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_bytes(b'"\\u001b[31m\\u0007" = 1\n')
+    (tmp_path / "log.csv").write_text("a,b\n1,2\n")
+    result = run("inspect", tmp_path / "log.csv", "--map", path)
+    assert refused(result, "unknown key")
+    assert result[2].strip().isprintable()

@@ -1,0 +1,32 @@
+"""JSON that would take much more memory than its file is large."""
+
+import pytest
+
+from hefting.core import files
+from hefting.core.errors import InputError
+from hefting.core.files import read_json
+
+
+@pytest.mark.parametrize("unit", [b"[],", b"[1],", b"{},", b'{"a":[]},', b"[[[]]],"])
+def test_too_many_lists(tmp_path, unit):
+    """Lists of nothing: 100 MB of them took 5.7 GB."""
+    path = tmp_path / "x.json"
+    path.write_bytes(b"[" + unit * files.MAX_LISTS + b"0]")
+    with pytest.raises(InputError, match="more than 1,000,000 lists"):
+        read_json(path)
+
+
+@pytest.mark.parametrize("opened", [b"[", b'{"a":'])
+def test_too_deep(tmp_path, opened):
+    path = tmp_path / "x.json"
+    path.write_bytes(opened * 200_000)
+    with pytest.raises(InputError, match="is not JSON"):
+        read_json(path)
+
+
+def test_too_large(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "MAX_JSON", 100)
+    path = tmp_path / "x.json"
+    path.write_text("[" + "1," * 60 + "1]")
+    with pytest.raises(InputError, match="larger than 100 bytes"):
+        read_json(path)
