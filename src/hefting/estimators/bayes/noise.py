@@ -13,7 +13,7 @@ import numpy as np
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.sensor_accuracy import EXACT, TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.calibration_errors import constant_errors, slow_offsets
+from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
     LARGEST_CLAIM_EXCESS,
@@ -62,6 +62,11 @@ class NoiseFound:
     do not lessen"""
     response: float
     """relative error of the body by errors of the wrench in step with the motion"""
+    calibration: CalibrationErrors | None
+    """errors of the sensor's calibration; None where there are none"""
+    expected: Array | None
+    """(J + 1,) variances that these have in the residuals at each time scale and
+    beyond; None where the noise is given, or there are none"""
 
     @property
     def autocorrelation(self) -> float:
@@ -163,7 +168,12 @@ class NoiseSource:
         equations = Equations.of(samples, phi, S, self.motion.white)
         if self.motion.white is None:
             at = equations.least_squares
-        scores = colour = None
+        calibration = None
+        if not self.allowed.none:
+            calibration = CalibrationErrors.of(
+                samples, equations, at + self.carried, self.allowed, self.free_bias
+            )
+        scores = colour = expected = None
         sensor, response = np.zeros((10, 10)), 0.0
         if time is not None:
             scores = time.scales.scores(equations.whitening, at, equations.attenuation)
@@ -174,11 +184,19 @@ class NoiseSource:
                 mean_square,
                 self.given is not None,
             )
+            if calibration is not None and self.given is None:
+                # of the first pass: later ones hardly change the whitening
+                expected = (
+                    calibration.residual_variances(time)
+                    if before is None or before.expected is None
+                    else before.expected
+                )
+                colour = colour.less(expected, scores, equations.G)
             sensor, response = self._errors_in_time(equations, at, scores, colour)
-        if not self.allowed.none:
-            sensor = sensor + constant_errors(
-                samples, equations, at + self.carried, self.allowed, self.free_bias
-            )
+            if calibration is not None:
+                sensor += calibration.slow_score(time, samples)
+        if calibration is not None:
+            sensor = sensor + calibration.score
         return NoiseFound(
             equations,
             R,
@@ -189,6 +207,8 @@ class NoiseSource:
             colour,
             sensor,
             response,
+            calibration,
+            expected,
         )
 
     def disagreement(self, found: NoiseFound) -> tuple[float, float]:
@@ -204,9 +224,13 @@ class NoiseSource:
             mean = float(counts @ colour.coloured) / max(float(counts.sum()), 1.0)
             stretches = InStep.of(time.stretches, W, found.at + self.carried)
             more = stretches.of_each(np.full(len(stretches.counts), mean))
-        return time.disagreement(
-            W, found.at, found.equations.attenuation, found.scores, colour, more
-        )
+        attenuation = found.equations.attenuation
+        ratios = time.disagreement(W, found.at, attenuation, found.scores, colour, more)
+        if found.calibration is None or inflation_of(ratios[1]) == 1.0:
+            return ratios
+        own = found.calibration.of_stretches(time)
+        more = own if more is None else more + own
+        return time.disagreement(W, found.at, attenuation, found.scores, colour, more)
 
     def _judged_at(self, phi: Array, before: NoiseFound | None) -> Array:
         """(10,) parameters whose residuals are the noise.
@@ -263,8 +287,6 @@ class NoiseSource:
             time.free_bias,
         )
         sensor = np.tensordot(slow, information, 1)
-        if self.allowed.offset_std.any():
-            sensor += slow_offsets(time, samples, equations, self.allowed)
         if self.given is not None:
             return sensor, 0.0
         variances = colour.variances[:-1]
