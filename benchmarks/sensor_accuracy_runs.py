@@ -44,7 +44,7 @@ def identified(
         told = replace(
             estimator,
             bias="estimate" if free_bias else "none",
-            sensor_accuracy=accuracy,  # type: ignore[call-arg]
+            sensor_accuracy=accuracy,
         )
         try:
             run = judged(body, told.fit(z), free_bias)

@@ -47,6 +47,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
         ),
         *(
             "gravity",
+            "sensor_accuracy",
             "wrench",
             "bias",
             "motion",

@@ -174,11 +174,10 @@ class SensorAccuracy:
         between a force and the torques, or a torque and the forces, together have as
         much again.
         """
-        own = (1.0 - COMMON_SHARE) ** 0.5
-        kinds = np.kron(
-            own * np.array(((1.0, 3.0**-0.5), (3.0**-0.5, 1.0))), np.ones((3, 3))
-        )
-        return self.gain_std * kinds * np.outer(self.scale, 1.0 / self.scale)
+        own = self.gain_std * (1.0 - COMMON_SHARE) ** 0.5
+        stds = np.full((6, 6), own / 3.0**0.5)
+        stds[:3, :3] = stds[3:, 3:] = own
+        return stds * np.outer(self.scale, 1.0 / self.scale)
 
     @property
     def common_std(self) -> float:
