@@ -12,6 +12,7 @@ from hefting.core.moments import triangular
 from hefting.core.recording import Recording
 from hefting.core.regressor import GRAVITY
 from hefting.core.spatial import Array, in_sensor_axes
+from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import FreeFit, free_fit, with_gravity_reversed
@@ -146,7 +147,8 @@ def errors_of_gravity_size(
     if not gravity.std or source == "accelerometer":
         return None
     larger = with_gravity_scaled(state, 1.0 + gravity.relative_std)
-    return free_fit(larger, fit.bias is not None).vector - fit.vector
+    solved = least_squares(larger, fit.bias is not None, fit.noise)
+    return solved.solution[:10] - fit.vector
 
 
 def with_gravity_scaled(state: SampleState, factor: float) -> SampleState:

@@ -81,11 +81,20 @@ class Colour:
         """Without the variances (J + 1,) that errors of another kind are expected to
         have, as far as there is more than white noise.
 
-        `found` are the scales' scores, G (10, 10) the information of all samples.
+        Scales at which nothing was seen, whose variances follow from the others, keep
+        the share that the slowest of those keeps. `found` are the scales' scores, G
+        (10, 10) the information of all samples.
         """
-        variances = np.maximum(
-            self.variances - expected, np.minimum(self.variances, self.white)
-        )
+        least = np.minimum(self.variances, self.white)
+        variances = np.maximum(self.variances - expected, least)
+        seen = np.flatnonzero(self.degrees > 0.0)
+        if len(seen):
+            last = seen[-1]
+            share = variances[last] / max(float(self.variances[last]), 1e-300)
+            unseen = slice(last + 1, None)
+            variances[unseen] = np.maximum(
+                share * self.variances[unseen], least[unseen]
+            )
         rest = G - found.information.sum(axis=0)
         noise = np.tensordot(variances[:-1], found.information, 1)
         return replace(self, variances=variances, noise=noise + variances[-1] * rest)
