@@ -28,10 +28,13 @@ TYPICAL_SHARE = 0.005
 """Share of a sensor of which none is said: half a percent, at the lower end of what
 data sheets of six-axis sensors state (0.5 to 2 % of full scale). The residuals of three
 real sensors agree with it (`benchmarks.injection`)."""
-COMMON_SHARE = 0.5
-"""Share of the variance of a channel's gain that all channels have in common: the
-weights and the voltage reference of a calibration are the same for all of them, the
-strain gauges are not. Data sheets do not tell."""
+OWN_GAIN_RATIO = 0.5**0.5
+"""Error of a channel's gain by itself, over that which all channels have in common.
+
+Data sheets do not tell: the weights and the voltage reference of a calibration are the
+same for all channels, the strain gauges are not. A gain that is common shows in no
+residual, so it is allowed its full size.
+"""
 EXAMPLE = "0.5% 0.3N 0.01Nm"
 """How an accuracy is written."""
 
@@ -146,7 +149,7 @@ class SensorAccuracy:
 
     @property
     def gain_std(self) -> float:
-        """Standard deviation of a channel's gain."""
+        """Standard deviation of the gain that all channels share."""
         return self.share / Z95
 
     @property
@@ -174,15 +177,10 @@ class SensorAccuracy:
         between a force and the torques, or a torque and the forces, together have as
         much again.
         """
-        own = self.gain_std * (1.0 - COMMON_SHARE) ** 0.5
+        own = self.gain_std * OWN_GAIN_RATIO
         stds = np.full((6, 6), own / 3.0**0.5)
         stds[:3, :3] = stds[3:, 3:] = own
         return stds * np.outer(self.scale, 1.0 / self.scale)
-
-    @property
-    def common_std(self) -> float:
-        """Standard deviation of the gain that all channels share."""
-        return self.gain_std * COMMON_SHARE**0.5
 
 
 def _limits(sheet: Sheet) -> tuple[float, float, float, float]:

@@ -13,6 +13,6 @@ def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
     if accuracy is None:
         return np.zeros_like(wrench)
     variance = np.square(wrench) @ np.square(accuracy.channel_stds).T
-    variance += np.square(accuracy.common_std * wrench)
+    variance += np.square(accuracy.gain_std * wrench)
     variance += np.square(accuracy.slow_std * wrench) + np.square(accuracy.offset_std)
     return np.sqrt(variance)

@@ -74,7 +74,7 @@ class CalibrationErrors:
         with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
         entries = np.hypot(accuracy.channel_stds, with_load / (12.0**0.5 * load))
         rows = (entries[:, :, None] * by_entry).reshape(36, 10)
-        common = accuracy.common_std * np.einsum("cci->i", by_entry)
+        common = accuracy.gain_std * np.einsum("cci->i", by_entry)
         score = rows.T @ rows + np.outer(common, common)
         if not free_bias:
             constant = samples.K * (precision @ samples.A_mean)
