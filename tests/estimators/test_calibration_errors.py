@@ -183,7 +183,7 @@ def test_more_samples_do_not_lessen_it():
 def test_a_common_gain_is_a_share_of_all_ten_parameters():
     """What least squares makes of it is the body itself, as many times."""
     _, found, equations, _ = recorded(7, 300, False)
-    phi = equations.least_squares
+    phi = found.whole
     made = equations.inverse @ np.einsum("cci->i", found.by_entry)
     # rounding over what the samples know of each parameter
     scale = np.abs(phi) + np.sqrt(equations.inverse.diagonal())
