@@ -30,6 +30,8 @@ _HOME = {
     "Estimate": "core.estimate",
     "Certificate": "core.estimate",
     "errors_between": "core.metrics",
+    "Gravity": "core.gravity",
+    "SensorAccuracy": "core.sensor_accuracy",
     "identify": "identification",
     "calibrate": "identification",
     "Identification": "identification",

@@ -4,6 +4,7 @@ from hefting.core.errors import HeftingError as HeftingError
 from hefting.core.errors import InputError as InputError
 from hefting.core.estimate import Certificate as Certificate
 from hefting.core.estimate import Estimate as Estimate
+from hefting.core.gravity import Gravity as Gravity
 from hefting.core.inertia import Consistency as Consistency
 from hefting.core.inertia import InertialParameters as InertialParameters
 from hefting.core.measurements import NOISE_LEVELS as NOISE_LEVELS
@@ -14,6 +15,7 @@ from hefting.core.metrics import errors_between as errors_between
 from hefting.core.moments import Moments as Moments
 from hefting.core.recording import Recording as Recording
 from hefting.core.recording import Stream as Stream
+from hefting.core.sensor_accuracy import SensorAccuracy as SensorAccuracy
 from hefting.estimators.methods import *  # noqa: F403
 from hefting.identification import Identification as Identification
 from hefting.identification import calibrate as calibrate

@@ -121,7 +121,7 @@ def test_more_data_narrow_the_intervals_and_none_leave_the_prior():
 def test_noise_found_is_as_good_as_noise_given():
     z = noisy(5, 1000, Noise(0.1, 0.005))
     given = Bayes(shape(), noise=Noise(0.1, 0.005)).fit(z)
-    found = Bayes(shape(), sensor_error=0.0).fit(z)
+    found = Bayes(shape(), sensor_accuracy="0%").fit(z)
     ratio = np.sqrt(found.covariance.diagonal() / given.covariance.diagonal())
     # noise from 3,000 residuals: 2 %; the prior's mixture more
     np.testing.assert_allclose(ratio, 1.0, atol=0.1)
@@ -210,8 +210,9 @@ def with_first_order_noise(seed: int, rho: float):
 def test_coloured_noise_widens_the_intervals():
     white = noisy(10, 1000, Noise(0.1, 0.005))
     coloured = with_first_order_noise(10, 0.95)
-    one = Bayes(shape()).fit(replace(white, noise=None))
-    other = Bayes(shape()).fit(coloured)
+    exact_sensor = Bayes(shape(), sensor_accuracy="0%")
+    one = exact_sensor.fit(replace(white, noise=None))
+    other = exact_sensor.fit(coloured)
     assert 15.0 < other.provenance["autocorrelation"] < 80.0  # truth: 39
     assert "stretches-disagree" not in codes(other.warnings)
     assert other.covariance[0, 0] > 10.0 * one.covariance[0, 0]

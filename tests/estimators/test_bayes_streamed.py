@@ -62,7 +62,7 @@ def test_merged_states_know_as_much_as_one_pass(rho):
     Mass and first moment move by a tenth of a deviation at most, the inertia, where the
     prior speaks, by a half; widths by a third.
     """
-    z, estimator = coloured(2, rho), Bayes(shape(), sensor_error=0.0)
+    z, estimator = coloured(2, rho), Bayes(shape(), sensor_accuracy="0%")
     whole = estimator.fit(z)
     for cut in (333, 500, 871):
         parts = [
@@ -133,7 +133,7 @@ def test_white_noise_costs_little():
             b.fit(replace(z, noise=None))
             for b in (
                 Bayes(shape(), noise=WHITE),
-                Bayes(shape(), sensor_error=0.0),
+                Bayes(shape(), sensor_accuracy="0%"),
             )
         )
         ratios.append(

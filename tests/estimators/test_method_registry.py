@@ -146,7 +146,7 @@ def test_the_toy_is_listed(said):
     common = {
         "systematic": None,
         "carried": None,
-        "sensor_error": 0.005,
+        "sensor_accuracy": None,
         "noise_found": False,
         "intervals": True,
     }
@@ -213,7 +213,7 @@ def test_the_methods_are_those_there_were():
     ]
     assert VARIANTS["LMI-ellipsoid"] == ("LMI", {"ellipsoid": "shape"})
     assert (default_method(True), default_method(False)) == ("Bayes", "Bayes")
-    assert list(options()) == ["sensor_error", "c1", "regularization", "gamma"]
+    assert list(options()) == ["c1", "regularization", "gamma"]
 
 
 @pytest.mark.parametrize("kind", METHODS.values(), ids=METHODS)

@@ -175,7 +175,7 @@ def test_noise_that_the_residuals_contradict_is_not_believed(name):
     """A fifth of the real noise claimed: intervals as if none had been; noise as it is:
     at its word, and a little narrower."""
     z = noisy(6, 1000, WHITE)
-    method = replace(METHODS[name], sensor_error=0.0)
+    method = replace(METHODS[name], sensor_accuracy="0%")
     found = method.fit(replace(z, noise=None))
     for share, low, high in ((0.2, 0.8, 1.25), (1.0, 0.5, 1.05)):
         claimed = Noise(share * WHITE.force, share * WHITE.torque)
@@ -273,7 +273,7 @@ def test_a_biased_method_s_interval_reaches_from_its_estimate_to_the_truth():
     """PMD with a pull to no mass at all: off by many of Bayes' deviations."""
     z = replace(noisy(9, 1000, WHITE), noise=None)
     estimate = PMD(shape(), regularization=1e3).fit(z)
-    sure = Bayes(shape()).fit(z)
+    sure = Bayes(shape(), sensor_accuracy="0%").fit(z)
     off = abs(estimate.parameters.mass - sure.parameters.mass)
     assert off > 3.0 * np.ptp(sure.intervals["mass"])
     low, high = estimate.intervals["mass"]

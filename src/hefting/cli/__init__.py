@@ -50,6 +50,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
         ),
         *(
             "gravity",
+            "sensor_accuracy",
             "wrench",
             "bias",
             "motion",

@@ -8,17 +8,21 @@ from hefting.cli import render
 from hefting.cli.options import (
     add_gravity,
     add_recording,
+    add_sensor_accuracy,
     check_output,
     gravity_of,
     progress,
     read_recording,
+    sensor_accuracy_of,
 )
 from hefting.core.errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting calibrate``."""
-    add_gravity(add_recording(parser))
+    log = add_recording(parser)
+    add_gravity(log)
+    add_sensor_accuracy(log)
     parser.add_argument(
         "--output",
         metavar="FILE.json",
@@ -43,7 +47,11 @@ def run(arguments: argparse.Namespace) -> int:
         )
     check_output(a.output, a.log, a.map, a.urdf)
     with progress("calibrating ..."):
-        tool = calibrate(read_recording(a), gravity=gravity_of(a))
+        tool = calibrate(
+            read_recording(a),
+            gravity=gravity_of(a),
+            sensor_accuracy=sensor_accuracy_of(a),
+        )
     tool.save(a.output)
     print_lines(estimate_report(tool), render)
     print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")

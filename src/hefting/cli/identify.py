@@ -13,6 +13,7 @@ from hefting.cli.options import (
     add_gravity,
     add_json,
     add_recording,
+    add_sensor_accuracy,
     add_sensor_pose,
     check_output,
     either,
@@ -21,6 +22,7 @@ from hefting.cli.options import (
     progress,
     quantities,
     read_recording,
+    sensor_accuracy_of,
 )
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.core.errors import InputError
@@ -28,6 +30,7 @@ from hefting.core.errors import InputError
 if TYPE_CHECKING:
     from hefting.core.accuracy import Accuracy
     from hefting.core.estimate import Estimate
+    from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.export import Exported
@@ -46,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     }
     log = add_recording(parser)
     add_gravity(log)
+    add_sensor_accuracy(log)
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
@@ -213,7 +217,7 @@ def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 
 
 def _reading(
-    a: argparse.Namespace, gravity: "list[float] | str", recording: "Recording"
+    a: argparse.Namespace, gravity: "Gravity", recording: "Recording"
 ) -> dict[str, Any]:
     """How the recording is to be read, as arguments of `hefting.identify`."""
     return {
@@ -325,6 +329,8 @@ def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
                 "--shape-std",
                 "as in 20%",
             )
+    if a.sensor_accuracy is not None:
+        settings["sensor_accuracy"] = sensor_accuracy_of(a)
     if a.until is not None:
         settings["until"] = _accuracy(a.until)
     return settings

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
+    from hefting.core.gravity import Gravity
     from hefting.core.quantity import Kind
     from hefting.core.recording import Recording
+    from hefting.core.sensor_accuracy import SensorAccuracy
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
@@ -141,9 +143,46 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--gravity",
         metavar="X,Y,Z|estimate",
-        default=GRAVITY,
-        help="in world axes [m/s²], or find its direction; default %(default)s",
+        help=f"in world axes [m/s²], or find its direction; default {GRAVITY}, "
+        "give or take where on the Earth",
     )
+    add_place(parser)
+
+
+def add_place(parser: argparse._ActionsContainer) -> None:
+    """Where on the Earth a recording was made, for the size of gravity."""
+    parser.add_argument(
+        "--latitude",
+        type=float,
+        metavar="DEG",
+        help="local gravity, straight down, north positive",
+    )
+    parser.add_argument(
+        "--altitude",
+        type=float,
+        metavar="M",
+        help="with --latitude; default about sea level",
+    )
+
+
+def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
+    """How far the sensor may be off."""
+    parser.add_argument(
+        "--sensor-accuracy",
+        metavar="ACCURACY",
+        help="how far the force-torque sensor may be off (95 %%), of the load and as an "
+        "offset, as in '0.5%% 0.3N 0.01Nm', or its name; default 0.5%%",
+    )
+
+
+def sensor_accuracy_of(arguments: argparse.Namespace) -> "SensorAccuracy | None":
+    """The accuracy that was given; `InputError` names the option."""
+    from hefting.core.sensor_accuracy import SensorAccuracy
+
+    try:
+        return SensorAccuracy.of(arguments.sensor_accuracy)
+    except InputError as error:
+        raise InputError(error.what, "--sensor-accuracy", error.fix) from None
 
 
 def read_recording(
@@ -215,7 +254,23 @@ def check_output(path: str, *inputs: str | None) -> None:
     check_replaceable(path, *inputs)
 
 
-def gravity_of(arguments: argparse.Namespace) -> "list[float] | str":
-    """Gravity (3,) [m/s²]; or ``estimate``."""
-    text = arguments.gravity
-    return text if text == "estimate" else numbers(text, 3, "--gravity")
+def gravity_of(arguments: argparse.Namespace) -> "Gravity":
+    """The gravity that was given, or that of a place; else that of anywhere on the
+    Earth."""
+    from hefting.core.gravity import ON_EARTH, Gravity
+
+    text, latitude = arguments.gravity, arguments.latitude
+    if latitude is None and arguments.altitude is not None:
+        raise InputError("what latitude?", "--altitude", "give --latitude DEG as well")
+    if text not in (None, "estimate"):
+        if latitude is not None:
+            what = "gravity is given, so its size does not follow from a latitude"
+            raise InputError(what, "--latitude", "leave one of them out")
+        return Gravity.of(numbers(text, 3, "--gravity"))
+    try:
+        found = (
+            ON_EARTH if latitude is None else Gravity.at(latitude, arguments.altitude)
+        )
+    except InputError as error:
+        raise InputError(error.what, "--latitude", error.fix) from None
+    return found if text is None else found.in_unknown_direction

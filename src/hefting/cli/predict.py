@@ -8,12 +8,15 @@ from hefting.cli import render
 from hefting.cli.options import (
     GRAVITY,
     add_json,
+    add_place,
     add_recording,
+    add_sensor_accuracy,
     check_output,
     either,
-    numbers,
+    gravity_of,
     progress,
     read_recording,
+    sensor_accuracy_of,
 )
 from hefting.core.errors import InputError
 
@@ -31,9 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     log.add_argument(
         "--gravity",
         metavar="X,Y,Z",
-        default=GRAVITY,
-        help="in world axes [m/s²]; default %(default)s",
+        help=f"in world axes [m/s²]; default {GRAVITY}",
     )
+    add_place(log)
+    add_sensor_accuracy(log)
     log.add_argument(
         "--motion",
         metavar="auto|columns|smooth|filter",
@@ -77,7 +81,9 @@ def run(arguments: argparse.Namespace) -> int:
                 f"use {either(formats)}",
             )
         check_output(path, a.estimate, a.log, a.map, a.urdf)
-    gravity = numbers(a.gravity, 3, "--gravity")
+    if a.gravity == "estimate":
+        raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
+    gravity = gravity_of(a)
     estimate = Estimate.load(a.estimate)
     with progress("predicting ..."):
         recording = read_recording(a, wrench_needed=False)
@@ -88,6 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
             motion=a.motion,
             start=a.start,
             duration=a.duration,
+            sensor_accuracy=sensor_accuracy_of(a),
         )
         contents = [_content(found, Path(path).suffix.lower()) for path in a.output]
     for path, content in zip(a.output, contents, strict=True):

@@ -9,16 +9,15 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known
-from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.sample_state import (
     SampleState,
     require_body,
     require_common_covariance,
-    require_share,
 )
 from hefting.estimators.state_likelihood import StateSamples
 
@@ -41,9 +40,10 @@ class PointEstimator(Estimator):
     """Parameters (10,) of what the sensor holds besides the object, a tool whose wrench
     was subtracted, for the intervals: errors of the sensor follow the wrench of
     both."""
-    sensor_error: float = field(default=TYPICAL_SENSOR_ERROR, kw_only=True)
-    """Standard deviation of slow errors of the sensor over its load, for the
-    intervals."""
+    sensor_accuracy: SensorAccuracy | str | None = field(default=None, kw_only=True)
+    """How far the sensor may be off, for the intervals, as in ``0.5% 0.3N 0.01Nm``, or
+    a sensor's name (`SensorAccuracy`). None: half a percent, and nothing beside a given
+    `noise`."""
     noise_found: bool = field(default=False, kw_only=True)
     """Whether `noise`, by which the method weighs, was found in the residuals: the
     intervals then find it, and its colour, themselves."""
@@ -53,7 +53,8 @@ class PointEstimator(Estimator):
 
     def __post_init__(self):
         super().__post_init__()
-        require_share("the sensor's error", self.sensor_error)
+        accuracy = SensorAccuracy.of(self.sensor_accuracy)
+        object.__setattr__(self, "sensor_accuracy", accuracy)
         require_body("what is carried", self.carried)
         require_common_covariance(self.systematic)
 
@@ -72,8 +73,10 @@ class PointEstimator(Estimator):
         """As of every method, of what the intervals rest on if there are any."""
         found = super().provenance
         own = {"intervals", "noise_found"}
-        own |= set() if self.intervals else {"sensor_error"}
-        return {name: value for name, value in found.items() if name not in own}
+        found = {name: value for name, value in found.items() if name not in own}
+        if self.intervals and self.sensor_accuracy is not None:
+            found["sensor_accuracy"] = str(self.sensor_accuracy)
+        return found
 
     def start(self) -> SampleState:
         """The state before any sample."""
@@ -116,7 +119,8 @@ class PointEstimator(Estimator):
     def _samples(self, state: SampleState) -> StateSamples | None:
         free_bias = getattr(self, "bias", "none") == "estimate"
         noise = None if self.noise_found else getattr(self, "noise", None)
-        return StateSamples.of(state, free_bias, noise, self.carried, self.sensor_error)
+        accuracy = SensorAccuracy.of(self.sensor_accuracy)
+        return StateSamples.of(state, free_bias, noise, self.carried, accuracy)
 
     def _uncertainty(
         self, body: InertialParameters, samples: StateSamples

@@ -3,8 +3,7 @@ Newton-Euler model."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from numbers import Real
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -159,16 +158,6 @@ def require_positive(name: str, value: object) -> None:
     """`InputError` unless `value` is a positive, finite number."""
     if not (isinstance(value, int | float) and 0.0 < value < np.inf):
         raise InputError(f"{name} must be positive and finite, not {value}")
-
-
-def require_share(name: str, value: Any) -> None:
-    """`InputError` unless `value` is a number from 0 to 1."""
-    if (
-        not isinstance(value, Real)
-        or isinstance(value, bool)
-        or not 0.0 <= float(value) <= 1.0
-    ):
-        raise InputError(f"{name} is a share from 0 to 1, not {value}")
 
 
 def require_body(name: str, value: ArrayLike | None) -> None:

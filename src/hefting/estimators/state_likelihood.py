@@ -14,10 +14,10 @@ from typing import Self
 import numpy as np
 
 from hefting.core.moments import Moments, triangular
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.likelihood import Likelihood, Samples
 from hefting.estimators.bayes.noise import NoiseSource, inflation_of
-from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.stretches import Stretches
@@ -59,7 +59,7 @@ class StateSamples:
         free_bias: bool,
         noise: WrenchNoise,
         carried: Array | None = None,
-        sensor_error: float = TYPICAL_SENSOR_ERROR,
+        sensor_accuracy: SensorAccuracy | None = None,
     ) -> Self | None:
         """Of a state; None where it has no time record, or no samples of any weight.
         For the other arguments see `NoiseSource.of`."""
@@ -67,7 +67,7 @@ class StateSamples:
         if record is None or not record.motion[0]:
             return None
         whole, weight = _of_mean_weight_one(state, record)
-        source = NoiseSource.of(whole, free_bias, noise, carried, sensor_error)
+        source = NoiseSource.of(whole, free_bias, noise, carried, sensor_accuracy)
         if source.given is not None:
             source = replace(source, given=source.given / weight)
         return cls(source, free_bias)

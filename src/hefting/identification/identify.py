@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, NotIdentifiableError, nearest
 from hefting.core.estimate import Estimate
+from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.core.sensor_accuracy import SensorAccuracy
+from hefting.core.spatial import Array
 from hefting.estimators import (
     OLS,
     Estimator,
@@ -64,7 +66,7 @@ def identify(
     shape: Shape | None = None,
     *,
     method: str | None = None,
-    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
+    gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
     bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
     motion: Source = "auto",
@@ -82,8 +84,9 @@ def identify(
         an object of any shape near the sensor for possible (`Shape.unknown`).
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
         default the first (`hefting.estimators.default_method`).
-    gravity : (3,) in world axes [m/s²]; ``"estimate"`` finds its direction, for a robot
-        on a tilted base.
+    gravity : (3,) in world axes [m/s²], which is exact; `Gravity.at` a latitude;
+        ``"estimate"`` finds its direction, for a robot on a tilted base. By default
+        standard gravity, whose size may be that of anywhere on the Earth.
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
     bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes
         there is none, ``"auto"`` keeps one that exceeds three standard deviations; or
@@ -95,7 +98,7 @@ def identify(
         object, to subtract.
     hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
         where pose or shape are not exact, ``until`` to use no more of the recording
-        than it takes. Of PMD: ``c1``, which is
+        than it takes. Of all methods: ``sensor_accuracy``. Of PMD: ``c1``, which is
         `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here,
         else the paper's.
 
@@ -138,10 +141,11 @@ def identify(
 def calibrate(
     recording: Recording | str | Path,
     *,
-    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
+    gravity: GravityLike = ON_EARTH,
+    sensor_accuracy: SensorAccuracy | str | None = None,
 ) -> Estimate:
     """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the
-    wrench's bias, and its noise.
+    wrench's bias, and its noise; `sensor_accuracy` is that of the sensor.
 
     Ten-parameter least squares, which has no prior to lean the object's estimate one
     way. The bias is in ``Estimate.bias``, the noise levels in ``provenance["noise"]``.
@@ -150,7 +154,8 @@ def calibrate(
     """
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)
-    estimator = OLS(**OLS.settings(_known(found, None)))
+    settings = OLS.settings(_known(found, None))
+    estimator = OLS(**settings, sensor_accuracy=sensor_accuracy)
     state = estimator.update(estimator.start(), found.measurements)
     estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
     # with all that may be wrong, as it becomes an error of every object
@@ -321,7 +326,7 @@ def _covariance(
     estimate: Estimate, estimator: Estimator, found: Ingested
 ) -> Array | None:
     """The method's own covariance; one of white noise alone is widened for coloured
-    residuals and by the tool's.
+    residuals, and by the errors of gravity's size and of the tool.
 
     With gravity found as well it is that of the fit which found it: gravity's error is
     the larger part.
@@ -331,7 +336,9 @@ def _covariance(
     covariance = inflated(estimate.covariance, found.fit.inflation)
     if found.conditioned.tilt_std is not None:
         covariance = found.conditioned.covariance
-    tool = found.tool
+    tool, error = found.tool, found.gravity_error
+    if error is not None:
+        covariance = covariance + np.outer(error, error)
     return (
         covariance
         if tool is None or tool.covariance is None

@@ -1,12 +1,17 @@
-"""Errors of the parameters where gravity's direction was estimated."""
+"""Errors of the parameters where gravity's direction was estimated, or its size is not
+known exactly."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.gravity import Gravity
 from hefting.core.measurements import Measurements
+from hefting.core.moments import triangular
 from hefting.core.recording import Recording
+from hefting.core.regressor import GRAVITY
 from hefting.core.spatial import Array, in_sensor_axes
+from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import FreeFit, free_fit
@@ -68,3 +73,36 @@ def errors_of_estimated_gravity(
                 tilted = replace(tilted, linear_acceleration=acceleration)
         errors.append(free_fit(SampleState.of(tilted), free_bias).vector - fit.vector)
     return np.array(errors).T
+
+
+def errors_of_gravity_size(
+    gravity: Gravity, source: str, state: SampleState, fit: FreeFit
+) -> Array | None:
+    """Error (10,) of the parameters by one standard deviation of gravity's size.
+
+    It is what least squares changes by with a gravity that is larger by that much: of
+    static poses the mass and the first moment, by the same share, and of moving ones
+    the rest as well. None where the size is exact, or is no part of the motion: an
+    accelerometer measures the acceleration less gravity.
+
+    Parameters
+    ----------
+    gravity : as assumed.
+    source : where the motion comes from (`hefting.motion.measure.DESCRIPTIONS`).
+    state : moments of the samples with the gravity assumed.
+    fit : their unconstrained least squares.
+    """
+    if not gravity.std or source == "accelerometer":
+        return None
+    larger = with_gravity_scaled(state, 1.0 + gravity.relative_std)
+    solved = least_squares(larger, fit.bias is not None, fit.noise)
+    return solved.solution[:10] - fit.vector
+
+
+def with_gravity_scaled(state: SampleState, factor: float) -> SampleState:
+    """The state of the full model for a gravity so many times as large."""
+    rows = state.full.factor.copy()
+    change = (factor - 1.0) * rows[:, GRAVITY]
+    rows[:, 0:3] -= change
+    rows[:, GRAVITY] += change
+    return replace(state, full=replace(state.full, factor=triangular(rows)))

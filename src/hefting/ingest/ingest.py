@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
+from hefting.core.spatial import Array, frozen
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import measured_blocks, residual_size
@@ -22,7 +23,10 @@ from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
-from hefting.ingest.gravity import errors_of_estimated_gravity
+from hefting.ingest.gravity import (
+    errors_of_estimated_gravity,
+    errors_of_gravity_size,
+)
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
@@ -42,7 +46,7 @@ left undetermined: that of the whole mass at a distance of one metre."""
 def ingest(
     recording: Recording | str | Path,
     *,
-    gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY,
+    gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
     bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
     motion: Source = "auto",
@@ -74,14 +78,9 @@ def ingest(
         _read(recording, start, duration), bias
     )
     may_be_biased = given_bias is None and bias != "none"
-    tilt = isinstance(gravity, str)
-    if tilt and gravity != "estimate":
-        raise InputError(
-            f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
-        )
-    found = condition(
-        recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt, hint=hint
-    )  # type: ignore[arg-type]
+    assumed = Gravity.of(gravity)
+    tilt = assumed.direction == "estimate"
+    found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
     )
@@ -121,6 +120,7 @@ def ingest(
     doubt = _doubt(recording, found, may_be_biased=may_be_biased)
     if doubt is not None:
         warnings.insert(0, doubt.message)
+    gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
@@ -154,6 +154,8 @@ def ingest(
         systematic=_systematic_covariance(gravity_errors, tool),
         clock_error=clock_error,
         doubt=doubt,
+        gravity_std=assumed.std,
+        gravity_error=gravity_error,
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
     )

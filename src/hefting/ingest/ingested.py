@@ -77,6 +77,11 @@ class Ingested:
     doubt: Doubt | None
     """A mistake that explains the recording far better than that there is none, or that
     much is unexplained; it is among the warnings."""
+    gravity_std: float
+    """[m/s²] standard deviation of gravity's size; 0 where it was given"""
+    gravity_error: Array | None
+    """(10,) error of the parameters by one standard deviation of gravity's size; None
+    where that is exact."""
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
     """What reader and smoother chose and found, for the user."""
@@ -100,11 +105,12 @@ class Ingested:
     @property
     def common_errors(self) -> Array | None:
         """(10, 10) covariance of all errors of the parameters that the samples share:
-        `systematic` and that of the clock; None where there are none."""
-        if self.clock_error is None:
-            return self.systematic
-        clock = np.outer(self.clock_error, self.clock_error)
-        return clock if self.systematic is None else self.systematic + clock
+        `systematic`, and those of the clock and of gravity's size; None where there are
+        none."""
+        errors = [e for e in (self.clock_error, self.gravity_error) if e is not None]
+        parts = [np.outer(error, error) for error in errors]
+        parts += [] if self.systematic is None else [self.systematic]
+        return np.sum(parts, axis=0) if parts else None
 
     @cached_property
     def state(self) -> SampleState:
@@ -127,6 +133,7 @@ class Ingested:
         return {
             "log": self.log,
             "gravity": self.conditioned.gravity,
+            "gravity_std": self.gravity_std,
             "gravity_found": self.conditioned.tilt_std is not None,
             "wrench": self.sign.name,
             "wrench_found": self.sign_found,

@@ -2,15 +2,14 @@
 what is missing. A poor recording does not raise."""
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
+from hefting.core.spatial import Array, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
@@ -26,16 +25,14 @@ from hefting.motion import measure
 EMPTY = "the wrench is zero throughout"
 
 
-def inspect(
-    recording: Recording, gravity: ArrayLike | Literal["estimate"] = STANDARD_GRAVITY
-) -> Inspection:
+def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection:
     """Collect all that can be said of a recording before an object is identified.
 
     Parameters
     ----------
     recording : Recording
         Any recording, also one that cannot be used for identification.
-    gravity : ArrayLike or "estimate"
+    gravity : Gravity, ArrayLike or "estimate"
         (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
 
     Returns
@@ -48,7 +45,7 @@ def inspect(
     InputError
         Only if `gravity` is not a valid gravity.
     """
-    g = _check_gravity(gravity)
+    g = check_gravity(Gravity.of(gravity).vector)
     missing: dict[str, str] = {}
     ingested = motion = None
     obstacle = _obstacle(recording)
@@ -65,18 +62,6 @@ def inspect(
         missing |= dict.fromkeys(("conditioning", "motion"), _reason(error))
     result = _inspection(recording, ingested, motion, g, missing)
     return replace(result, advice=advice(result, recording))
-
-
-def _check_gravity(gravity: ArrayLike | str) -> Array:
-    """Gravity (3,) [m/s²] as given, or `STANDARD_GRAVITY` where it is to be estimated.
-
-    Raises `InputError` if it is not a valid gravity.
-    """
-    if isinstance(gravity, str) and gravity != "estimate":
-        raise InputError(
-            f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
-        )
-    return check_gravity(STANDARD_GRAVITY if isinstance(gravity, str) else gravity)
 
 
 def _obstacle(recording: Recording) -> str:

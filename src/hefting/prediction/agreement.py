@@ -8,9 +8,11 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array, frozen
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested
+from hefting.prediction.reading import reading_std
 from hefting.prediction.spread import Z95, Spread
 
 FEWEST = 12
@@ -55,15 +57,21 @@ class Agreement:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
-def agreement(estimate: Estimate, spread: Spread | None, found: Ingested) -> Agreement:
+def agreement(
+    estimate: Estimate,
+    spread: Spread | None,
+    found: Ingested,
+    accuracy: SensorAccuracy | None = None,
+) -> Agreement:
     """How well `estimate` explains the wrench of a recording, as ingested with a free
-    bias."""
+    bias, by a sensor of an `accuracy`."""
     z, sign = found.measurements, found.sign
     warnings = []
     if not sign.certain:
         what = f"the sign of the measured wrench is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
         warnings.append(warning("sign-uncertain", what, "wrench"))
-    difference = z.wrench - predict_wrench(z, estimate.parameters.vector)
+    predicted = predict_wrench(z, estimate.parameters.vector)
+    difference = z.wrench - predicted
     if estimate.bias is not None:
         difference = difference - estimate.bias
     rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
@@ -73,7 +81,8 @@ def agreement(estimate: Estimate, spread: Spread | None, found: Ingested) -> Agr
         left = z.wrench - predict_wrench(z, fit.vector)
         own = _rms(left if fit.bias is None else left - fit.bias)
     if own is not None and spread is not None:
-        wide = Z95 * np.hypot(spread.of_wrench(z), np.repeat(own, 3))
+        known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
+        wide = Z95 * np.hypot(known, np.repeat(own, 3))
         within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
     if own is not None:
         warnings += _doubts(difference.mean(axis=0), rms, varying, own)

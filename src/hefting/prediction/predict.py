@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.gravity import ON_EARTH, Gravity
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import (
     PARAMETERS,
-    STANDARD_GRAVITY,
     WRENCH,
     Array,
     Mask,
@@ -27,6 +28,7 @@ from hefting.logs import read_log
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
 from hefting.prediction.agreement import Agreement, agreement
+from hefting.prediction.reading import reading_std
 from hefting.prediction.result import Peak, Prediction
 from hefting.prediction.spread import Spread, motion_spread, regressor
 
@@ -42,10 +44,11 @@ def predict(
     estimate: Estimate | str | Path,
     trajectory: Recording | str | Path,
     *,
-    gravity: ArrayLike = STANDARD_GRAVITY,
+    gravity: Gravity | ArrayLike = ON_EARTH,
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
+    sensor_accuracy: SensorAccuracy | str | None = None,
 ) -> Prediction:
     """The wrench that an identified object needs along a motion, at each instant of its
     poses.
@@ -57,10 +60,13 @@ def predict(
     trajectory : poses of the sensor, or the path of a log; planned or recorded. Without
         time: static poses. A wrench is not needed; where there is one,
         ``Prediction.agreement`` says how well the estimate explains it.
-    gravity : (3,) in world axes [m/s²].
+    gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. What is not known
+        of its size is not in the band: where the estimate was made, it is the same.
     motion : where velocities and accelerations come from, see
         `hefting.motion.measure.measure`.
     start, duration : part of the motion to take [s].
+    sensor_accuracy : of a sensor that bears the object, as in ``0.5% 0.3N 0.01Nm``: the
+        band is then that of its reading, without noise and bias.
 
     Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth
     motion is off by less than 1e-5 of its size (root mean square), that of moves whose
@@ -79,8 +85,11 @@ def predict(
     if longest > MOST:
         what = f"holds {longest:,} samples of one kind, more than {MOST:,}"
         raise InputError(what, trajectory.source, "take a part: `start`, `duration`")
+    accuracy = SensorAccuracy.of(sensor_accuracy)
     spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
-    found, agreed, refusal = _compared(trajectory, estimate, spread, gravity, motion)
+    found, agreed, refusal = _compared(
+        trajectory, estimate, spread, gravity, accuracy, motion
+    )
     measured = measure(
         _wrenchless(trajectory, motion),
         gravity,
@@ -91,13 +100,17 @@ def predict(
     z = measured.measurements
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
         wrench = predict_wrench(z, estimate.parameters.vector)
-        std = None if spread is None else spread.of_wrench(z)
+        reading = reading_std(wrench, accuracy)
+        std = None if spread is None else np.hypot(spread.of_wrench(z), reading)
         if not np.isfinite(wrench).all() or (std is not None and np.isnan(std).any()):
             raise InputError(
                 "the predicted wrench is not finite: no object is as heavy",
                 trajectory.source,
             )
-        peaks = {name: _peak(z, wrench, spread, part) for name, part in PARTS.items()}
+        peaks = {
+            name: _peak(z, wrench, spread, reading, part)
+            for name, part in PARTS.items()
+        }
     return Prediction(
         trajectory=trajectory.source,
         method=estimate.method,
@@ -118,7 +131,7 @@ def predict(
             *refusal,
             *(agreed.warnings if agreed else ()),
         ),
-        notes=(*trajectory.notes, *measured.notes),
+        notes=(*trajectory.notes, *measured.notes, *_of_reading(std, accuracy)),
     )
 
 
@@ -147,7 +160,8 @@ def _compared(
     recording: Recording,
     estimate: Estimate,
     spread: Spread | None,
-    gravity: ArrayLike,
+    gravity: Gravity | ArrayLike,
+    accuracy: SensorAccuracy | None,
     motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
     """What is found of the recording's wrench, if it has one, and a warning where that
@@ -156,13 +170,19 @@ def _compared(
         return None, None, ()
     try:
         found = ingest(recording, gravity=gravity, bias="estimate", motion=motion)
-        return found, agreement(estimate, spread, found), ()
+        return found, agreement(estimate, spread, found, accuracy), ()
     except InputError as error:
         what = f"not compared with the measured wrench: {error}"
         return None, None, (warning("wrench-not-compared", what),)
 
 
-def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) -> Peak:
+def _peak(
+    z: Measurements,
+    wrench: Array,
+    spread: Spread | None,
+    reading: Array,
+    part: slice,
+) -> Peak:
     """The largest force or torque of a predicted wrench, and its standard deviation.
 
     Parameters
@@ -173,6 +193,8 @@ def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) ->
         (K, 6) predicted [N, N m].
     spread : Spread, optional
         Uncertainty of the parameters; None where it is not known.
+    reading : Array
+        (K, 6) standard deviations of a sensor's reading [N, N m].
     part : slice
         Columns of the force or of the torque.
 
@@ -189,7 +211,8 @@ def _peak(z: Measurements, wrench: Array, spread: Spread | None, part: slice) ->
         direction = (
             wrench[k, part] / magnitude[k] if magnitude[k] > 0.0 else np.zeros(3)
         )
-        std = float(spread.std(direction @ regressor(z[k : k + 1])[0, part]))
+        own = float(spread.std(direction @ regressor(z[k : k + 1])[0, part]))
+        std = float(np.hypot(own, np.linalg.norm(direction * reading[k, part])))
     return Peak(float(magnitude[k]), float(z.time[k]), std)
 
 
@@ -225,6 +248,14 @@ def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
         doubts.append(warning("another-gravity", what, "gravity"))
     return doubts
+
+
+def _of_reading(std: Array | None, accuracy: SensorAccuracy | None) -> list[Message]:
+    """A message on whose band it is."""
+    if std is None or accuracy is None:
+        return []
+    what = f"the band is that of the reading of a sensor of {accuracy}"
+    return [note("band-of-reading", what, "sensor_accuracy")]
 
 
 def _open(spread: Spread | None, std: Array | None) -> list[Message]:

@@ -182,7 +182,9 @@ def _describe_wrench(made: Mapping[str, Any]) -> str:
     how = "found from gravity" if made.get("wrench_found") else "as given"
     g = ", ".join(f"{x:g}" for x in made["gravity"])
     found = ", found" if made.get("gravity_found") else ""
-    return f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}"
+    std = made.get("gravity_std")
+    known = f", its size to {std:.2g} m/s²" if std else ""
+    return f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}{known}"
 
 
 def _describe_bias(bias: Array, on_sensor: bool) -> str:

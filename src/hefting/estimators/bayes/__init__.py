@@ -11,6 +11,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import (
     INVARIANCES,
@@ -32,13 +33,11 @@ from hefting.estimators.bayes.posterior import (
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior
-from hefting.estimators.bayes.sensor_errors import TYPICAL_SENSOR_ERROR
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
     SampleState,
     require_body,
     require_common_covariance,
-    require_share,
     require_weight,
 )
 from hefting.shapes import Shape
@@ -106,15 +105,11 @@ class Bayes(Estimator):
     """Known white noise of the wrench: levels, with those of the accelerations where
     samples do not tell them (`Measurements.motion_noise`), or a covariance (6, 6).
     None: found from the residuals, with its colour."""
-    sensor_error: float = field(
-        default=TYPICAL_SENSOR_ERROR,
-        metadata={
-            "help": "slow errors of the sensor (hysteresis, creep) over its load; default 0.005"
-        },
-    )
-    """Standard deviation of slow errors of the sensor, which more samples do not
-    lessen, as a share of the load: hysteresis, creep, cables. Zero for a sensor without
-    any. Where `noise` is given, there are none but that."""
+    sensor_accuracy: SensorAccuracy | str | None = None
+    """How far the sensor may be off in 95 % of the cases, which more samples do not
+    lessen: gain, cross-talk and hysteresis over the load, an offset in N and N m, as in
+    ``0.5% 0.3N 0.01Nm``, or a sensor's name (`SensorAccuracy`). None: half a percent,
+    and nothing where `noise` is given."""
     systematic: Array | None = None
     """Covariance (10, 10) of an error in the parameters that more samples do not
     lessen: that of a tool whose wrench was subtracted, or of gravity's direction."""
@@ -156,7 +151,8 @@ class Bayes(Estimator):
             raise InputError(
                 f"the shape's deviation is a share from 0 to 1, not {self.shape_std}"
             )
-        require_share("the sensor's error", self.sensor_error)
+        accuracy = SensorAccuracy.of(self.sensor_accuracy)
+        object.__setattr__(self, "sensor_accuracy", accuracy)
         require_body("what is carried", self.carried)
         require_common_covariance(C)
 
@@ -181,9 +177,12 @@ class Bayes(Estimator):
     def provenance(self) -> dict[str, Any]:
         """As of every method, with what is known of the shape where that is only
         bounds."""
+        found = super().provenance
+        if self.sensor_accuracy is not None:
+            found["sensor_accuracy"] = str(self.sensor_accuracy)
         if self.shape_std is not None or self.shape.known == "object":
-            return super().provenance
-        return super().provenance | {"shape_known": self.shape.known}
+            return found
+        return found | {"shape_known": self.shape.known}
 
     @property
     def asked(self) -> Accuracy | None:
@@ -254,7 +253,11 @@ class Bayes(Estimator):
         free_bias = self.bias == "estimate"
         require_weight(state)
         source = NoiseSource.of(
-            state, free_bias, self.noise, self.carried, self.sensor_error
+            state,
+            free_bias,
+            self.noise,
+            self.carried,
+            SensorAccuracy.of(self.sensor_accuracy),
         )
         samples, known = source.samples, source.given is not None
         _require_information(samples, state, free_bias)

@@ -11,7 +11,7 @@ over the time scales. Two doubts widen it:
   `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,28 @@ class Colour:
     """whether the noise was claimed to be white"""
     exceeds_claim: bool
     """whether that is contradicted"""
+
+    def less(self, expected: Array, found: Scores, G: Array) -> "Colour":
+        """Without the variances (J + 1,) that errors of another kind are expected to
+        have, as far as there is more than white noise.
+
+        Scales at which nothing was seen, whose variances follow from the others, keep
+        the share that the slowest of those keeps. `found` are the scales' scores, G
+        (10, 10) the information of all samples.
+        """
+        least = np.minimum(self.variances, self.white)
+        variances = np.maximum(self.variances - expected, least)
+        seen = np.flatnonzero(self.degrees > 0.0)
+        if len(seen):
+            last = seen[-1]
+            share = variances[last] / max(float(self.variances[last]), 1e-300)
+            unseen = slice(last + 1, None)
+            variances[unseen] = np.maximum(
+                share * self.variances[unseen], least[unseen]
+            )
+        rest = G - found.information.sum(axis=0)
+        noise = np.tensordot(variances[:-1], found.information, 1)
+        return replace(self, variances=variances, noise=noise + variances[-1] * rest)
 
     @property
     def coloured(self) -> Array:

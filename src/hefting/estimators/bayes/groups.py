@@ -55,6 +55,13 @@ class Groups:
             A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float)
         )
 
+    def information(self, B: Array) -> Array:
+        """(g, 10, 10) sum of A'B'B A of each group, for weights B (6, 6)."""
+        g = len(self.counts)
+        A = (B @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
+        rows = np.ascontiguousarray(A).reshape(g, -1, 10)
+        return rows.transpose(0, 2, 1) @ rows
+
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
         """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10,
         10) a sample is what white noise of the motion puts into G."""

@@ -240,7 +240,7 @@ class Equations:
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
 
-    @property
+    @cached_property
     def inverse(self) -> Array:
         """(10, 10) G^+"""
         root = _root_of_inverse(self.G)

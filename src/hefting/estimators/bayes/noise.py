@@ -11,7 +11,9 @@ from typing import Self
 import numpy as np
 
 from hefting.core.measurements import MotionNoise, Noise
+from hefting.core.sensor_accuracy import EXACT, TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
+from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
     LARGEST_CLAIM_EXCESS,
@@ -60,6 +62,11 @@ class NoiseFound:
     do not lessen"""
     response: float
     """relative error of the body by errors of the wrench in step with the motion"""
+    calibration: CalibrationErrors | None
+    """errors of the sensor's calibration; None where there are none"""
+    expected: Array | None
+    """(J + 1,) variances that these have in the residuals at each time scale and
+    beyond; None where the noise is given, or there are none"""
 
     @property
     def autocorrelation(self) -> float:
@@ -68,9 +75,11 @@ class NoiseFound:
 
     def likelihood(self, inflation: float = 1.0) -> Likelihood:
         """Likelihood of the parameters, the noise's variance so many times as large."""
-        if self.colour is None or self.colour.white_claimed:
+        white = self.colour is None or self.colour.white_claimed
+        if white and not self.sensor.any():
             return self.equations.white(inflation)
-        V = self.colour.noise + self.sensor + self.equations.products
+        noise = self.equations.G if self.colour is None else self.colour.noise
+        V = noise + self.sensor + self.equations.products
         return self.equations.likelihood(inflation * V)
 
 
@@ -89,8 +98,10 @@ class NoiseSource:
     carried: Array
     """(10,) parameters of what the sensor holds besides the object, whose wrench was
     subtracted"""
-    sensor_error: float
-    """standard deviation of the sensor's slow errors over the load"""
+    sensor_accuracy: SensorAccuracy | None
+    """of the sensor; None where nothing is said of it"""
+    free_bias: bool
+    """whether a constant bias is free"""
 
     @classmethod
     def of(
@@ -99,7 +110,7 @@ class NoiseSource:
         free_bias: bool,
         noise: WrenchNoise,
         carried: Array | None,
-        sensor_error: float,
+        sensor_accuracy: SensorAccuracy | None,
     ) -> Self:
         """Of a state; `noise` of the wrench, and what is `carried`, are None where they
         are not known, or there is nothing.
@@ -122,8 +133,18 @@ class NoiseSource:
             given,
             MotionErrors.of(motion_noise, state),
             np.zeros(10) if carried is None else carried,
-            sensor_error,
+            sensor_accuracy,
+            free_bias,
         )
+
+    @property
+    def allowed(self) -> SensorAccuracy:
+        """Errors of the sensor that are allowed for: those it is said to have; where
+        nothing is said, none beside a given noise, which is taken at its word, and else
+        typical ones."""
+        if self.sensor_accuracy is not None:
+            return self.sensor_accuracy
+        return TYPICAL if self.given is None else EXACT
 
     def level(self) -> Array:
         """(6, 6) covariance of the wrench's noise, before any pass."""
@@ -147,7 +168,12 @@ class NoiseSource:
         equations = Equations.of(samples, phi, S, self.motion.white)
         if self.motion.white is None:
             at = equations.least_squares
-        scores = colour = None
+        calibration = None
+        if not self.allowed.none:
+            calibration = CalibrationErrors.of(
+                samples, equations, at + self.carried, self.allowed, self.free_bias
+            )
+        scores = colour = expected = None
         sensor, response = np.zeros((10, 10)), 0.0
         if time is not None:
             scores = time.scales.scores(equations.whitening, at, equations.attenuation)
@@ -158,8 +184,19 @@ class NoiseSource:
                 mean_square,
                 self.given is not None,
             )
-            if self.given is None:
-                sensor, response = self._sensor_errors(equations, at, scores, colour)
+            if calibration is not None and self.given is None:
+                # of the first pass: later ones hardly change the whitening
+                expected = (
+                    calibration.residual_variances(time)
+                    if before is None or before.expected is None
+                    else before.expected
+                )
+                colour = colour.less(expected, scores, equations.G)
+            sensor, response = self._errors_in_time(equations, at, scores, colour)
+            if calibration is not None:
+                sensor += calibration.slow_score(time, samples)
+        if calibration is not None:
+            sensor = sensor + calibration.score
         return NoiseFound(
             equations,
             R,
@@ -170,6 +207,8 @@ class NoiseSource:
             colour,
             sensor,
             response,
+            calibration,
+            expected,
         )
 
     def disagreement(self, found: NoiseFound) -> tuple[float, float]:
@@ -185,9 +224,13 @@ class NoiseSource:
             mean = float(counts @ colour.coloured) / max(float(counts.sum()), 1.0)
             stretches = InStep.of(time.stretches, W, found.at + self.carried)
             more = stretches.of_each(np.full(len(stretches.counts), mean))
-        return time.disagreement(
-            W, found.at, found.equations.attenuation, found.scores, colour, more
-        )
+        attenuation = found.equations.attenuation
+        ratios = time.disagreement(W, found.at, attenuation, found.scores, colour, more)
+        if found.calibration is None or inflation_of(ratios[1]) == 1.0:
+            return ratios
+        own = found.calibration.of_stretches(time)
+        more = own if more is None else more + own
+        return time.disagreement(W, found.at, attenuation, found.scores, colour, more)
 
     def _judged_at(self, phi: Array, before: NoiseFound | None) -> Array:
         """(10,) parameters whose residuals are the noise.
@@ -221,12 +264,12 @@ class NoiseSource:
             S = S + memory / autocorrelation * (E * motion.variances) @ E.T
         return S
 
-    def _sensor_errors(
+    def _errors_in_time(
         self, equations: Equations, at: Array, scores: Scores, colour: Colour
     ) -> tuple[Array, float]:
-        """(10, 10) part of the score's covariance by errors of the sensor that more
-        samples do not lessen (`sensor_errors`), and the relative error of the body by
-        uneven response."""
+        """(10, 10) part of the score's covariance by slow errors of the sensor and,
+        unless the noise is given, by those in step with the motion (`sensor_errors`);
+        and the relative error of the body by uneven response."""
         time, samples, G = self.time, self.samples, equations.G
         assert time is not None
         W, whole = equations.whitening, at + self.carried
@@ -237,18 +280,20 @@ class NoiseSource:
             (scores.information, (G - scores.information.sum(axis=0))[None])
         )
         slow = slow_variances(
-            self.sensor_error,
+            self.allowed.slow_std,
             load / 6.0,
             time.samples,
             len(time.scales.counts),
             time.free_bias,
         )
+        sensor = np.tensordot(slow, information, 1)
+        if self.given is not None:
+            return sensor, 0.0
         variances = colour.variances[:-1]
         gain = response_errors(scores, variances, time.scales.counts, whole)
         signal = information @ whole @ whole
         response = float(gain @ signal) / (float(signal.sum()) or 1.0)
         in_step = InStep.of(time.scales, W, whole)
-        sensor = np.tensordot(slow, information, 1)
         sensor += in_step.covariance(colour.coloured, gain[:-1])
         return sensor, response
 

@@ -1,5 +1,5 @@
-"""Errors of the sensor that more samples do not lessen: hysteresis, creep, cables,
-cross-talk, thermal drift.
+"""Errors of the sensor that more samples do not lessen, within a recording: hysteresis,
+creep, cables, thermal drift. Those of its calibration are in `calibration_errors`.
 
 Two kinds are part of the covariance V of the score h - H phi (`likelihood`), beside the
 noise that the residuals show:
@@ -24,10 +24,6 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.spectrum import first_order
 
-TYPICAL_SENSOR_ERROR = 0.005
-"""Standard deviation of slow errors over the load, where nothing is said of the sensor.
-Data sheets of six-axis sensors state hysteresis and non-linearity of 0.5 to 2 % of full
-scale."""
 SLOW_ERROR_TIME = 0.25
 """Correlation time of slow errors over the length of the record."""
 IN_STEP_RATIO = 1.3
@@ -91,7 +87,8 @@ def slow_variances(
 
     Parameters
     ----------
-    error : standard deviation of slow errors over the load.
+    error : standard deviation of slow errors over the load
+        (`SensorAccuracy.slow_std`).
     load : mean square of the whitened wrench, gravity included and without a bias.
     samples : length of the record.
     levels : number of time scales J.

@@ -1,0 +1,203 @@
+"""SensorAccuracy: how far a force-torque sensor may be off, in the terms of a data
+sheet.
+
+The wrench that is measured is (1 + M) w + b + noise, w the true one. M (6, 6) holds the
+errors of gain and of cross-talk, b an offset. More samples do not lessen what they do
+to an estimate. The figures here are limits that hold in 95 % of the cases, as those of
+data sheets; `Z95` of them make a standard deviation.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from hefting.core.errors import InputError, nearest
+from hefting.core.quantity import UNITS, Kind, quantity
+from hefting.core.sensor_sheets import SHEETS, Sheet, sheet_name
+from hefting.core.spatial import Array
+
+Z95 = 1.959963984540054
+"""Standard deviations to either side that hold 95 % of a Gaussian."""
+TYPICAL_LEVER = 0.07
+"""[m] Range of torque over range of force of a six-axis sensor of which nothing is
+said: those of the sensors in `hefting.core.sensor_sheets` are from 0.03 to 0.2 m."""
+TYPICAL_SHARE = 0.005
+"""Share of a sensor of which none is said: half a percent, at the lower end of what
+data sheets of six-axis sensors state (0.5 to 2 % of full scale). The residuals of three
+real sensors agree with it (`benchmarks.injection`)."""
+OWN_GAIN_RATIO = 0.5**0.5
+"""Error of a channel's gain by itself, over that which all channels have in common.
+
+Data sheets do not tell: the weights and the voltage reference of a calibration are the
+same for all channels, the strain gauges are not. A gain that is common shows in no
+residual, so it is allowed its full size.
+"""
+EXAMPLE = "0.5% 0.3N 0.01Nm"
+"""How an accuracy is written."""
+
+_KINDS: dict[str, Kind] = {
+    unit: kind for kind in ("share", "force", "torque") for unit in UNITS[kind] if unit
+}
+"""What a figure with one of these units is."""
+
+
+@dataclass(frozen=True)
+class SensorAccuracy:
+    """Limits of a sensor's errors, each of which 95 % of the errors are within.
+
+    Raises `InputError` for limits that are negative or not finite, a share above one,
+    and a lever that is not positive.
+    """
+
+    share: float = 0.0
+    """of gain, over the reading of a channel; cross-talk goes with it
+    (`channel_stds`)"""
+    force: float = 0.0
+    """[N] of the offset of each force, which may vary with time and load"""
+    torque: float = 0.0
+    """[N m] of the offset of each torque"""
+    lever: float = TYPICAL_LEVER
+    """[m] range of torque over range of force: what cross-talk between them scales
+    by"""
+
+    def __post_init__(self):
+        limits = (self.share, self.force, self.torque, self.lever)
+        try:
+            good = all(0.0 <= float(limit) < np.inf for limit in limits)
+        except (TypeError, ValueError):
+            good = False
+        if not good or not self.lever > 0.0 or self.share > 1.0:
+            raise InputError(
+                f"a sensor's accuracy is a share from 0 to 1, newtons and newton-metres, not {limits}",
+                fix=f"as in {EXAMPLE}",
+            )
+
+    @classmethod
+    def of(cls, value: "SensorAccuracy | str | None") -> "SensorAccuracy | None":
+        """From an accuracy or its text; None where nothing is said."""
+        if value is None or isinstance(value, SensorAccuracy):
+            return value
+        if not isinstance(value, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise InputError(
+                f"a sensor's accuracy is a text or a SensorAccuracy, not {value}",
+                fix=f"as in '{EXAMPLE}', or a sensor's name",
+            )
+        return cls.parse(value)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """From a text like ``0.5% 0.3N 0.01Nm``, any of the three, or the name of a
+        sensor (`hefting.core.sensor_sheets.SHEETS`). A share that is not given is the
+        typical one, an offset that is not given is none.
+
+        Raises `InputError` for anything else, and for a sensor whose data sheet states
+        no accuracy.
+        """
+        if re.match(r"\s*[\d.]", text) is None:
+            return cls._of_sheet(text)
+        found: dict[Kind, float] = {}
+        for part in re.split(r"[,\s]+(?=[\d.])", text.strip()):
+            unit = part.lstrip("0123456789.e+- ")
+            kind = _KINDS.get(unit)
+            if kind is None:
+                raise InputError(
+                    f"'{part}' is no share, force or torque", fix=f"as in {EXAMPLE}"
+                )
+            if kind in found:
+                raise InputError(
+                    f"the {kind} is given twice in '{text}'", fix=f"as in {EXAMPLE}"
+                )
+            found[kind] = quantity(part, kind)
+        return cls(**({"share": TYPICAL_SHARE} | found))  # type: ignore[arg-type]
+
+    @classmethod
+    def _of_sheet(cls, text: str) -> Self:
+        name = sheet_name(text)
+        sheet = SHEETS.get(name)
+        if sheet is None:
+            raise InputError(
+                f"unknown sensor '{text}'{nearest(name, SHEETS)}",
+                fix=f"use {', '.join(SHEETS)}, or figures as in {EXAMPLE}",
+            )
+        if not sheet.states_accuracy:
+            raise InputError(
+                f"{sheet.document} states no accuracy of a {sheet.model}: {sheet.remark}",
+                fix=f"give figures, as in {EXAMPLE}",
+            )
+        return cls(*_limits(sheet))
+
+    def __str__(self) -> str:
+        """The text that `parse` reads; the lever is not in it."""
+        parts = [f"{100.0 * self.share:g}%"]
+        parts += [f"{self.force:g}N"] if self.force else []
+        parts += [f"{self.torque:g}Nm"] if self.torque else []
+        return " ".join(parts)
+
+    @property
+    def none(self) -> bool:
+        """Whether the sensor has no errors."""
+        return not (self.share or self.force or self.torque)
+
+    @cached_property
+    def scale(self) -> Array:
+        """(6,) Loads of the channels that are the same share of their ranges: 1 N and
+        so many newton-metres."""
+        return np.repeat((1.0, self.lever), 3)
+
+    @property
+    def gain_std(self) -> float:
+        """Standard deviation of the gain that all channels share."""
+        return self.share / Z95
+
+    @property
+    def slow_std(self) -> float:
+        """Standard deviation of errors that change within a recording (hysteresis,
+        creep, cables), over the load.
+
+        It is the share itself, about twice that of gain: with it the intervals of
+        bodies added to recordings of three real sensors hold (`benchmarks.injection`).
+        """
+        return self.share
+
+    @cached_property
+    def offset_std(self) -> Array:
+        """(6,) Standard deviations of the offset [N, N m]."""
+        return np.repeat((self.force, self.torque), 3) / Z95
+
+    @cached_property
+    def channel_stds(self) -> Array:
+        """(6, 6) Standard deviations of the entries of M, without the gain that all
+        channels share.
+
+        Entries between two forces, or two torques, have that of a channel's own gain,
+        so that the orientation of the sensor's axes makes no difference. The three
+        between a force and the torques, or a torque and the forces, together have as
+        much again.
+        """
+        own = self.gain_std * OWN_GAIN_RATIO
+        stds = np.full((6, 6), own / 3.0**0.5)
+        stds[:3, :3] = stds[3:, 3:] = own
+        return stds * np.outer(self.scale, 1.0 / self.scale)
+
+
+def _limits(sheet: Sheet) -> tuple[float, float, float, float]:
+    """Share, force, torque and lever by a data sheet.
+
+    Percentages of full scale are taken as shares of the load: errors of gain,
+    cross-talk, linearity and hysteresis grow with it.
+    """
+    force, torque = sheet.ranges
+    lever = torque / force
+    if sheet.of_full_scale is not None:
+        return sheet.of_full_scale, 0.0, 0.0, lever
+    assert sheet.absolute is not None
+    return 0.0, *sheet.absolute, lever
+
+
+TYPICAL = SensorAccuracy(TYPICAL_SHARE)
+"""Where nothing is said of the sensor, and its noise is found in the residuals."""
+EXACT = SensorAccuracy()
+"""A sensor without any errors but noise."""

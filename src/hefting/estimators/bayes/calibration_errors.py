@@ -1,0 +1,151 @@
+"""Errors of the sensor's calibration: gain, cross-talk and offset, which are the same
+for all samples of a recording or change slowly.
+
+With the accuracy a sensor is said to have (`hefting.core.sensor_accuracy`) the measured
+wrench is (1 + M) w + b. To the score h - H phi it adds, S the covariance of a sample's
+residual and A_k, w_k its regressor and true wrench,
+
+    sum_k A_k' S^-1 (M w_k + b_k),
+
+which is linear in M. Its covariance, a part of V (`likelihood`), is a sum over the
+entries of M: it grows with the square of the number of samples, so that more of them do
+not lessen what it does to the parameters. The offset has a constant part, which a free
+bias takes away, and one that varies: half of its variance with the load, as a part of
+M, and half slowly with time.
+
+A part of these errors shows in the residuals of least squares. What is expected there
+is not counted once more as noise, nor as a contradiction between stretches.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.core.regressor import FEATURES
+from hefting.core.sensor_accuracy import SensorAccuracy
+from hefting.core.spatial import Array
+from hefting.estimators.bayes.colour import TimeSamples
+from hefting.estimators.bayes.groups import Groups
+from hefting.estimators.bayes.likelihood import Equations, Samples
+from hefting.estimators.bayes.sensor_errors import slow_variances
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationErrors:
+    """What errors of a sensor's calibration do to a recording."""
+
+    score: Array
+    """(10, 10) covariance of the score by those that are constant"""
+    entries: Array
+    """(6, 6) standard deviations of the entries of M, with the offset that varies with
+    the load and without the gain that all channels share"""
+    by_entry: Array
+    """(6, 6, 10) score by each entry of M"""
+    inverse: Array
+    """(10, 10) inverse of the information of all samples"""
+    slow: Array
+    """(6,) standard deviations of the offset that varies slowly [N, N m]"""
+    precision: Array
+    """(6, 6) S^-1"""
+    whole: Array
+    """(10,) parameters of all that the sensor holds"""
+
+    @classmethod
+    def of(
+        cls,
+        samples: Samples,
+        equations: Equations,
+        whole: Array,
+        accuracy: SensorAccuracy,
+        free_bias: bool,
+    ) -> Self:
+        """Of a sensor that holds a body of the parameters `whole` (10,)."""
+        W = equations.whitening
+        precision = W.T @ W
+        w = samples.A @ whole  # (22, 6)
+        A = precision @ samples.A
+        by_entry = np.tensordot(w.T, A, 1).transpose(1, 0, 2)  # (6, 6, 10): of M[c, d]
+        square = float(np.sum((w / accuracy.scale) ** 2)) / samples.K
+        if free_bias:
+            mean = samples.A_mean @ whole
+            square += float(np.sum((mean / accuracy.scale) ** 2))
+        load = max((square / 6.0) ** 0.5, 1e-12)
+        with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
+        entries = np.hypot(accuracy.channel_stds, with_load / (12.0**0.5 * load))
+        rows = (entries[:, :, None] * by_entry).reshape(36, 10)
+        common = accuracy.gain_std * np.einsum("cci->i", by_entry)
+        score = rows.T @ rows + np.outer(common, common)
+        if not free_bias:
+            constant = samples.K * (precision @ samples.A_mean)
+            constant = accuracy.offset_std[:, None] * constant
+            score += constant.T @ constant
+        return cls(
+            score,
+            entries,
+            by_entry,
+            equations.inverse,
+            accuracy.offset_std * 0.5**0.5,
+            precision,
+            whole,
+        )
+
+    def slow_variances(self, time: TimeSamples) -> Array:
+        """(J + 1,) variances of the slow offset at each time scale and beyond, over
+        that at an instant."""
+        return slow_variances(
+            1.0, 1.0, time.samples, len(time.scales.counts), time.free_bias
+        )
+
+    def slow_score(self, time: TimeSamples, samples: Samples) -> Array:
+        """(10, 10) covariance of the score by the offset that varies slowly."""
+        if not self.slow.any():
+            return np.zeros((10, 10))
+        B = self.slow[:, None] * self.precision
+        information = time.scales.information(B)
+        rows = (B @ samples.A).reshape(-1, 10)
+        rest = rows.T @ rows - information.sum(axis=0)
+        variances = self.slow_variances(time)
+        return np.tensordot(variances[:-1], information, 1) + variances[-1] * rest
+
+    def residual_variances(self, time: TimeSamples) -> Array:
+        """(J + 1,) variances that the whitened residuals of a channel have at each time
+        scale, and beyond, by these errors."""
+        energy = self._left(time.scales)[1]
+        shown = np.tensordot(energy, self.entries**2, 2) / (
+            6.0 * np.maximum(time.scales.counts, 1.0)
+        )
+        slow = float(self.precision.diagonal() @ self.slow**2) / 6.0
+        variances = slow * self.slow_variances(time)
+        variances[:-1] += shown
+        return variances
+
+    def of_stretches(self, time: TimeSamples) -> Array:
+        """(g, 10, 10) covariance of the scores of stretches at the parameters of least
+        squares."""
+        off = self.entries[:, :, None] * self._left(time.stretches)[0]
+        rows = off.reshape(len(off), 36, 10)
+        found = rows.transpose(0, 2, 1) @ rows
+        if self.slow.any():
+            length = float(np.median(time.stretches.counts)) + 1.0
+            variances = self.slow_variances(time)
+            level = min(int(np.log2(length)), len(variances) - 1)
+            B = self.slow[:, None] * self.precision
+            found += variances[level] * time.stretches.information(B)
+        return found
+
+    def _left(self, groups: Groups) -> tuple[Array, Array]:
+        """What least squares leaves of each entry of M in each group: the score (g, 6,
+        6, 10), and the energy (g, 6, 6) of the whitened residuals."""
+        g = len(groups.counts)
+        A = groups.A.reshape(6, g, FEATURES, 10).transpose(1, 2, 0, 3)
+        w = A @ self.whole  # (g, 22, 6)
+        B = (self.precision @ A).transpose(0, 2, 3, 1).reshape(g, 60, FEATURES)
+        score = (B @ w).reshape(g, 6, 10, 6).transpose(0, 1, 3, 2)  # (g, 6, 6, 10)
+        rows = A.reshape(g, 6 * FEATURES, 10)
+        information = rows.transpose(0, 2, 1) @ (self.precision @ A).reshape(rows.shape)
+        fitted = self.by_entry @ self.inverse  # what least squares makes of each entry
+        taken = (fitted.reshape(36, 10) @ information).reshape(g, 6, 6, 10)
+        energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=1)[:, None]
+        energy = energy - np.sum((2.0 * score - taken) * fitted, axis=-1)
+        return score - taken, np.maximum(energy, 0.0)
