@@ -28,6 +28,7 @@ from hefting.ingest.gravity import (
     tilted_base_warnings,
 )
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.tool import tool_warnings, without_tool
 from hefting.logs import read_log
 from hefting.motion import Measured
@@ -73,7 +74,7 @@ def ingest(
             fix="use auto, on-object or on-sensor",
         )
     recording, given_bias = _subtract_given_bias(
-        _read(recording, start, duration), bias
+        without_faulty_poses(_read(recording, start, duration), motion), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     tilt = isinstance(gravity, str)
