@@ -8,13 +8,9 @@ import numpy as np
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
-from hefting.motion.continuity import (
-    ORIENTATION_LIMITS,
-    POSITION_LIMITS,
-    Discontinuities,
-    find_discontinuities,
-)
+from hefting.motion.continuity import Discontinuities, find_discontinuities
 from hefting.motion.measure import POSE_STREAMS, TWIST, Source
+from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS
 
 LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 """Bounds on the motion of each stream of poses."""
