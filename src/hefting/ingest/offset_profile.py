@@ -28,7 +28,7 @@ from hefting.ingest.robust_fit import MOST_BLOCKS_OF_FIRST_FIT, RobustFit
 
 SMALLEST_JUDGED_OFFSET = 0.01
 """[s] Smaller offsets are not judged: they resemble no other one, and do little harm."""
-OFFSET_OF_UNIT_GAIN = 0.006
+OFFSET_OF_UNIT_GAIN = 0.005
 """[s] The gain that an offset must have grows with the square of the offset over this.
 Offsets of 17 ms in recordings of 18 s with an optical sensor gain 64 and 91, simulated
 ones of 50 ms of an object of 0.3 kg 2,000 and more; those invented for sensors turned by

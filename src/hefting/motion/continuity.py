@@ -84,18 +84,15 @@ def _frozen(time: Array, values: Array, limits: Limits) -> Mask:
     """
     runs = Runs.of(time, values)
     steps = Steps.of(runs, limits)
-    long = np.flatnonzero(
-        runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
-    )
-    if not len(long) or len(runs.first) < FEWEST_HELD_ROWS:
+    held = runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
+    if not held.any() or len(runs.first) < FEWEST_HELD_ROWS:
         return np.zeros(len(time), dtype=bool)
     length = np.linalg.norm(steps.steps, axis=1)
-    from_rest = steps.starts_from_rest(steps.interval)
-    last = len(runs.length) - 1
-    frozen = np.zeros(last + 1, dtype=bool)
-    for step, there in ((long, long < last), (long - 1, long > 0)):
-        step = np.clip(step, 0, last - 1)
-        frozen[long] |= there & (length[step] > from_rest[step])
+    jumps = length > steps.starts_from_rest(steps.interval)
+    frozen = np.zeros(len(held), dtype=bool)
+    frozen[:-1] = held[:-1] & jumps
+    # a jump between two held values is the end of the first one's stall
+    frozen[1:] |= held[1:] & jumps & ~held[:-1]
     repeated = np.ones(len(time), dtype=bool)
     repeated[runs.first[1:]] = False
     return repeated & frozen[runs.of_row]

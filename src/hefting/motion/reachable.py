@@ -39,6 +39,10 @@ class Chain:
         self._held = runs.long[self._last]
         duration = float(runs.end[-1] - runs.time[0])
         self._cost = JUMP_COST * float(self._samples.sum()) / duration
+        # a jump to a value that is only held is not worth it, however long that lasts
+        single = self._first == self._last
+        most = np.where(single, 0.5 * self._cost, np.inf)
+        self._samples = np.minimum(self._samples, most)
         self._link()
         self._follow()
 
