@@ -44,7 +44,7 @@ def turned(recording, degrees):
     wrench = recording["wrench"]
     axis = np.random.default_rng(5).normal(size=3)
     turn = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis))
-    values = np.hstack([turn.apply(v) for v in np.hsplit(wrench.values, 2)])
+    values = np.hstack([v @ turn.as_matrix().T for v in np.hsplit(wrench.values, 2)])
     return with_wrench(recording, wrench.time, values)
 
 

@@ -21,12 +21,6 @@ MOST_LEFT_OUT = 0.5
 recording."""
 MOST_TIMES_SHOWN = 3
 """Largest number of times in a message."""
-KINDS = {
-    "glitch": ("pose-glitches", "out of reach of their neighbours"),
-    "frozen": ("poses-frozen", "of a stream that stalled while the body moved"),
-    "ends": ("poses-held-at-ends", "held before or after the motion, and then jumping"),
-}
-"""Code and description of each kind of poses left out."""
 
 
 def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recording:
@@ -96,14 +90,27 @@ def _masks(
 def _notes(time: dict[str, Array], found: dict[str, Discontinuities]) -> list[Message]:
     """How many poses were left out of which stream, why and where."""
     said = []
-    for kind, (code, why) in KINDS.items():
-        for name, faults in found.items():
-            mask = getattr(faults, kind)
-            if mask.any():
-                poses = f"{int(mask.sum())} {name}s ({_percent(float(mask.mean()))})"
-                where = _times(time[name], mask)
-                said.append(note(code, f"{poses} {why} left out, {where}"))
+    for name, faults in found.items():
+        if faults.glitch.any():
+            poses, where = _counted(name, time[name], faults.glitch)
+            what = f"{poses} out of reach of their neighbours left out, {where}"
+            said.append(note("pose-glitches", what))
+        if faults.frozen.any():
+            poses, where = _counted(name, time[name], faults.frozen)
+            what = f"{poses} of a stream that stalled while the body moved left out, {where}"
+            said.append(note("poses-frozen", what))
+        if faults.ends.any():
+            poses, where = _counted(name, time[name], faults.ends)
+            what = f"{poses} held before or after the motion left out, {where}"
+            said.append(note("poses-held-at-ends", what))
     return said
+
+
+def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
+    """How many samples of a stream are in a mask (K,), and where they are."""
+    several = "" if mask.sum() == 1 else "s"
+    share = _percent(float(mask.mean()))
+    return f"{int(mask.sum())} {name}{several} ({share})", _times(time, mask)
 
 
 def _jump_warnings(
