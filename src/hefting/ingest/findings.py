@@ -202,12 +202,13 @@ def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Messag
     offset = f"{1e3 * rejected.value:.3g} ms"
     doubt = profile.doubt()
     if doubt == "edge":
-        what = f"the wrench fits best at a clock offset of {offset}, at the edge of those that this recording can tell: none assumed"
+        what = f"the wrench fits best at a clock offset of {offset}, at the edge of those looked for: none assumed"
         return warning("clock-offset-at-edge", what)
     if doubt == "several":
         other, apart = profile.rival
+        offsets = f"{offset} and {1e3 * other:.3g} ms"
         gains = f"{profile.gain:.3g} and {profile.gain - apart:.3g}"
-        what = f"clock offsets of {offset} and {1e3 * other:.3g} ms explain the wrench alike (they gain {gains}): none assumed"
+        what = f"clock offsets of {offsets} explain the wrench alike (they gain {gains}): none assumed"
         return warning("clock-several-offsets", what)
     what = f"a clock offset of {offset} would explain too little of the wrench"
     figures = (

@@ -17,7 +17,7 @@ LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 MANY_LEFT_OUT = 0.05
 """Share of poses left out above which a warning is given."""
 MOST_LEFT_OUT = 0.5
-"""Share of poses above which none is left out: then the limits do not suit the
+"""Share of glitches above which no pose is left out: then the limits do not suit the
 recording."""
 MOST_TIMES_SHOWN = 3
 """Largest number of times in a message."""
@@ -51,8 +51,9 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
     time = {name: streams[name].time for name in masks}
     share = max(float(mask.mean()) for mask in masks.values())
     warnings = _jump_warnings(time, found)
-    if share > MOST_LEFT_OUT:
-        what = f"{_percent(share)} of the poses are out of reach of the others: none left out; do units and times fit?"
+    glitches = max(float(faults.glitch.mean()) for faults in found.values())
+    if glitches > MOST_LEFT_OUT:
+        what = f"{_percent(glitches)} of the poses are out of reach of the others: none left out; do units and times fit?"
         warnings.append(warning("poses-implausible", what))
         return replace(recording, warnings=(*recording.warnings, *warnings))
     if share > MANY_LEFT_OUT:
