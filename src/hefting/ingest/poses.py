@@ -53,7 +53,8 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
     warnings = _jump_warnings(time, found)
     glitches = max(float(faults.glitch.mean()) for faults in found.values())
     if glitches > MOST_LEFT_OUT:
-        what = f"{_percent(glitches)} of the poses are out of reach of the others: none left out; do units and times fit?"
+        most = _percent(glitches)
+        what = f"{most} of the poses are out of reach of the others: none left out; do units and times fit?"
         warnings.append(warning("poses-implausible", what))
         return replace(recording, warnings=(*recording.warnings, *warnings))
     if share > MANY_LEFT_OUT:
