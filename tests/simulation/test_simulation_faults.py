@@ -325,3 +325,26 @@ def test_a_single_sample():
 def test_the_body_is_in_the_sensor_frame(wielding):
     assert isinstance(wielding.body, InertialParameters)
     np.testing.assert_array_equal(wielding.body.vector, BODY.vector)
+
+
+def test_faults_of_the_poses(wielding, clean):
+    """Each changes its own samples of position and orientation, and no other stream."""
+    glitches = record(wielding, faulty(pose_glitches=0.01), ALL)
+    unchanged(glitches, clean, "position", "orientation")
+    moved = (glitches["position"].values != clean["position"].values).any(axis=1)
+    # 40 of 4,000 expected: five standard deviations
+    assert 10 < moved.sum() < 75
+
+    stalls = record(wielding, faulty(pose_stalls=0.06), ALL)
+    unchanged(stalls, clean, "position", "orientation")
+    held = (np.diff(stalls["position"].values, axis=0) == 0.0).all(axis=1)
+    # 1.2 s at 200 Hz, of which the first of each of three stalls is a new pose
+    assert abs(held.sum() - 240) <= 6
+
+    silent = faulty(pose_startup=0.5, pose_shutdown=0.25)
+    log = record(wielding, silent, ALL)
+    unchanged(log, clean, "position", "orientation")
+    none = (log["orientation"].values == (0.0, 0.0, 0.0, 1.0)).all(axis=1)
+    assert none[:100].all()
+    assert none[-50:].all()
+    assert none.sum() == 150

@@ -167,6 +167,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--saturation", metavar="N,NM", help="largest force and torque shown"
     )
     fault.add_argument(
+        "--pose-glitches",
+        type=float,
+        metavar="SHARE",
+        default=0.0,
+        help="of poses that are wrong",
+    )
+    fault.add_argument(
+        "--pose-stalls",
+        type=float,
+        metavar="SHARE",
+        default=0.0,
+        help="of the time that the pose is repeated",
+    )
+    fault.add_argument(
+        "--pose-startup",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="time at the start with the identity as pose",
+    )
+    fault.add_argument(
         "--on-sensor",
         action="store_true",
         help="the sensor shows the wrench exerted on itself",
@@ -285,6 +306,9 @@ def _faults(a: argparse.Namespace) -> "Faults":
         if a.saturation
         else None,  # type: ignore[arg-type]
         on_sensor=a.on_sensor,
+        pose_glitches=a.pose_glitches,
+        pose_stalls=a.pose_stalls,
+        pose_startup=a.pose_startup,
     )
 
 

@@ -20,6 +20,7 @@ from hefting.ingest.drift import Drift, candidates
 from hefting.ingest.findings import RejectedOffset, Search, findings_of, warnings_of
 from hefting.ingest.fit import Fit, gauss_newton
 from hefting.ingest.model import Problem
+from hefting.ingest.offset_profile import profile_of
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, path_of, static_path
 from hefting.ingest.robust_fit import (
@@ -151,9 +152,14 @@ def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
     """The robust fit, with the clock offset where it is free and significant."""
     first = fit_from_scratch(samples, problem, gravity)
     found = choose_bias_and_refine_offset(samples, gravity, first)
-    if not first.problem.free_offset or offset_is_significant(found):
+    profile = None
+    if not first.problem.free_offset:
         return _Found(found)
-    rejected = RejectedOffset(found.fit.offset, found.uncertainty.offset_std)
+    if offset_is_significant(found):
+        profile = profile_of(found)
+        if profile is None or profile.doubt() is None:
+            return _Found(found)
+    rejected = RejectedOffset(found.fit.offset, found.uncertainty.offset_std, profile)
     return _Found(remove_offset(samples, gravity, first, found), rejected)
 
 
@@ -314,7 +320,7 @@ def _offset_std(found: _Found) -> float:
 def _offset_left(found: _Found) -> float:
     """A clock offset [s] that is significant and was rejected; else zero."""
     rejected = found.rejected_offset
-    return rejected.value if rejected is not None and rejected.contradictory else 0.0
+    return rejected.left if rejected is not None and rejected.contradictory else 0.0
 
 
 def _estimate_noise(

@@ -8,7 +8,9 @@ from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Mask
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
+from hefting.ingest.offset_profile import OffsetProfile
 from hefting.ingest.outliers import Outliers
+from hefting.ingest.robust_fit import COMMON_OFFSET
 
 LARGEST_OFFSET_STD = 0.05
 """[s] Standard deviation of the clock offset from which on the offset counts as
@@ -31,6 +33,16 @@ class RejectedOffset:
     """[s]"""
     std: float
     """[s]"""
+    profile: OffsetProfile | None = None
+    """Of an offset that is significant, and was rejected for what its profile shows."""
+
+    @property
+    def left(self) -> float:
+        """The part of it [s] that may be true nevertheless: of an offset that its
+        profile contradicts what drivers commonly leave."""
+        if self.profile is None:
+            return self.value
+        return min(abs(self.value), COMMON_OFFSET)
 
     @property
     def known(self) -> bool:
@@ -174,6 +186,8 @@ def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
         return [unknown]
     if rejected is None:
         return []
+    if rejected.profile is not None:
+        return [_profile_warning(rejected, rejected.profile)]
     if not rejected.known or not found.biased:
         return [unknown]
     if rejected.contradictory:
@@ -181,6 +195,28 @@ def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
         what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
         return [warning("clock-offset-contradictory", what)]
     return []
+
+
+def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Message:
+    """Why the profile of a clock offset speaks against it."""
+    offset = f"{1e3 * rejected.value:.3g} ms"
+    doubt = profile.doubt()
+    if doubt == "edge":
+        what = f"the wrench fits best at a clock offset of {offset}, at the edge of those looked for: none assumed"
+        return warning("clock-offset-at-edge", what)
+    if doubt == "several":
+        other, apart = profile.rival
+        offsets = f"{offset} and {1e3 * other:.3g} ms"
+        gains = f"{profile.gain:.3g} and {profile.gain - apart:.3g}"
+        what = f"clock offsets of {offsets} explain the wrench alike (they gain {gains}): none assumed"
+        return warning("clock-several-offsets", what)
+    what = f"a clock offset of {offset} would explain too little of the wrench"
+    figures = (
+        f"it leaves {100.0 * profile.share_left:.0f} % of the squared residual"
+        if doubt == "share"
+        else f"gain {profile.gain:.3g}, and {profile.required_gain:.3g} are asked for"
+    )
+    return warning("clock-offset-contradictory", f"{what} ({figures}): none assumed")
 
 
 def _gravity_warnings(found: Conditioned) -> list[Message]:

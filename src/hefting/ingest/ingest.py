@@ -28,6 +28,7 @@ from hefting.ingest.gravity import (
     errors_of_gravity_size,
 )
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
@@ -75,7 +76,7 @@ def ingest(
             fix="use auto, on-object or on-sensor",
         )
     recording, given_bias = _subtract_given_bias(
-        _read(recording, start, duration), bias
+        without_faulty_poses(_read(recording, start, duration), motion), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)

@@ -157,7 +157,7 @@ def _fit_at_offsets(
     With `gravity_only` the motion is gravity, from the orientation, alone: it changes
     slowly enough for a coarse grid.
     """
-    design = _Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
+    design = Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
     wrench, used = problem.wrench, design.used
     O, K = used.shape
     deviations = (wrench - wrench.mean(axis=0)).reshape(K, 2, 3)
@@ -169,7 +169,7 @@ def _fit_at_offsets(
     count = np.maximum(used.sum(axis=1), 1.0)
     solution = np.zeros((O, design.maps.shape[2]))
     for _ in range(SCAN_ITERATIONS):
-        solution = _solve_each(*design.normal_equations(used * weights, scale))
+        solution = solve_each(*design.normal_equations(used * weights, scale))
         square = np.sum(
             (wrench - design.predict(solution)).reshape(O, K, 2, 3) ** 2, axis=3
         )
@@ -197,7 +197,7 @@ def _fit_at_offsets(
 
 
 @dataclass(frozen=True, eq=False)
-class _Design:
+class Design:
     """The linear model at each of O offsets.
 
     Every column of the design matrix, and the wrench, are linear in the known row of a
@@ -224,7 +224,7 @@ class _Design:
         offsets: Array,
         *,
         gravity_only: bool,
-    ) -> "_Design":
+    ) -> "Design":
         """For the arguments of `_fit_at_offsets`."""
         time, wrench = problem.time, problem.wrench
         K, O = len(time), len(offsets)
@@ -298,7 +298,7 @@ class _Design:
         )
 
 
-def _solve_each(normal: Array, right: Array) -> Array:
+def solve_each(normal: Array, right: Array) -> Array:
     """Solutions (O, p) of normal equations (O, p, p) and (O, p), scaled to a unit
     diagonal and slightly damped."""
     length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
@@ -311,7 +311,7 @@ def _solve_each(normal: Array, right: Array) -> Array:
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:
     """(width, 6, p) columns of the design matrix per unit of a known row: see
-    `_Design`.
+    `Design`.
 
     The ten parameters come first, then, for each tangent of gravity, the products of
     the tangent with mass and first moment, then the bias at the knots of its functions.

@@ -29,7 +29,7 @@ WRENCH_NOISE: dict[str, Six] = {
 """Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and
 a sensor's."""
 
-SHARES = ("spikes", "dropped", "contacts")
+SHARES = ("spikes", "dropped", "contacts", "pose_glitches", "pose_stalls")
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,18 @@ class Faults:
     autoregressive)"""
     pose_noise: tuple[float, float] = POSE_NOISE
     """standard deviations per axis of position [m] and orientation [rad]"""
+    pose_glitches: float = 0.0
+    """share of poses that are wrong"""
+    pose_glitch_size: tuple[float, float] = (0.3, 1.0)
+    """their standard deviation per axis of position [m] and orientation [rad]"""
+    pose_glitch_duration: float = 0.0
+    """how long each of them lasts [s]; a single pose by default"""
+    pose_stalls: float = 0.0
+    """share of the time that the last pose is repeated, in three stalls"""
+    pose_startup: float = 0.0
+    """time at the start during which the pose is the identity [s]"""
+    pose_shutdown: float = 0.0
+    """the same at the end [s]"""
     joint_noise: float = 0.0
     """standard deviation of joint angles [rad]"""
     bias: Six = ZERO

@@ -7,6 +7,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.physics import Wielding
+from hefting.simulation.pose_faults import with_pose_faults
 
 RAMP = 0.05
 """s a contact takes to come and to go, where it lasts that long."""
@@ -71,7 +72,9 @@ def record(
             draws,
         )
         add("wrench", wrench, "wrench", kept["wrench"], faults.wrench_delay)
-    position, orientation = _pose(wielding, faults, draws["pose"])
+    position, orientation = with_pose_faults(
+        time, *_pose(wielding, faults, draws["pose"]), faults, draws["pose faults"]
+    )
     add("position", position, "pose", kept["pose"])
     add("orientation", orientation, "pose", kept["pose"])
     angles = wielding.joints.position
@@ -98,7 +101,8 @@ def record(
 
 KINDS = ("wrench", "pose", "joints", "imu")
 PURPOSES = (
-    "noise", "spikes", "contacts", "pose", "joints", "gyroscope", "accelerometer", *(f"lost {kind}" for kind in KINDS)
+    "noise", "spikes", "contacts", "pose", "joints", "gyroscope", "accelerometer", *(f"lost {kind}" for kind in KINDS),
+    "pose faults",
 )  # fmt: skip
 
 

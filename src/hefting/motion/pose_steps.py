@@ -1,0 +1,284 @@
+"""Steps between the poses of a stream, and which of them no moving body can make.
+
+A position or an orientation changes by bounded accelerations. A step between successive
+values that no velocity nearby explains, within the largest acceleration, the noise and
+the errors of the time stamps, is a break.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.spatial import Array, Indices, Mask
+
+TIMING_ERROR = 0.005
+"""[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
+at a nominal 1 kHz are some milliseconds off."""
+TIMING_ERROR_IN_INTERVALS = 1.5
+"""The same in sampling intervals, where these are longer: a sample that came a whole
+interval late is no fault."""
+NOISE_FACTOR = 15.0
+"""Standard deviations of a component's noise by which a step may differ from that of
+its neighbours. The difference of two steps has 2.4 of them: 15 are exceeded once in
+10⁸ times."""
+NEIGHBOURING_STEPS = (-2, -1, 1, 2)
+"""Places, relative to a step, of the steps whose velocity may explain it. Two on each
+side, as one of them may end at a faulty sample."""
+NEARBY_INTERVALS = 2.5
+"""Time between two steps, in intervals of the longer one, up to which one may explain
+the other: not across a rest."""
+NEARBY = 0.02
+"""[s] The same where the intervals are shorter."""
+STEPS_OF_VELOCITY = 4
+"""Largest number of steps from which the velocity at the end of a piece is found."""
+NOISE_OF_JUMP = 5.0
+"""Standard deviations of a component's noise by which the first step after a held value
+is longer than that of a body that starts from rest. A step has 1.4 of them."""
+ACCELERATION_TIME = 0.05
+"""[s] Time over which velocities are taken for the usual acceleration."""
+STARTS_OVER_USUAL = 3.0
+"""Acceleration of a start from rest over that which the moving parts of a recording
+exceed for a tenth of the time."""
+FEWEST_HELD_ROWS = 3
+"""Smallest number of equal rows that may be a stalled stream."""
+HELD_UPDATES = 2.0
+"""Number of usual runs of equal rows that a run of a stalled stream exceeds."""
+ROWS_FOR_NOISE = 20_000
+"""Largest number of rows from which the noise is found."""
+SMALLEST_STEPS = 0.01
+"""Share of the steps that are taken as the smallest ones: values that were rounded
+change by no less than their last digit."""
+ROUNDING_OVER_STEP = 0.5
+"""Standard deviation that counts as the noise of rounding, over the smallest step: a
+step of one digit along all three axes is then below that of a jump."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds on the motion of what a robot holds."""
+
+    speed: float
+    """[m/s] or [rad/s]"""
+    acceleration: float
+    """[m/s²] or [rad/s²]"""
+
+
+POSITION_LIMITS = Limits(speed=10.0, acceleration=30.0)
+"""Of a sensor's origin. Robot arms accelerate by up to 15 m/s², in an emergency stop by
+twice as much."""
+ORIENTATION_LIMITS = Limits(speed=30.0, acceleration=200.0)
+"""Of a sensor's axes. The last joints of robot arms accelerate by up to 50 rad/s²."""
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Runs of equal rows of a stream: its updates."""
+
+    first: Indices
+    """(U,) first row of each run"""
+    length: Indices
+    """(U,) number of its rows"""
+    of_row: Indices
+    """(K,) run of each row"""
+    time: Array
+    """(U,) [s] of the first rows"""
+    end: Array
+    """(U,) [s] of the last rows"""
+    values: Array
+    """(U, 3) or (U, 4)"""
+
+    @property
+    def long(self) -> Mask:
+        """(U,) the runs of more equal rows than usual."""
+        usual = float(np.median(self.length))
+        return (self.length >= FEWEST_HELD_ROWS) & (self.length > HELD_UPDATES * usual)
+
+    @property
+    def any_long(self) -> bool:
+        """Whether any run is long enough to be of a stalled stream."""
+        return bool((self.length >= FEWEST_HELD_ROWS).any())
+
+    @property
+    def at_ends(self) -> Mask:
+        """(K,) rows of the first and of the last run, where these are long."""
+        long = self.length >= FEWEST_HELD_ROWS
+        long[1:-1] = False
+        return long[self.of_row]
+
+    @classmethod
+    def of(cls, time: Array, values: Array) -> "Runs":
+        """Runs of values (K, d) at times (K,)."""
+        changed = np.ones(len(time), dtype=bool)
+        changed[1:] = (values[1:] != values[:-1]).any(axis=1)
+        if changed.all():
+            rows = np.arange(len(time))
+            return cls(rows, np.ones_like(rows), rows, time, time, values)
+        first = np.flatnonzero(changed)
+        length = np.diff(np.append(first, len(time)))
+        return cls(
+            first,
+            length,
+            np.cumsum(changed) - 1,
+            time[first],
+            time[first + length - 1],
+            values[first],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """Steps between successive runs."""
+
+    time: Array
+    """(U,) [s] at which the runs begin"""
+    end: Array
+    """(U,) [s] at which they end"""
+    values: Array
+    """(U, 3) or (U, 4) of the runs"""
+    steps: Array
+    """(U - 1, 3) [m] or [rad]"""
+    interval: Array
+    """(U - 1,) [s] from the end of a run to the next one, not shorter than the usual
+    one: stamps may come in bursts"""
+    usual: float
+    """[s] median time from the beginning of a run to that of the next one"""
+    timing_error: float
+    """[s]"""
+    noise: float
+    """[m] or [rad] standard deviation of a component"""
+    limits: Limits
+
+    @classmethod
+    def of(cls, runs: Runs, limits: Limits) -> "Steps":
+        """Steps between runs."""
+        usual = float(np.median(np.diff(runs.time)))
+        return cls(
+            runs.time,
+            runs.end,
+            runs.values,
+            steps := displacement(runs.values[:-1], runs.values[1:]),
+            np.maximum(runs.time[1:] - runs.end[:-1], usual),
+            usual,
+            max(TIMING_ERROR, TIMING_ERROR_IN_INTERVALS * usual),
+            _noise(steps),
+            limits,
+        )
+
+    def broken(self) -> Mask:
+        """(U - 1,) the steps that no velocity nearby explains."""
+        limits, n = self.limits, len(self.steps)
+        length = np.sqrt(np.einsum("ij,ij->i", self.steps, self.steps))
+        speed = length / self.interval
+        allowed_noise = NOISE_FACTOR * self.noise
+        most = limits.speed * (self.interval + self.timing_error) + allowed_noise
+        # most steps are explained by the acceleration alone
+        suspect = np.flatnonzero(
+            length > 0.5 * limits.acceleration * self.interval**2 + allowed_noise
+        )
+        explained = np.zeros(len(suspect), dtype=bool)
+        middle = self.end[:-1] + 0.5 * self.interval
+        for place in NEIGHBOURING_STEPS:
+            other = suspect + place
+            there = (other >= 0) & (other < n)
+            other = np.clip(other, 0, n - 1)
+            there &= length[other] <= most[other]
+            dt = self.interval[suspect]
+            since = np.abs(middle[other] - middle[suspect])
+            longer = np.maximum(dt, self.interval[other])
+            there &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
+            expected = self.steps[other] * (dt / self.interval[other])[:, None]
+            apart = np.linalg.norm(self.steps[suspect] - expected, axis=1)
+            allowed = (
+                limits.acceleration * dt * since
+                + self.timing_error * speed[other]
+                + allowed_noise * np.maximum(1.0, dt / self.interval[other])
+            )
+            explained |= there & (apart <= allowed)
+        broken = np.zeros(n, dtype=bool)
+        broken[suspect] = ~explained
+        return broken | (length > most)
+
+    def usual_acceleration(self) -> float:
+        """Acceleration [m/s²] or [rad/s²] that a body at rest may start with: several
+        times that of the moving parts of this recording, within the limits."""
+        lag = max(int(np.ceil(ACCELERATION_TIME / self.usual)), 2)
+        way = np.cumsum(self.steps, axis=0)
+        if len(way) < 4 * lag:
+            return self.limits.acceleration
+        time = self.time[1:]
+        velocity = (way[lag:] - way[:-lag]) / (time[lag:] - time[:-lag])[:, None]
+        change = np.linalg.norm(velocity[lag:] - velocity[:-lag], axis=1)
+        acceleration = change / (0.5 * (time[2 * lag :] - time[: -2 * lag]))
+        speed = np.linalg.norm(velocity[lag:], axis=1)
+        moving = speed * lag * self.usual > NOISE_FACTOR * self.noise + 1e-9
+        if not moving.any():
+            return self.limits.acceleration
+        usual = STARTS_OVER_USUAL * float(np.quantile(acceleration[moving], 0.9))
+        return min(usual, self.limits.acceleration)
+
+    def starts_from_rest(self, interval: Array) -> Array:
+        """(R,) largest first step [m] or [rad] of a body at rest within an interval
+        (R,) [s]."""
+        late = np.minimum(self.timing_error, 0.5 * interval)
+        return (
+            0.5 * self.usual_acceleration() * (interval + late) ** 2
+            + NOISE_OF_JUMP * self.noise
+        )
+
+    def reaches(self, begin: Indices, end: Indices, first: int, last: int) -> Mask:
+        """(B,) whether a piece, from sample `first` to `last`, is reached from earlier
+        ones, from samples `begin` (B,) to `end` (B,)."""
+        # the stream may have stalled at the value that it held: that needs a motion to
+        # show, not a single sample
+        since = self.time if last > first else self.end
+        gap = self.time[first] - since[end]
+        way = displacement(self.values[end], self.values[np.full(len(end), first)])
+        allowed_noise = NOISE_FACTOR * self.noise
+        reached = np.linalg.norm(way, axis=1) <= (
+            self.limits.speed * (gap + self.timing_error) + allowed_noise
+        )
+        back = np.maximum(end - STEPS_OF_VELOCITY, begin)
+        here = np.full(len(end), first)
+        forth = np.full(len(end), min(first + STEPS_OF_VELOCITY, last))
+        for one, other in ((back, end), (here, forth)):
+            known = other > one
+            lasts = np.where(known, self.time[other] - self.time[one], 1.0)
+            lasts = np.maximum(lasts, 0.5 * self.usual)
+            velocity = displacement(self.values[one], self.values[other])
+            velocity = velocity / lasts[:, None]
+            allowed = (
+                0.5 * self.limits.acceleration * gap * (gap + lasts)
+                + self.timing_error * np.linalg.norm(velocity, axis=1)
+                + allowed_noise * (1.0 + gap / lasts)
+            )
+            apart = np.linalg.norm(way - gap[:, None] * velocity, axis=1)
+            reached &= ~known | (apart <= allowed)
+        return reached
+
+
+def displacement(before: Array, after: Array) -> Array:
+    """(K, 3) way from positions (K, 3), or orientations (K, 4), to others [m], [rad].
+
+    Of orientations it is the rotation vector in world axes, up to a quarter turn; the
+    sign of a quaternion does not matter.
+    """
+    if before.shape[1] == 3:
+        return after - before
+    v, s = after[:, :3], after[:, 3:]
+    u, r = before[:, :3], before[:, 3:]
+    scalar = s * r + np.einsum("ij,ij->i", v, u)[:, None]
+    vector = r * v - s * u - np.cross(v, u)
+    return np.where(scalar < 0.0, -2.0, 2.0) * vector
+
+
+def _noise(steps: Array) -> float:
+    """Robust standard deviation of the noise of a component, from second differences,
+    or of rounding, from the smallest steps."""
+    steps = steps[:: -(-len(steps) // ROWS_FOR_NOISE)]
+    second = np.diff(steps, axis=0)
+    if not len(second):
+        return 0.0
+    length = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+    smallest = float(np.quantile(length, SMALLEST_STEPS))
+    white = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
+    return max(white, ROUNDING_OVER_STEP * smallest)
