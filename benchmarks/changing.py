@@ -8,6 +8,8 @@ while; in the others sensor and clock have faults, or none.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import butter, lfilter
+from scipy.spatial.transform import Rotation
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording
@@ -28,7 +30,11 @@ from hefting.simulation import (
 EVENTS = ("picked-up", "put-down", "swapped", "slipped", "touched")
 """What happens once in a recording."""
 CLEAN = ("clean", "drift", "settling", "offset", "spikes", "coloured")
-"""What is wrong with a recording without an event."""
+"""Recordings without an event: perfect ones, and those with faults that ingest puts
+right."""
+MISFITS = ("turned", "flipped", "units", "tilted", "filtered", "late")
+"""Recordings without an event that no single body explains, as something else is
+wrong."""
 MOTIONS = ("random", "trapezoids", "stop and go", "rest")
 LEVELS = ("low", "moderate", "high")
 """Names of the wrench noise in `hefting.simulation.WRENCH_NOISE`."""
@@ -47,8 +53,8 @@ TOUCH = (1.0, 0.55)
 TRANSITION = (0.0, 0.2)
 """[s] Shortest and longest time in which the wrench goes over from one body's to the
 other's."""
-SMALLEST_CHANGE = 0.2
-"""Share of the mass by which a swapped object is at least heavier or lighter."""
+RATIOS = (1.2, 4.0)
+"""Smallest and largest ratio of the masses of two objects that are swapped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +62,7 @@ class Case:
     """A recording and what happened in it."""
 
     kind: str
-    """one of `EVENTS` or of `CLEAN`"""
+    """one of `EVENTS`, `CLEAN` or `MISFITS`"""
     motion: str
     level: str
     biased: bool
@@ -82,9 +88,10 @@ def case(kind: str, seed: int) -> Case:
         faults = replace(faults, bias=_six(rng, 10.0, 0.5))
     before, after = _bodies(kind, rng)
     wielding = wield_analytically(UR5, joints, before)
-    if kind in CLEAN:
+    if kind not in EVENTS:
         faults = _faulty(kind, faults, rng)
         log = record(wielding, faults, seed=int(rng.integers(1 << 30)))
+        log = _misread(kind, log, rng)
         return Case(kind, motion, level, biased, log, None, bodies=(before,))
     time = float(rng.uniform(0.2, 0.8) * duration)
     end = None
@@ -98,9 +105,7 @@ def case(kind: str, seed: int) -> Case:
         share = _passed(wielding.motion.time, time, float(rng.uniform(*TRANSITION)))
         z = wielding.measurements
         changed = z.wrench + share[:, None] * (other.wrench - z.wrench)
-    z = replace(
-        wielding.measurements, force=changed[:, :3], torque=changed[:, 3:]
-    )
+    z = replace(wielding.measurements, force=changed[:, :3], torque=changed[:, 3:])
     log = record(
         replace(wielding, measurements=z), faults, seed=int(rng.integers(1 << 30))
     )
@@ -119,7 +124,10 @@ def moved(motion: str, duration: float, seed: int) -> JointMotion:
         return joints
     still = np.zeros_like(joints.velocity)
     return JointMotion(
-        joints.time, np.tile(joints.position[len(still) // 2], (len(still), 1)), still, still
+        joints.time,
+        np.tile(joints.position[len(still) // 2], (len(still), 1)),
+        still,
+        still,
     )
 
 
@@ -152,13 +160,15 @@ def _bodies(
         return gripper + held, gripper
     if kind == "swapped":
         other = random_box(rng)
-        while abs(np.log(other.mass / held.mass)) < np.log1p(SMALLEST_CHANGE):
-            other = random_box(rng)
-        return held, other
+        ratio = np.exp(rng.uniform(*np.log(RATIOS)) * rng.choice((-1.0, 1.0)))
+        mass = float(np.clip(ratio * held.mass, *MASSES))
+        return held, InertialParameters(mass / other.mass * other.vector)
     if kind == "slipped":
         way = rng.normal(size=3)
         way *= rng.uniform(*SLIPS) / np.linalg.norm(way)
-        moved = held.moved(np.block([[np.eye(3), way[:, None]], [np.zeros((1, 3)), 1.0]]))
+        moved = held.moved(
+            np.block([[np.eye(3), way[:, None]], [np.zeros((1, 3)), 1.0]])
+        )
         return held, moved
     return held, held
 
@@ -171,9 +181,14 @@ def _touched(
     z, time = wielding.measurements, wielding.motion.time
     force = rng.normal(size=3)
     force *= rng.uniform(*PUSHES) / np.linalg.norm(force)
-    slow = 1.0 + np.sin(
-        2.0 * np.pi * rng.uniform(0.3, 1.0, 3) * time[:, None] + rng.uniform(0.0, 6.0, 3)
-    ) / 3.0
+    slow = (
+        1.0
+        + np.sin(
+            2.0 * np.pi * rng.uniform(0.3, 1.0, 3) * time[:, None]
+            + rng.uniform(0.0, 6.0, 3)
+        )
+        / 3.0
+    )
     pushed = force * slow
     if rng.random() < 0.5:
         pushed = np.einsum("kji,kj->ki", wielding.motion.rotation, pushed)
@@ -197,11 +212,47 @@ def _faulty(kind: str, faults: Faults, rng: np.random.Generator) -> Faults:
         return replace(faults, drift=_six(rng, 1.0, 0.05), drift_kind="exponential")
     if kind == "offset":
         return replace(faults, wrench_delay=float(rng.uniform(-0.1, 0.3)))
+    if kind == "late":
+        return replace(faults, wrench_delay=0.3)
     if kind == "spikes":
         return replace(faults, spikes=0.01)
     if kind == "coloured":
         return replace(faults, noise_correlation=0.9)
     return faults
+
+
+def _misread(kind: str, recording: Recording, rng: np.random.Generator) -> Recording:
+    """The recording with what `MISFITS` says done to it."""
+    stream = recording["wrench"]
+    f, t = stream.values[:, :3], stream.values[:, 3:]
+    if kind == "turned":
+        R = Rotation.from_euler("xyz"[rng.integers(3)], 0.5 * np.pi).as_matrix()
+        wrench = np.hstack((f @ R.T, t @ R.T))
+    elif kind == "flipped":
+        wrench = stream.values * np.tile(1.0 - 2.0 * np.eye(3)[rng.integers(3)], 2)
+    elif kind == "units":
+        wrench = np.hstack((f, 1e3 * t))
+    elif kind == "tilted":
+        quaternion = recording["orientation"]
+        tilt = Rotation.from_euler("x", np.radians(rng.uniform(5.0, 20.0)))
+        turned = (tilt * Rotation.from_quat(quaternion.values)).as_quat()
+        return replace(
+            recording,
+            streams={
+                **recording.streams,
+                "orientation": replace(quaternion, values=turned),
+            },
+        )
+    elif kind == "filtered":
+        b, a = butter(2, rng.uniform(0.5, 3.0) / (0.5 * RATE))
+        first = stream.values[0]
+        wrench = np.asarray(lfilter(b, a, stream.values - first, axis=0)) + first
+    else:
+        return recording
+    return replace(
+        recording,
+        streams={**recording.streams, "wrench": replace(stream, values=wrench)},
+    )
 
 
 def _six(
@@ -210,4 +261,3 @@ def _six(
     """Six normal numbers of these standard deviations."""
     a, b, c, d, e, f = (np.repeat((force, torque), 3) * rng.normal(size=6)).tolist()
     return (a, b, c, d, e, f)
-

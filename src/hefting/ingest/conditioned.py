@@ -8,6 +8,7 @@ from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, frozen
+from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
 from hefting.motion import Curves
 
@@ -116,6 +117,8 @@ class Conditioned:
     offset_left: float = 0.0
     """s, a significant clock offset that was not removed, as it explains too little of
     the wrench; else zero"""
+    changes: Changes | None = None
+    """changes of the object that were found; None where there are none"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
 

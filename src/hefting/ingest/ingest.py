@@ -18,6 +18,7 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import measured_blocks, residual_size
+from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
@@ -63,7 +64,9 @@ def ingest(
     hint : whether to estimate, for information, gravity's direction even where it is
         given and the wrench is explained.
 
-    Whether the recording determines an object is checked by
+    Where the object changes, the longest stretch of one free body is used, with an
+    object in the hand if there is one; where `start` or `duration` is given the part is
+    used as it is, with a warning. Whether the recording determines an object is checked by
     `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be
     read or understood.
     """
@@ -72,18 +75,22 @@ def ingest(
             f"unknown wrench convention '{wrench}'",
             fix="use auto, on-object or on-sensor",
         )
-    recording, given_bias = _subtract_given_bias(
-        _read(recording, start, duration), bias
-    )
+    recording, first = _read(recording, start, duration)
+    recording, given_bias = _subtract_given_bias(recording, bias)
     may_be_biased = given_bias is None and bias != "none"
     tilt = isinstance(gravity, str)
     if tilt and gravity != "estimate":
         raise InputError(
             f"unknown gravity '{gravity}'", fix="use X,Y,Z [m/s²] or estimate"
         )
-    found = condition(
-        recording, STANDARD_GRAVITY if tilt else gravity, motion, tilt=tilt, hint=hint
-    )  # type: ignore[arg-type]
+    given = STANDARD_GRAVITY if tilt else gravity
+    found = condition(recording, given, motion, tilt=tilt, hint=hint)  # type: ignore[arg-type]
+    changes, asked = found.changes, bool(start) or duration is not None
+    if changes is not None and not asked:
+        part = changes.chosen
+        recording = recording.slice(part.start, part.duration)
+        found = condition(recording, given, motion, tilt=tilt, hint=hint, changes=False)  # type: ignore[arg-type]
+    changes = None if changes is None else changes.later(first)
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
     )
@@ -115,6 +122,7 @@ def ingest(
         ),
         *(_sign_warnings(sign) if wrench == "auto" else []),
         *bias_warnings,
+        *change_warnings(changes, chosen=not asked),
         *reversed_gravity_warnings(z, state, fit),
     ]
     gravity_errors = errors_of_estimated_gravity(
@@ -155,6 +163,7 @@ def ingest(
         clock_error=clock_error,
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
+        changes=changes,
     )
 
 
@@ -174,13 +183,15 @@ class _FreeFits:
 
 def _read(
     recording: Recording | str | Path, start: float, duration: float | None
-) -> Recording:
-    """The part of a recording, or of a log, from `start` [s] and of `duration` [s]."""
+) -> tuple[Recording, float]:
+    """The part of a recording, or of a log, from `start` [s] and of `duration` [s], and
+    the time [s] from the recording's first sample to that of the part."""
     if not isinstance(recording, Recording):
         recording = read_log(recording)
+    whole = recording.start
     if start or duration is not None:
         recording = recording.slice(start, duration)
-    return recording
+    return recording, recording.start - whole
 
 
 def _subtract_given_bias(

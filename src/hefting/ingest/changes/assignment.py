@@ -16,9 +16,11 @@ from hefting.ingest.changes.partition import LONGEST_TRANSITION, Interval, parti
 
 NO_BODY = -1
 """Label of an interval in which no body explains the wrench."""
-CONTACT_VARIANCE = 25.0
+CONTACT_VARIANCE = 16.0
 """Variance of the residuals in a contact, over that where a body explains the wrench
-best: a push is five times as large as the noise of a tenth of a second, or more."""
+best: a push is four times as large as the noise of a tenth of a second, or more."""
+MOST_JOINED = 6
+"""Most intervals that are taken for one contact at a time."""
 FEWEST_CELLS_OF_REFERENCE = 15
 """Fewest cells of the interval in which a body explains the wrench best: in shorter ones
 any wrench is explained."""
@@ -63,9 +65,7 @@ class Assignment:
                 grown.append((begin, end, self.labels[i]))
         return grown
 
-    def _continues(
-        self, before: tuple[int, int, int], begin: int, label: int
-    ) -> bool:
+    def _continues(self, before: tuple[int, int, int], begin: int, label: int) -> bool:
         """Whether a stretch with a label that begins at a cell is the same one as that
         before."""
         most = max(1, round(LONGEST_TRANSITION / self.cells.interval))
@@ -77,9 +77,7 @@ class Assignment:
         begin, end = self.model.intervals[i]
         others = [
             first
-            for (first, _), label in zip(
-                self.model.intervals, self.labels, strict=True
-            )
+            for (first, _), label in zip(self.model.intervals, self.labels, strict=True)
             if label != NO_BODY and first >= end
         ]
         highest = min(others, default=len(self.cells))
@@ -119,23 +117,33 @@ def _without_contacts(model: JointModel, reference: float) -> list[int]:
     """A body for each interval, but for those in which none explains the wrench beside
     the bias of the others.
 
-    One interval after the other is taken for a contact, that which lowers the cost
-    most. `reference` is the variance of residuals where a body explains the wrench.
+    One run of intervals after the other is taken for a contact, that which lowers the
+    cost most. `reference` is the variance of residuals where a body explains the
+    wrench.
     """
     labels = list(range(len(model.intervals)))
     cost = _cost(model, labels, reference)
-    while sum(label != NO_BODY for label in labels) > 1:
-        others = [
-            [NO_BODY if label == i else label for label in labels]
-            for i in labels
-            if i != NO_BODY
-        ]
+    while True:
+        others = _with_a_contact(labels)
         costs = [_cost(model, other, reference) for other in others]
-        best = min(range(len(others)), key=lambda k: costs[k])
-        if costs[best] >= cost:
-            break
-        labels, cost = others[best], costs[best]
-    return labels
+        if not costs or min(costs) >= cost:
+            return labels
+        cost = min(costs)
+        labels = others[costs.index(cost)]
+
+
+def _with_a_contact(labels: list[int]) -> list[list[int]]:
+    """The labels with each run of intervals taken for a contact, but for one interval at
+    least."""
+    L = len(labels)
+    others = []
+    for begin in range(L):
+        for end in range(begin + 1, min(begin + MOST_JOINED, L) + 1):
+            run = [NO_BODY] * (end - begin)
+            other = [*labels[:begin], *run, *labels[end:]]
+            if other != labels and max(other) != NO_BODY:
+                others.append(other)
+    return others
 
 
 def _cost(model: JointModel, labels: list[int], reference: float) -> float:

@@ -141,14 +141,16 @@ class JointModel:
             else np.append(names.index(label) * p + np.arange(p), bias)
             for label in labels
         ]
-        prior = np.append(np.tile(LARGEST_PARAMETERS**-2.0, n), ridge_of_bias(self.drift))
+        prior = np.append(
+            np.tile(LARGEST_PARAMETERS**-2.0, n), ridge_of_bias(self.drift)
+        )
         normal, right = np.diag(prior), np.zeros(len(prior))
         for gram, at in zip(self.grams, places, strict=True):
             if at is not None:
                 both = gram.sum(axis=0)
                 normal[np.ix_(at, at)] += both[:-1, :-1]
                 right[at] += both[:-1, -1]
-        inverse = np.linalg.inv(normal)
+        inverse: Array = np.asarray(np.linalg.inv(normal), dtype=float)
         solution = inverse @ right
         squares, equations = np.zeros((len(labels), 2)), np.zeros(len(labels))
         combinations: list[Array | None] = []

@@ -15,9 +15,7 @@ SAME_MASS_SHARE = 0.05
 the errors of a sensor."""
 
 
-def event_between(
-    before: Array, after: Array, std_of_difference: float
-) -> EventKind:
+def event_between(before: Array, after: Array, std_of_difference: float) -> EventKind:
     """Kind of a change from one body to another.
 
     Parameters

@@ -7,17 +7,16 @@ contacts. That is told only where two bodies, or one and a contact, explain the 
 well as the sensor's noise lets them.
 """
 
-
 import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
 from hefting.ingest.changes.bodies import PARAMETERS, JointFit, JointModel
-from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
-from hefting.ingest.changes.events import center_of_mass, event_between
+from hefting.ingest.changes.events import BARE_SHARE, center_of_mass, event_between
 from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
 from hefting.ingest.changes.stretches import Changes, EventKind, Stretch, Touch
+from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.robust_fit import RobustFit
 from hefting.ingest.samples import Samples
 
@@ -70,9 +69,7 @@ def _cells(samples: Samples, found: RobustFit, offset: float) -> Cells | None:
     return with_noise_scale(cells)
 
 
-def _best_offset(
-    samples: Samples, found: RobustFit, cells: Cells
-) -> Assignment | None:
+def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment | None:
     """The assignment at the clock offset at which bodies explain most; None where they
     explain little."""
     best = assign(cells)
@@ -113,7 +110,7 @@ def _unexplained(assignment: Assignment) -> tuple[bool, float]:
 def _changes(found: Assignment, start: float) -> Changes | None:
     """The stretches with their bodies; None where there is one without a contact, or no
     contact can be told from other errors."""
-    parts = found.stretches
+    parts = _without_excursions(found)
     touches = _touches(found, parts, start)
     contacts = bool(touches)
     if contacts and found.variance > EXPLAINED_VARIANCE:
@@ -125,6 +122,24 @@ def _changes(found: Assignment, start: float) -> Changes | None:
         return None
     duration = float(found.cells.last[-1] - found.cells.first[0])
     return Changes(tuple(stretches), tuple(touches), duration)
+
+
+def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
+    """The stretches but for those between two of one body, unless an object was picked
+    up or put down in between: something touched it, whatever body explains that."""
+    parts = found.stretches
+    names = sorted({label for label in found.labels if label != NO_BODY})
+    mass = {
+        name: abs(float(m))
+        for name, m in zip(names, found.fit.bodies[:, 0], strict=True)
+    }
+    kept = parts[:1]
+    for now, after in zip(parts[1:], [*parts[2:], None], strict=True):
+        pair = sorted((mass[kept[-1][2]], mass[now[2]]))
+        returns = after is not None and kept[-1][2] == after[2] != now[2]
+        if not (returns and pair[0] > BARE_SHARE * pair[1]):
+            kept.append(now)
+    return kept
 
 
 def _touches(
@@ -206,6 +221,4 @@ def _event(
         return "touched" if touched or i + 1 < len(times) else None
     one, other = names.index(labels[i]), names.index(labels[i + 1])
     variance = fit.difference(one, other)[1][0, 0] * max(float(fit.variance[0]), 1.0)
-    return event_between(
-        bodies[i], bodies[i + 1], float(np.sqrt(variance * tau))
-    )
+    return event_between(bodies[i], bodies[i + 1], float(np.sqrt(variance * tau)))

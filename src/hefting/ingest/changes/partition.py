@@ -58,9 +58,9 @@ class Intervals:
         grams = self.sums[end] - self.sums[begin]
         q = UNKNOWNS
         normal = grams.sum(axis=1)
-        solution = np.linalg.solve(
-            normal[:, :q, :q] + self.ridge, normal[:, :q, q:]
-        )[:, :, 0]
+        solution = np.linalg.solve(normal[:, :q, :q] + self.ridge, normal[:, :q, q:])[
+            :, :, 0
+        ]
         square = (
             grams[:, :, q, q]
             - 2.0 * np.einsum("pgi,pi->pg", grams[:, :, :q, q], solution)

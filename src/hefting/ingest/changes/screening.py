@@ -106,7 +106,9 @@ def _best_change(cells: Cells) -> int:
     rows = slice(FEWEST_CELLS_EACH_SIDE, len(cells) - FEWEST_CELLS_EACH_SIDE)
     shared, score = shared[rows], score[rows]
     q = shared.shape[2]
-    explained = (shared.reshape(-1, q) @ np.linalg.inv(fit.normal)).reshape(shared.shape)
+    explained = (shared.reshape(-1, q) @ np.linalg.inv(fit.normal)).reshape(
+        shared.shape
+    )
     information = shared[:, :, :PARAMETERS] - explained @ np.swapaxes(shared, 1, 2)
     information = information + np.diag(LARGEST_PARAMETERS**-2.0)
     gain = np.sum(score * np.linalg.solve(information, score), axis=(1, 2))

@@ -1,7 +1,7 @@
 """Stretches of a recording in each of which the same free body is held, and the events
 between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -77,21 +77,20 @@ class Changes:
         """[s] in which no body explains the wrench."""
         return float(np.sum([t.end - t.start for t in self.touches]))
 
+    def to_dicts(self) -> list[dict[str, Any]]:
+        """The stretches, JSON-ready."""
+        return [stretch.to_dict() for stretch in self.stretches]
+
     def later(self, seconds: float) -> "Changes":
         """The same, with times since `seconds` [s] before the recording's start."""
 
-        def moved(stretch: Stretch) -> Stretch:
-            return Stretch(
-                stretch.start + seconds,
-                stretch.end + seconds,
-                stretch.mass,
-                stretch.center_of_mass,
-                stretch.event,
-                stretch.bare,
-            )
-
-        return Changes(
-            tuple(moved(stretch) for stretch in self.stretches),
-            tuple(Touch(t.start + seconds, t.end + seconds) for t in self.touches),
-            self.duration,
+        return replace(
+            self,
+            stretches=tuple(
+                replace(s, start=s.start + seconds, end=s.end + seconds)
+                for s in self.stretches
+            ),
+            touches=tuple(
+                Touch(t.start + seconds, t.end + seconds) for t in self.touches
+            ),
         )
