@@ -19,6 +19,10 @@ NO_BODY = -1
 CONTACT_VARIANCE = 16.0
 """Variance of the residuals in a contact, over that where a body explains the wrench
 best: a push is four times as large as the noise of a tenth of a second, or more."""
+MOST_INTERVALS = 9
+"""Most intervals that are looked at: as a drift of the bias or a contact is divided into
+several, that is about three events. More are found where something is wrong all the
+time."""
 MOST_JOINED = 6
 """Most intervals that are taken for one contact at a time."""
 FEWEST_CELLS_OF_REFERENCE = 15
@@ -96,9 +100,12 @@ class Assignment:
         return square < EXPLAINED_CELL * max(self.variance, 1.0)
 
 
-def assign(cells: Cells) -> Assignment:
-    """The fewest bodies that explain the wrench, and where none does."""
+def assign(cells: Cells) -> Assignment | None:
+    """The fewest bodies that explain the wrench, and where none does; None where there
+    are too many intervals for that."""
     intervals = partition(cells)
+    if len(intervals) > MOST_INTERVALS:
+        return None
     model = JointModel(cells, intervals)
     long = [i for i in intervals if i[1] - i[0] >= FEWEST_CELLS_OF_REFERENCE]
     each = [JointModel(cells, [i], drift=1).fit([0]) for i in long]

@@ -10,6 +10,7 @@ from hefting.core.spatial import Array, Mask
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem
 from hefting.ingest.outliers import Outliers
+from hefting.ingest.path import WORLD_AXES_COLUMNS
 from hefting.ingest.samples import Samples
 
 CELL_DURATION = 0.1
@@ -36,6 +37,8 @@ class Cells:
     """(M,) [s] of the last sample"""
     features: Array
     """(M, 12) of the motion, see `hefting.ingest.model`"""
+    axes: Array
+    """(M, 9) rotation from world to sensor axes, by rows"""
     wrench: Array
     """(M, 6) as recorded [N, N m]"""
     scale: Array
@@ -90,17 +93,19 @@ def cells_of(
     if not kept.any():
         return None
     time = problem.time[kept]
+    axes = model.reading.value[kept][:, WORLD_AXES_COLUMNS]
     width = max(CELL_DURATION, float(np.ptp(time)) / MOST_CELLS)
     starts = np.flatnonzero(np.diff(np.floor((time - time[0]) / width), prepend=-1.0))
     count = np.diff(np.append(starts, len(time)))
-    values = np.hstack((time[:, None], model.features[kept], wrench[kept]))
+    values = np.hstack((time[:, None], model.features[kept], axes, wrench[kept]))
     mean = np.add.reduceat(values, starts, axis=0) / count[:, None]
     return Cells(
         mean[:, 0],
         time[starts],
         time[starts + count - 1],
         mean[:, 1:13],
-        mean[:, 13:],
+        mean[:, 13:22],
+        mean[:, 22:],
         np.ones(2),
     )
 

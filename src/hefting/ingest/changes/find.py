@@ -10,6 +10,7 @@ well as the sensor's noise lets them.
 import numpy as np
 
 from hefting.core.spatial import Array
+from hefting.ingest.changes.alternatives import variance_of_any_linear_function
 from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
 from hefting.ingest.changes.bodies import PARAMETERS, JointFit, JointModel
 from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
@@ -76,19 +77,24 @@ def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment
     if found.problem.path.moves:
         others = [0.0] if abs(found.fit.offset) > NEGLIGIBLE_OFFSET else []
         best = _better(best, samples, found, others)
-        if best.variance > EXPLAINED_VARIANCE:
+        if best is None or best.variance > EXPLAINED_VARIANCE:
             best = _better(best, samples, found, list(OFFSETS))
-    return best if best.variance <= POORLY_EXPLAINED_VARIANCE else None
+    if best is None or best.variance > POORLY_EXPLAINED_VARIANCE:
+        return None
+    return best
 
 
 def _better(
-    best: Assignment, samples: Samples, found: RobustFit, offsets: list[float]
-) -> Assignment:
+    best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
+) -> Assignment | None:
     """That of an assignment and those at other clock offsets which explains most."""
     for offset in offsets:
         cells = _cells(samples, found, offset)
-        if cells is not None:
-            best = min(best, assign(cells), key=_unexplained)
+        other = None if cells is None else assign(cells)
+        if best is None or (
+            other is not None and _unexplained(other) < _unexplained(best)
+        ):
+            best = other
     return best
 
 
@@ -113,7 +119,7 @@ def _changes(found: Assignment, start: float) -> Changes | None:
     parts = _without_excursions(found)
     touches = _touches(found, parts, start)
     contacts = bool(touches)
-    if contacts and found.variance > EXPLAINED_VARIANCE:
+    if contacts and not _is_contact(found):
         return None
     if not contacts and len({label for _, _, label in parts}) < 2:
         return None
@@ -134,12 +140,21 @@ def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
         for name, m in zip(names, found.fit.bodies[:, 0], strict=True)
     }
     kept = parts[:1]
-    for now, after in zip(parts[1:], [*parts[2:], None], strict=True):
-        pair = sorted((mass[kept[-1][2]], mass[now[2]]))
-        returns = after is not None and kept[-1][2] == after[2] != now[2]
-        if not (returns and pair[0] > BARE_SHARE * pair[1]):
+    for i, now in enumerate(parts[1:], start=1):
+        before = kept[-1][2]
+        lighter, heavier = sorted((mass[before], mass[now[2]]))
+        returns = i + 1 < len(parts) and parts[i + 1][2] == before != now[2]
+        if not (returns and lighter > BARE_SHARE * heavier):
             kept.append(now)
     return kept
+
+
+def _is_contact(found: Assignment) -> bool:
+    """Whether what no body explains can be told from what is wrong all the time."""
+    if found.variance > EXPLAINED_VARIANCE:
+        return False
+    otherwise = variance_of_any_linear_function(found.cells)
+    return bool(otherwise.max() > EXPLAINED_VARIANCE)
 
 
 def _touches(
