@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Indices, Mask
+from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem
 from hefting.ingest.outliers import Outliers
@@ -22,6 +23,9 @@ longer."""
 SHORTEST_CONTACT = 0.7
 """[s] Shorter contacts are left out, as the robust fit found them; whether a longer one
 is a contact is decided anew."""
+SPIKE = 12.0
+"""Distance from the median of a cell, in median distances, above which a block is left
+out: eight standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +96,10 @@ def cells_of(
     kept = kept & model.reading.known
     if not kept.any():
         return None
+    kept = _without_spikes(problem.time, wrench, kept)
     time = problem.time[kept]
     axes = model.reading.value[kept][:, WORLD_AXES_COLUMNS]
-    width = max(CELL_DURATION, float(np.ptp(time)) / MOST_CELLS)
-    starts = np.flatnonzero(np.diff(np.floor((time - time[0]) / width), prepend=-1.0))
+    starts = _starts(time)
     count = np.diff(np.append(starts, len(time)))
     values = np.hstack((time[:, None], model.features[kept], axes, wrench[kept]))
     mean = np.add.reduceat(values, starts, axis=0) / count[:, None]
@@ -108,6 +112,28 @@ def cells_of(
         mean[:, 22:],
         np.ones(2),
     )
+
+
+def _starts(time: Array) -> Indices:
+    """First block of each cell, of blocks at `time` (B,) [s]."""
+    width = max(CELL_DURATION, float(np.ptp(time)) / MOST_CELLS)
+    return np.flatnonzero(np.diff(np.floor((time - time[0]) / width), prepend=-1.0))
+
+
+def _without_spikes(time: Array, wrench: Array, kept: Mask) -> Mask:
+    """A mask (B,) of the blocks kept whose wrench is not far from the median of their
+    cell, of which the robust fit leaves some where it fits badly."""
+    starts = _starts(time[kept])
+    sizes = np.diff(np.append(starts, int(kept.sum())))
+
+    def usual(values: Array) -> Array:
+        return np.repeat(medians(values, starts), sizes, axis=0)
+
+    apart = np.abs(wrench[kept] - usual(wrench[kept]))
+    spread = np.maximum(usual(apart), np.median(apart, axis=0))
+    good = kept.copy()
+    good[kept] = (apart <= SPIKE * spread).all(axis=1)
+    return good
 
 
 def _blocks(

@@ -25,7 +25,13 @@ FEWEST_CELLS = 20
 """Fewest cells of a recording in which changes are looked for."""
 EXPLAINED_VARIANCE = 3.0
 """Variance of the residuals, in units of the sensor's noise, up to which the bodies
-explain the wrench; above it a contact is not told."""
+explain the wrench. Without the contacts it is 1 in simulated recordings, and up to 5 in
+those of a capacitive sensor."""
+LARGEST_VARIANCE_BESIDE_CONTACT = 8.0
+"""The same above which no contact is told."""
+BETTER_EXPLAINED = 0.8
+"""Variance of the residuals by what is wrong all the time, over that by several bodies,
+up to which the former is believed."""
 POORLY_EXPLAINED_VARIANCE = 30.0
 """The same above which no change is told: then something else is wrong, too."""
 SHORTEST_TOUCH = 0.7
@@ -121,7 +127,7 @@ def _changes(found: Assignment, start: float) -> Changes | None:
     contacts = bool(touches)
     if contacts and not _is_contact(found):
         return None
-    if not contacts and len({label for _, _, label in parts}) < 2:
+    if not contacts and not _is_change(found, parts):
         return None
     stretches = _described(found, parts, touches, start)
     if max(stretch.duration for stretch in stretches) < SHORTEST_STRETCH:
@@ -149,12 +155,21 @@ def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
     return kept
 
 
+def _is_change(found: Assignment, parts: list[tuple[int, int, int]]) -> bool:
+    """Whether there are several bodies, and they explain the wrench better than what is
+    wrong all the time."""
+    if len({label for _, _, label in parts}) < 2:
+        return False
+    otherwise = float(variance_of_any_linear_function(found.cells).max())
+    return otherwise > BETTER_EXPLAINED * found.variance
+
+
 def _is_contact(found: Assignment) -> bool:
     """Whether what no body explains can be told from what is wrong all the time."""
-    if found.variance > EXPLAINED_VARIANCE:
+    if found.variance > LARGEST_VARIANCE_BESIDE_CONTACT:
         return False
-    otherwise = variance_of_any_linear_function(found.cells)
-    return bool(otherwise.max() > EXPLAINED_VARIANCE)
+    otherwise = float(variance_of_any_linear_function(found.cells).max())
+    return otherwise > EXPLAINED_VARIANCE * max(found.variance, 1.0)
 
 
 def _touches(
