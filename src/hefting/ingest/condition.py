@@ -10,6 +10,7 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 from hefting.ingest.blocks import Blocks, medians, within_blocks
+from hefting.ingest.changes.find import find_changes
 from hefting.ingest.conditioned import (
     Conditioned,
     GravityEstimate,
@@ -86,6 +87,7 @@ def condition(
     clock: bool = True,
     tilt: bool = False,
     hint: bool = False,
+    changes: bool = True,
 ) -> Conditioned:
     """Find clock offset, drifting bias, sign and outliers of a recording and, if asked
     for, gravity's direction.
@@ -101,6 +103,8 @@ def condition(
         a few degrees.
     hint : whether to estimate, for information, gravity's direction even where it is
         given and the wrench is explained.
+    changes : whether to look for changes of the object. The rest of the result is that
+        of one body in all of the recording, whatever is found.
 
     What cannot be found counts as absent, with a warning. Raises `InputError` where
     `hefting.motion.measure.measure` does.
@@ -125,6 +129,7 @@ def condition(
         path, working.blocks(), clock and moving and long, free_gravity, knots
     )
     found = _fit(working, problem, g)
+    changed = find_changes(working, found.fit, recording.start) if changes else None
     if not free_gravity and long and not path.gravity_measured and not samples.static:
         poor = _is_poorly_explained(working, found.fit)
         if hint or poor:
@@ -134,7 +139,8 @@ def condition(
     if working is not samples:
         outliers = find_outliers_piecewise(samples, found.fit.problem, found.fit.fit)
         found = replace(found, fit=replace(found.fit, outliers=outliers))
-    return _conclude(recording, samples, found, clock=clock, tilt=tilt)
+    result = _conclude(recording, samples, found, clock=clock, tilt=tilt)
+    return result if changed is None else replace(result, changes=changed)
 
 
 def _thinned(samples: Samples) -> Samples:

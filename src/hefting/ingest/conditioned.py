@@ -8,6 +8,7 @@ from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, frozen
+from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
 from hefting.ingest.path import Path
 from hefting.motion import Curves
@@ -119,6 +120,8 @@ class Conditioned:
     the wrench; else zero"""
     path: Path | None = field(default=None, repr=False)
     """the motion that was fitted, as logged"""
+    changes: Changes | None = None
+    """changes of the object that were found; None where there are none"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
 

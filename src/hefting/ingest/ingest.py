@@ -19,6 +19,7 @@ from hefting.core.spatial import Array, frozen
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import measured_blocks, residual_size
+from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
@@ -66,7 +67,9 @@ def ingest(
     hint : whether to estimate, for information, gravity's direction even where it is
         given and the wrench is explained.
 
-    Whether the recording determines an object is checked by
+    Where the object changes, the longest stretch of one free body is used, with an
+    object in the hand if there is one; where `start` or `duration` is given the part is
+    used as it is, with a warning. Whether the recording determines an object is checked by
     `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be
     read or understood.
     """
@@ -75,13 +78,22 @@ def ingest(
             f"unknown wrench convention '{wrench}'",
             fix="use auto, on-object or on-sensor",
         )
+    recording, first = _read(recording, start, duration)
     recording, given_bias = _subtract_given_bias(
-        without_faulty_poses(_read(recording, start, duration), motion), bias
+        without_faulty_poses(recording, motion), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
     found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
+    changes, asked = found.changes, bool(start) or duration is not None
+    if changes is not None and not asked:
+        part = changes.chosen
+        recording = recording.slice(part.start, part.duration)
+        found = condition(
+            recording, assumed.vector, motion, tilt=tilt, hint=hint, changes=False
+        )
+    changes = None if changes is None else changes.later(first)
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
     )
@@ -113,6 +125,7 @@ def ingest(
         ),
         *(_sign_warnings(sign) if wrench == "auto" else []),
         *bias_warnings,
+        *change_warnings(changes, chosen=not asked),
     ]
     gravity_errors = errors_of_estimated_gravity(
         recording, motion, found, measured, z, fit, drift=may_be_biased
@@ -159,6 +172,7 @@ def ingest(
         gravity_error=gravity_error,
         warnings=tuple(warnings),
         read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
+        changes=changes,
     )
 
 
@@ -178,13 +192,15 @@ class _FreeFits:
 
 def _read(
     recording: Recording | str | Path, start: float, duration: float | None
-) -> Recording:
-    """The part of a recording, or of a log, from `start` [s] and of `duration` [s]."""
+) -> tuple[Recording, float]:
+    """The part of a recording, or of a log, from `start` [s] and of `duration` [s], and
+    the time [s] from the recording's first sample to that of the part."""
     if not isinstance(recording, Recording):
         recording = read_log(recording)
+    whole = recording.start
     if start or duration is not None:
         recording = recording.slice(start, duration)
-    return recording
+    return recording, recording.start - whole
 
 
 def _subtract_given_bias(

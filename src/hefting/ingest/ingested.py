@@ -14,6 +14,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import residual_size
+from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.rivals.consequence import Doubt
@@ -85,6 +86,9 @@ class Ingested:
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
     """What reader and smoother chose and found, for the user."""
+    changes: Changes | None = None
+    """Changes of the object in the log, with times since its first sample; None where
+    none were found."""
 
     @property
     def notes(self) -> tuple[Message, ...]:
@@ -145,5 +149,6 @@ class Ingested:
             "clock_offset": self.conditioned.offset,
             "outliers": self.conditioned.reasons,
             "tool": None if self.tool is None else self.tool.parameters.vector.tolist(),
+            "stretches": [] if self.changes is None else self.changes.to_dicts(),
             "notes": list(self.notes),
         }

@@ -131,6 +131,7 @@ def _inspection(
         missing=missing,
         advice=(),
         warnings=tuple(dict.fromkeys(warnings)),
+        changes=None if found is None else found.changes,
     )
 
 

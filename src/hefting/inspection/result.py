@@ -11,6 +11,7 @@ from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
+from hefting.ingest.changes.stretches import Changes
 from hefting.inspection.movement import Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts
@@ -70,6 +71,8 @@ class Inspection:
     ``outliers``            samples left out as ``contact``, ``spike``, ``saturation``; their ``share`` of all
     ``autocorrelation``     variance of the parameters over that if the residuals were white
     ``findings``            the same in sentences
+    ``stretches``           parts with one free body each, where the object changes: ``start``, ``end`` [s], ``event``
+                            that ends it, ``mass`` [kg] and ``center_of_mass`` [m] by least squares; else empty
     ``mass``, ``mass_std``  by least squares beside a free bias, where that is determined
     ``quick_mass_less_bias`` mean |f| / |g| without the bias
     ``bias``, ``bias_t``    (6,) as recorded, and over its standard deviation
@@ -112,6 +115,8 @@ class Inspection:
     advice: tuple[str, ...]
     """what to do next, one sentence each"""
     warnings: tuple[str, ...]
+    changes: Changes | None = None
+    """changes of the object; all findings are of the stretch chosen"""
 
     @property
     def verdict(self) -> Verdict:
@@ -157,6 +162,7 @@ class Inspection:
         out["wrench"] = self.sign and (
             "on-object" if self.sign.on_object else "on-sensor"
         )
+        out["stretches"] = [] if self.changes is None else self.changes.to_dicts()
         out["wrench_t"] = self.sign and self.sign.t
         said = (*self.notes, *self.findings, *self.warnings)
         out["messages"] = [line.to_dict() for line in said if isinstance(line, Message)]

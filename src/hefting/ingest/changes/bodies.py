@@ -1,0 +1,199 @@
+"""Bodies: one joint fit of several bodies, each in intervals of its own, beside one bias
+that drifts smoothly.
+
+The normal equations are composed of those of the intervals, so that another assignment
+of bodies to intervals costs one small solution.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.changes.cells import Cells
+from hefting.ingest.changes.partition import (
+    LARGEST_BIAS,
+    LARGEST_PARAMETERS,
+    Interval,
+)
+from hefting.ingest.drift import CLOSEST_KNOTS
+
+PARAMETERS = len(LARGEST_PARAMETERS)
+FEWEST_DRIFT_FUNCTIONS = 4
+"""Fewest polynomials of time of which the drift of the bias is composed, while changes
+are looked for: up to third degree. There is one more for each distance between knots of
+the drift that is found later."""
+MOST_DRIFT_FUNCTIONS = 12
+"""Most of them."""
+LONGEST_CORRELATION = 20.0
+"""[cells] Longest autocorrelation time that is believed."""
+
+
+def drift_degrees(cells: Cells) -> int:
+    """Number of polynomials of time for the bias of a recording."""
+    lasts = float(cells.time[-1] - cells.time[0])
+    number = FEWEST_DRIFT_FUNCTIONS + int(lasts / (2.0 * CLOSEST_KNOTS))
+    return min(number, MOST_DRIFT_FUNCTIONS)
+
+
+def bias_columns(cells: Cells, drift: int) -> Array:
+    """(M, 6, 6 drift) whitened columns of a bias that is a polynomial of time; none
+    for no bias."""
+    time = cells.time - cells.time[0]
+    span = max(float(time[-1]), 1e-12)
+    if not drift:
+        return np.zeros((len(time), 6, 0))
+    T = np.polynomial.legendre.legvander(2.0 * time / span - 1.0, drift - 1)
+    columns = np.zeros((len(time), 6, 6, drift))
+    for c in range(6):
+        columns[:, c, c] = T / cells.unit[c]
+    return columns.reshape(len(time), 6, 6 * drift)
+
+
+def ridge_of_bias(drift: int) -> Array:
+    """(6 drift,) inverse variances of the prior of the bias."""
+    return np.repeat(LARGEST_BIAS**-2.0, drift)
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """Bodies and bias by least squares in `intervals` (L of them)."""
+
+    bodies: Array
+    """(n, 10) parameters, with the sign of the recorded wrench"""
+    covariance: Array
+    """(10 n, 10 n) theirs, for white residuals of one"""
+    squares: Array
+    """(L, 2) sum of the squared whitened residuals of force and torque in each
+    interval"""
+    equations: Array
+    """(L,) of the force, and as many of the torque, less those that the unknowns take"""
+    combinations: tuple[Array | None, ...]
+    """(L) of each interval with a body the combination of the columns of
+    `JointModel.rows` that is the residual"""
+
+    @property
+    def variance(self) -> Array:
+        """(2,) of the residuals of force and torque."""
+        return self.squares.sum(axis=0) / max(float(self.equations.sum()), 1.0)
+
+    @property
+    def variances(self) -> Array:
+        """(L, 2) of the residuals in each interval."""
+        return self.squares / np.maximum(self.equations, 1.0)[:, None]
+
+    def difference(self, i: int, j: int) -> tuple[Array, Array]:
+        """Parameters (10,) of body j less those of body i, and their covariance (10,
+        10)."""
+        p = PARAMETERS
+        a, b = slice(i * p, i * p + p), slice(j * p, j * p + p)
+        C = self.covariance
+        return self.bodies[j] - self.bodies[i], C[a, a] + C[b, b] - C[a, b] - C[b, a]
+
+    def increase(self, i: int, j: int) -> float:
+        """Increase of the sum of squares if bodies i and j are the same."""
+        apart, covariance = self.difference(i, j)
+        return float(apart @ np.linalg.solve(covariance, apart))
+
+
+class JointModel:
+    """Normal equations of intervals of cells, for any assignment of bodies to them."""
+
+    def __init__(
+        self, cells: Cells, intervals: list[Interval], drift: int | None = None
+    ) -> None:
+        self.intervals = intervals
+        self.drift = drift_degrees(cells) if drift is None else drift
+        self.rows = np.concatenate(
+            (
+                cells.regressor,
+                bias_columns(cells, self.drift),
+                cells.whitened[:, :, None],
+            ),
+            axis=2,
+        )
+
+    @cached_property
+    def grams(self) -> Array:
+        """(L, 2, q + 1, q + 1) of the rows of force and of torque."""
+        grams = []
+        for begin, end in self.intervals:
+            rows = self.rows[begin:end].reshape(end - begin, 2, 3, -1)
+            flat = np.swapaxes(rows, 0, 1).reshape(2, -1, rows.shape[-1])
+            grams.append(np.swapaxes(flat, 1, 2) @ flat)
+        return np.array(grams)
+
+    @cached_property
+    def lengths(self) -> Array:
+        """(L,) cells of the intervals."""
+        return np.array([end - begin for begin, end in self.intervals], dtype=float)
+
+    def fit(self, labels: list[int]) -> JointFit:
+        """The fit with body `labels[i]` in interval i; -1 is for none: the interval is
+        left out. Bodies are in the order of their labels."""
+        names = sorted({label for label in labels if label >= 0})
+        n, p = len(names), PARAMETERS
+        bias = np.arange(n * p, n * p + 6 * self.drift)
+        places = [
+            None
+            if label < 0
+            else np.append(names.index(label) * p + np.arange(p), bias)
+            for label in labels
+        ]
+        prior = np.append(
+            np.tile(LARGEST_PARAMETERS**-2.0, n), ridge_of_bias(self.drift)
+        )
+        normal, right = np.diag(prior), np.zeros(len(prior))
+        for gram, at in zip(self.grams, places, strict=True):
+            if at is not None:
+                both = gram.sum(axis=0)
+                normal[np.ix_(at, at)] += both[:-1, :-1]
+                right[at] += both[:-1, -1]
+        inverse: Array = np.asarray(np.linalg.inv(normal), dtype=float)
+        solution = inverse @ right
+        squares, equations = np.zeros((len(labels), 2)), np.zeros(len(labels))
+        combinations: list[Array | None] = []
+        for i, (gram, at) in enumerate(zip(self.grams, places, strict=True)):
+            x = None if at is None else np.append(-solution[at], 1.0)
+            combinations.append(x)
+            if x is not None:
+                squares[i] = np.maximum(np.einsum("i,gij,j->g", x, gram, x), 0.0)
+                both = gram.sum(axis=0)[:-1, :-1]
+                spent = float(np.sum(inverse[np.ix_(at, at)] * both))  # type: ignore[arg-type]
+                equations[i] = 3.0 * self.lengths[i] - 0.5 * spent
+        own = slice(0, n * p)
+        bodies = solution[own].reshape(n, p)
+        return JointFit(
+            bodies, inverse[own, own], squares, equations, tuple(combinations)
+        )
+
+    def residuals(self, fit: JointFit) -> Array:
+        """(K, 6) whitened residuals of the cells of the intervals with a body, in
+        order."""
+        parts = [
+            self.rows[begin:end] @ x
+            for (begin, end), x in zip(self.intervals, fit.combinations, strict=True)
+            if x is not None
+        ]
+        return np.concatenate(parts)
+
+
+def log_ratio(one: JointFit, other: JointFit) -> float:
+    """Twice the logarithm of the likelihood ratio of the `other` fit, with more bodies,
+    to `one`, for white residuals.
+
+    Residuals below the noise count as of its size.
+    """
+    apart = np.log(np.maximum(one.variance, 1.0) / np.maximum(other.variance, 1.0))
+    return float(other.equations.sum() * apart.sum())
+
+
+def autocorrelation(residuals: Array) -> float:
+    """Integrated autocorrelation time [cells] of first-order noise with the residuals'
+    (K, 6) correlation from one cell to the next."""
+    total = max(float(np.sum(residuals * residuals)), 1e-300)
+    rho = float(np.sum(residuals[1:] * residuals[:-1])) / total
+    if rho >= 1.0:
+        return LONGEST_CORRELATION
+    return float(np.clip((1.0 + rho) / (1.0 - rho), 1.0, LONGEST_CORRELATION))

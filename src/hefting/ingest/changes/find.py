@@ -1,0 +1,254 @@
+"""Finding changes: from the robust fit of a recording to its stretches.
+
+A recording is looked at more closely only where one change would explain much more than
+none, or where a long contact was rejected. It is then divided into the intervals of
+least cost; intervals with the same body are joined; those that no body explains are
+contacts. That is told only where two bodies, or one and a contact, explain the wrench as
+well as the sensor's noise lets them.
+"""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.changes.alternatives import variance_of_any_linear_function
+from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
+from hefting.ingest.changes.bodies import PARAMETERS, JointFit, JointModel
+from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
+from hefting.ingest.changes.events import BARE_SHARE, center_of_mass, event_between
+from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
+from hefting.ingest.changes.stretches import Changes, EventKind, Stretch, Touch
+from hefting.ingest.conditioned import SIGNIFICANT
+from hefting.ingest.robust_fit import RobustFit
+from hefting.ingest.samples import Samples
+
+FEWEST_CELLS = 20
+"""Fewest cells of a recording in which changes are looked for."""
+EXPLAINED_VARIANCE = 3.0
+"""Variance of the residuals, in units of the sensor's noise, up to which the bodies
+explain the wrench. Without the contacts it is 1 in simulated recordings, and up to 5 in
+those of a capacitive sensor."""
+LARGEST_VARIANCE_BESIDE_CONTACT = 8.0
+"""The same above which no contact is told."""
+BETTER_EXPLAINED = 0.8
+"""Variance of the residuals by what is wrong all the time, over that by several bodies,
+up to which the former is believed."""
+POORLY_EXPLAINED_VARIANCE = 30.0
+"""The same above which no change is told: then something else is wrong, too."""
+SHORTEST_TOUCH = 0.7
+"""[s] Shorter contacts are left to the robust fit."""
+SHORTEST_STRETCH = 1.5
+"""[s] Where no stretch is longer nothing is told."""
+OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
+"""[s] Clock offsets that are tried where neither that of the robust fit nor none lets
+bodies explain the wrench: one body where there are two misleads the robust fit."""
+NEGLIGIBLE_OFFSET = 0.02
+"""[s] Clock offset from which on it is tried whether without it more is explained."""
+MARGIN = 0.05
+"""[s] Time at each change that is left out of the stretches beside it."""
+
+
+def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | None:
+    """Stretches of a recording in which the object changes or is touched; None where it
+    does not.
+
+    Parameters
+    ----------
+    samples : the wrench as recorded.
+    found : its robust fit, as if there were one body.
+    start : [s] time of the recording's first sample.
+    """
+    if samples.static:
+        return None
+    cells = _cells(samples, found, found.fit.offset)
+    if cells is None:
+        return None
+    if not (has_long_contact(samples, found.outliers) or is_suspicious(cells)):
+        return None
+    best = _best_offset(samples, found, cells)
+    return None if best is None else _changes(best, start)
+
+
+def _cells(samples: Samples, found: RobustFit, offset: float) -> Cells | None:
+    """Cells with their noise scale; None where there are too few."""
+    cells = cells_of(samples, found.problem, found.fit, found.outliers, offset)
+    if cells is None or len(cells) < FEWEST_CELLS:
+        return None
+    return with_noise_scale(cells)
+
+
+def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment | None:
+    """The assignment at the clock offset at which bodies explain most; None where they
+    explain little."""
+    best = assign(cells)
+    if found.problem.path.moves:
+        others = [0.0] if abs(found.fit.offset) > NEGLIGIBLE_OFFSET else []
+        best = _better(best, samples, found, others)
+        if best is None or best.variance > EXPLAINED_VARIANCE:
+            best = _better(best, samples, found, list(OFFSETS))
+    if best is None or best.variance > POORLY_EXPLAINED_VARIANCE:
+        return None
+    return best
+
+
+def _better(
+    best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
+) -> Assignment | None:
+    """That of an assignment and those at other clock offsets which explains most."""
+    for offset in offsets:
+        cells = _cells(samples, found, offset)
+        other = None if cells is None else assign(cells)
+        if best is None or (
+            other is not None and _unexplained(other) < _unexplained(best)
+        ):
+            best = other
+    return best
+
+
+def _unexplained(assignment: Assignment) -> tuple[bool, float]:
+    """What is worse the more it is: poor residuals, then time without a body, for which
+    ten bodies more would do."""
+    without = sum(
+        assignment.cells.last[end - 1] - assignment.cells.first[begin]
+        for (begin, end), label in zip(
+            assignment.model.intervals, assignment.labels, strict=True
+        )
+        if label == NO_BODY
+    )
+    lost = -float(np.ptp(assignment.cells.time))
+    poor = assignment.variance > EXPLAINED_VARIANCE
+    return poor, assignment.variance if poor else float(without) + lost
+
+
+def _changes(found: Assignment, start: float) -> Changes | None:
+    """The stretches with their bodies; None where there is one without a contact, or no
+    contact can be told from other errors."""
+    parts = _without_excursions(found)
+    touches = _touches(found, parts, start)
+    contacts = bool(touches)
+    if contacts and not _is_contact(found):
+        return None
+    if not contacts and not _is_change(found, parts):
+        return None
+    stretches = _described(found, parts, touches, start)
+    if max(stretch.duration for stretch in stretches) < SHORTEST_STRETCH:
+        return None
+    duration = float(found.cells.last[-1] - found.cells.first[0])
+    return Changes(tuple(stretches), tuple(touches), duration)
+
+
+def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
+    """The stretches but for those between two of one body, unless an object was picked
+    up or put down in between: something touched it, whatever body explains that."""
+    parts = found.stretches
+    names = sorted({label for label in found.labels if label != NO_BODY})
+    mass = {
+        name: abs(float(m))
+        for name, m in zip(names, found.fit.bodies[:, 0], strict=True)
+    }
+    kept = parts[:1]
+    for i, now in enumerate(parts[1:], start=1):
+        before = kept[-1][2]
+        lighter, heavier = sorted((mass[before], mass[now[2]]))
+        returns = i + 1 < len(parts) and parts[i + 1][2] == before != now[2]
+        if not (returns and lighter > BARE_SHARE * heavier):
+            kept.append(now)
+    return kept
+
+
+def _is_change(found: Assignment, parts: list[tuple[int, int, int]]) -> bool:
+    """Whether there are several bodies, and they explain the wrench better than what is
+    wrong all the time."""
+    if len({label for _, _, label in parts}) < 2:
+        return False
+    otherwise = float(variance_of_any_linear_function(found.cells).max())
+    return otherwise > BETTER_EXPLAINED * found.variance
+
+
+def _is_contact(found: Assignment) -> bool:
+    """Whether what no body explains can be told from what is wrong all the time."""
+    if found.variance > LARGEST_VARIANCE_BESIDE_CONTACT:
+        return False
+    otherwise = float(variance_of_any_linear_function(found.cells).max())
+    return otherwise > EXPLAINED_VARIANCE * max(found.variance, 1.0)
+
+
+def _touches(
+    found: Assignment, parts: list[tuple[int, int, int]], start: float
+) -> list[Touch]:
+    """What is between the stretches, and before and after them, where it lasts."""
+    cells = found.cells
+    bounds = [0, *(b for begin, end, _ in parts for b in (begin, end)), len(cells)]
+    touches = []
+    for begin, end in zip(bounds[::2], bounds[1::2], strict=True):
+        if end > begin:
+            first, last = float(cells.first[begin]), float(cells.last[end - 1])
+            if last - first >= SHORTEST_TOUCH:
+                touches.append(Touch(first - start, last - start))
+    return touches
+
+
+def _described(
+    found: Assignment,
+    parts: list[tuple[int, int, int]],
+    touches: list[Touch],
+    start: float,
+) -> list[Stretch]:
+    """The stretches with the bodies in them and the events that end them."""
+    cells, labels = found.cells, [label for _, _, label in parts]
+    intervals = [(begin, end) for begin, end, _ in parts]
+    fit = JointModel(cells, intervals, drift=1).fit(labels)
+    if _mass_is_open(fit):
+        fit = JointModel(cells, intervals, drift=0).fit(labels)
+    names = sorted(set(labels))
+    sign = 1.0 if fit.bodies[np.argmax(np.abs(fit.bodies[:, 0])), 0] >= 0.0 else -1.0
+    bodies = [sign * fit.bodies[names.index(label)] for label in labels]
+    heaviest = max(float(body[0]) for body in bodies)
+    times = [_times(cells, begin, end, start) for begin, end, _ in parts]
+    events: list[EventKind | None] = []
+    for i in range(len(parts)):
+        events.append(_event(i, fit, names, labels, bodies, times, touches, found.tau))
+    stretches = []
+    for i, (first, last) in enumerate(times):
+        bare = events[i] == "picked-up" or (i > 0 and events[i - 1] == "put-down")
+        com = center_of_mass(bodies[i], heaviest)
+        stretches.append(
+            Stretch(first, last, float(bodies[i][0]), com, events[i], bare)
+        )
+    return stretches
+
+
+def _mass_is_open(fit: JointFit) -> bool:
+    """Whether the heaviest body's mass cannot be told from a bias."""
+    heaviest = int(np.argmax(np.abs(fit.bodies[:, 0])))
+    std = np.sqrt(fit.covariance[heaviest * PARAMETERS, heaviest * PARAMETERS])
+    return bool(abs(fit.bodies[heaviest, 0]) < SIGNIFICANT * std)
+
+
+def _times(cells: Cells, begin: int, end: int, start: float) -> tuple[float, float]:
+    """Start and end of a stretch of cells [s], with a margin at a change."""
+    first = cells.first[begin] + (MARGIN if begin > 0 else 0.0)
+    last = cells.last[end - 1] - (MARGIN if end < len(cells) else 0.0)
+    return float(first) - start, float(last) - start
+
+
+def _event(
+    i: int,
+    fit: JointFit,
+    names: list[int],
+    labels: list[int],
+    bodies: list[Array],
+    times: list[tuple[float, float]],
+    touches: list[Touch],
+    tau: float,
+) -> EventKind | None:
+    """What ends stretch i."""
+    touched = any(
+        touch.start >= times[i][1] - 2.0 * MARGIN
+        and (i + 1 == len(times) or touch.start < times[i + 1][0])
+        for touch in touches
+    )
+    if i + 1 == len(times) or labels[i] == labels[i + 1]:
+        return "touched" if touched or i + 1 < len(times) else None
+    one, other = names.index(labels[i]), names.index(labels[i + 1])
+    variance = fit.difference(one, other)[1][0, 0] * max(float(fit.variance[0]), 1.0)
+    return event_between(bodies[i], bodies[i + 1], float(np.sqrt(variance * tau)))

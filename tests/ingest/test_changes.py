@@ -1,0 +1,375 @@
+"""Changes of the object within a recording: found, told, and the longest stretch used."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+import pytest
+from benchmarks.changing import CLEAN, EVENTS, MISFITS, Case, case
+
+from disturbances import disturbed
+from hefting.core.messages import codes
+from hefting.core.recording import Recording, Stream
+from hefting.identification import identify
+from hefting.ingest import condition
+from hefting.ingest.changes.bodies import JointModel
+from hefting.ingest.changes.cells import Cells, runs_of
+from hefting.ingest.changes.events import center_of_mass, event_between
+from hefting.ingest.changes.messages import change_warnings
+from hefting.ingest.changes.partition import (
+    COST_OF_INTERVAL,
+    LARGEST_BIAS,
+    LARGEST_PARAMETERS,
+    SMALLEST_VARIANCE,
+    UNKNOWNS,
+    Intervals,
+    partition,
+)
+from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
+from hefting.ingest.changes.stretches import Changes, Stretch, Touch
+from hefting.ingest.ingest import ingest
+from hefting.inspection import inspect
+from hefting.logs import read_log
+from recordings import LOGS, needs_recordings
+
+WORLD_UPSIDE_DOWN = (0.0, 0.0, 9.81)
+"""[m/s²] Gravity of the simulated workshop tools."""
+
+
+@cache
+def sample(kind: str, seed: int) -> Case:
+    return case(kind, seed)
+
+
+@cache
+def moving(kind: str) -> Case:
+    """The first case of a kind whose sensor moves."""
+    return next(
+        found for seed in range(20) if (found := sample(kind, seed)).motion != "rest"
+    )
+
+
+def later(recording: Recording, seconds: float) -> Recording:
+    return replace(
+        recording,
+        streams={
+            name: Stream(s.time + seconds, s.values, s.rows)
+            for name, s in recording.streams.items()
+        },
+    )
+
+
+def body(mass: float, *center: float) -> np.ndarray:
+    first = mass * np.array(center or (0.0, 0.0, 0.1))
+    return np.concatenate(([mass], first, np.full(6, 1e-3)))
+
+
+def random_cells(rng: np.random.Generator, M: int, change: int | None = None) -> Cells:
+    """Cells of unit noise with a body, from a cell on another one, and a bias."""
+    time = 0.1 * np.arange(M)
+    speed, phase = rng.uniform(0.5, 4.0, 12), rng.uniform(0.0, 6.0, 12)
+    size = np.repeat((5.0, 2.0, 1.0), (3, 3, 6))
+    features = size * np.sin(speed * time[:, None] + phase)
+    none = np.zeros((M, 9))
+    cells = Cells(time, time, time, features, none, none[:, :6], np.ones(2))
+    wrench = cells.regressor @ body(20.0) + rng.normal(size=(M, 6)) + 3.0
+    if change is not None:
+        wrench[change:] += cells.regressor[change:] @ body(5.0, 0.1, 0.2, 0.3)
+    return replace(cells, wrench=wrench)
+
+
+# finding
+
+
+@pytest.mark.parametrize("kind", EVENTS)
+def test_an_event_is_found_with_time_and_kind(kind: str):
+    """Within half a second, as promised; errors are a tenth of a second in the median."""
+    true = moving(kind)
+    found = condition(true.recording).changes
+    assert found is not None
+    if kind == "touched":
+        assert found.touches[0].start == pytest.approx(true.time, abs=0.5)
+        assert found.touches[0].end == pytest.approx(true.end, abs=0.5)
+        assert [s.event for s in found.stretches] in ([kind], [kind, None])
+        return
+    before, after = found.stretches
+    assert 0.5 * (before.end + after.start) == pytest.approx(true.time, abs=0.5)
+    assert before.event == kind
+    assert after.event is None
+    for stretch, parameters in zip((before, after), true.bodies, strict=True):
+        # least squares of a second or more, with a bias that is found, too
+        assert stretch.mass == pytest.approx(parameters.mass, rel=0.1, abs=0.02)
+
+
+@pytest.mark.parametrize("kind", [*CLEAN, *MISFITS])
+def test_nothing_is_told_of_a_recording_without_an_event(kind: str):
+    """Whatever else is wrong with it."""
+    for seed in range(2):
+        assert condition(sample(kind, seed).recording).changes is None, seed
+
+
+@needs_recordings
+@pytest.mark.parametrize(
+    "log", LOGS, ids=lambda path: f"{path.parent.name}-{path.stem}"
+)
+def test_nothing_is_told_of_real_recordings(log):
+    """Each holds one object from start to end."""
+    upside_down = "workshop-tools" in log.parts
+    gravity = WORLD_UPSIDE_DOWN if upside_down else (0.0, 0.0, -9.81)
+    assert condition(read_log(log), gravity).changes is None
+
+
+def test_a_contact_of_more_than_half_the_recording_is_said():
+    """A push of 4 N along axes that turn with the sensor, from 2 to 7.5 s of 10."""
+    d = disturbed("clean", 1.5, 3)
+    wrench = d.recording["wrench"]
+    inside = (wrench.time > 2.0) & (wrench.time < 7.5)
+    swing = 1.0 + 0.3 * np.sin(5.0 * wrench.time)
+    push = np.outer(inside * swing, (2.0, 3.0, -1.0, 0.1, -0.2, 0.1))
+    touched = replace(
+        d.recording,
+        streams={
+            **d.recording.streams,
+            "wrench": replace(wrench, values=wrench.values + push),
+        },
+    )
+    found = ingest(touched)
+    assert found.changes is not None
+    (touch,) = found.changes.touches
+    assert (touch.start, touch.end) == pytest.approx((2.0, 7.5), abs=0.2)
+    (said,) = [w for w in found.warnings if w.code == "change-touched"]
+    assert "more than half" in said
+    # the longest stretch is what comes after it
+    assert found.measurements.time[0] > 7.4
+    # least squares of 2.8 s: 0.3 % of the mass
+    assert found.fit.vector[0] == pytest.approx(1.5, rel=0.02)
+
+
+def test_times_are_since_the_first_sample_and_start_is_allowed_for():
+    """Stamps of another clock change nothing; of a part, times are still those of the
+    whole."""
+    recording = moving("swapped").recording
+    found = condition(recording).changes
+    shifted = condition(later(recording, 1024.0)).changes
+    assert found is not None
+    assert shifted is not None
+    for one, other in zip(found.stretches, shifted.stretches, strict=True):
+        # rounding may move a sample to the next cell
+        assert (one.start, one.end) == pytest.approx((other.start, other.end), abs=0.02)
+    part = ingest(recording, start=0.5).changes
+    assert part is not None
+    ends = found.stretches[0].end, part.stretches[0].end
+    # a cell
+    assert ends[1] == pytest.approx(ends[0], abs=0.11)
+    assert part.stretches[0].start == pytest.approx(0.5, abs=0.02)
+
+
+def test_poses_without_time_and_short_recordings_are_left_alone():
+    recording = moving("swapped").recording
+    assert condition(recording.slice(0.0, 1.5)).changes is None
+    rows = slice(None, None, 20)
+    poses = Recording(
+        {
+            name: Stream(np.arange(len(s[rows]), dtype=float), s.values[rows])
+            for name, s in recording.streams.items()
+        },
+        static=True,
+    )
+    assert condition(poses).changes is None
+
+
+# what is made of it
+
+
+def test_identify_takes_the_stretch_as_if_it_had_been_given():
+    """Bit for bit, but for what is said."""
+    true = moving("swapped")
+    found = identify(true.recording, method="OLS").estimate
+    assert {"change-point", "change-part-used"} <= codes(found.warnings)
+    changes = condition(true.recording).changes
+    assert changes is not None
+    part = changes.chosen
+    given = identify(
+        true.recording, method="OLS", start=part.start, duration=part.duration
+    ).estimate
+    np.testing.assert_array_equal(found.parameters.vector, given.parameters.vector)
+    np.testing.assert_array_equal(found.covariance, given.covariance)
+    held = true.bodies[changes.stretches.index(part)]
+    assert found.parameters.mass == pytest.approx(held.mass, rel=0.02)
+    (kept,) = (s for s in found.provenance["stretches"] if s["start"] == part.start)
+    assert kept["mass"] == pytest.approx(held.mass, rel=0.05)
+
+
+def test_a_part_that_is_given_is_used_as_it_is(monkeypatch: pytest.MonkeyPatch):
+    recording = moving("swapped").recording
+    whole = identify(recording, method="OLS", duration=1e3).estimate
+    assert "change-left-in" in codes(whole.warnings)
+    assert "change-part-used" not in codes(whole.warnings)
+    assert whole.provenance["stretches"]
+    monkeypatch.setitem(condition.__globals__, "find_changes", lambda *_: None)
+    blind = identify(recording, method="OLS").estimate
+    np.testing.assert_array_equal(whole.parameters.vector, blind.parameters.vector)
+
+
+def test_a_recording_without_a_change_is_identified_as_if_none_were_looked_for(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    recording = moving("clean").recording
+    looked = identify(recording).estimate
+    monkeypatch.setitem(condition.__globals__, "find_changes", lambda *_: None)
+    blind = identify(recording).estimate
+    assert looked.to_dict() == blind.to_dict()
+    assert looked.provenance["stretches"] == []
+
+
+def test_inspect_holds_the_stretches_and_speaks_of_the_one_chosen():
+    true = moving("put-down")
+    found = inspect(true.recording)
+    said = found.to_dict()
+    held, bare = said["stretches"]
+    assert held["event"] == "put-down"
+    assert bare["mass"] < 0.2 * held["mass"]
+    assert "change-point" in codes(found.warnings)
+    assert said["mass"] == pytest.approx(true.bodies[0].mass, rel=0.05)
+    assert inspect(moving("clean").recording).to_dict()["stretches"] == []
+
+
+# its parts
+
+
+def test_the_cost_of_an_interval_is_that_of_least_squares():
+    """Against `lstsq` of the rows of the interval and of the prior."""
+    rng = np.random.default_rng(0)
+    cells = random_cells(rng, 40)
+    begin, end = 5, 29
+    rows = np.concatenate(
+        (cells.regressor, np.broadcast_to(np.eye(6), (40, 6, 6))), axis=2
+    )[begin:end].reshape(-1, UNKNOWNS)
+    prior = np.diag(1.0 / np.concatenate((LARGEST_PARAMETERS, LARGEST_BIAS)))
+    solution = np.linalg.lstsq(
+        np.vstack((rows, prior)),
+        np.append(cells.whitened[begin:end].ravel(), np.zeros(UNKNOWNS)),
+    )[0]
+    residual = cells.whitened[begin:end].ravel() - rows @ solution
+    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+    equations = 3.0 * (end - begin)
+    variance = np.maximum(square / (equations - 0.5 * UNKNOWNS), SMALLEST_VARIANCE)
+    expected = float(np.sum(equations * np.log(variance)))
+    found = Intervals(cells).cost(np.array([begin]), np.array([end]))
+    # the normal equations square the condition number, of 1e3 here
+    assert found[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_partition_has_the_least_cost_of_all():
+    """Of all divisions of 30 cells into up to three intervals of eight cells or more;
+    skipped cells are dearer than what they save here."""
+    rng = np.random.default_rng(1)
+    cells = random_cells(rng, 30, change=13)
+    fits = Intervals(cells)
+    penalty = UNKNOWNS * np.log(6.0 * len(cells)) + COST_OF_INTERVAL
+
+    def cost(bounds: tuple[int, ...]) -> float:
+        edges = np.array((0, *bounds, len(cells)))
+        each = fits.cost(edges[:-1], edges[1:])
+        return float(each.sum()) + penalty * len(each)
+
+    every = [
+        bounds
+        for n in range(3)
+        for bounds in combinations(range(8, 23), n)
+        if min(np.diff((0, *bounds, 30))) >= 8
+    ]
+    best = min(every, key=cost)
+    assert best == (13,)
+    assert partition(cells) == [(0, 13), (13, 30)]
+    assert partition(random_cells(rng, 30)) == [(0, 30)]
+
+
+def test_two_bodies_are_joined_at_the_cost_that_is_foretold():
+    """The increase of the sum of squares is exact in a linear model, but for the prior,
+    of which there is one for each body: a hundredth here."""
+    rng = np.random.default_rng(2)
+    cells = random_cells(rng, 60, change=30)
+    model = JointModel(cells, [(0, 30), (30, 60)])
+    two, one = model.fit([0, 1]), model.fit([0, 0])
+    increase = float(one.squares.sum() - two.squares.sum())
+    assert two.increase(0, 1) == pytest.approx(increase, rel=0.03)
+
+
+def test_intervals_left_out_have_no_part_in_a_fit():
+    rng = np.random.default_rng(3)
+    cells = random_cells(rng, 60)
+    spoilt = replace(cells, wrench=cells.wrench + 100.0 * (cells.time > 3.95)[:, None])
+    parts = [(0, 40), (40, 60)]
+    clean, left = (JointModel(c, parts).fit([0, -1]) for c in (cells, spoilt))
+    np.testing.assert_array_equal(clean.bodies, left.bodies)
+    assert left.squares[1].sum() == 0.0
+    # 240 equations, of which body and bias take 34, or less by what the prior tells
+    assert 2.0 * left.equations.sum() == pytest.approx(240 - 34, abs=5.0)
+    # the variance of unit noise by 206 residuals: within three standard deviations
+    assert left.variance == pytest.approx([1.0, 1.0], abs=3.0 * (2.0 / 103.0) ** 0.5)
+
+
+def test_the_noise_scale_is_that_of_the_noise_beside_a_change():
+    """Whatever changes: it is known to a seventh by 300 differences; but for the error
+    of a good sensor."""
+    rng = np.random.default_rng(4)
+    for change in (None, 50):
+        cells = with_noise_scale(random_cells(rng, 100, change))
+        floor = 0.005 * np.linalg.norm(
+            np.std(cells.wrench, axis=0).reshape(2, 3), axis=1
+        )
+        np.testing.assert_allclose(cells.scale, np.hypot(1.0, floor), rtol=0.3)
+        assert is_suspicious(cells) == (change is not None)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kind"),
+    [
+        (body(0.0), body(1.0), "picked-up"),
+        (body(-0.01), body(0.3), "picked-up"),
+        (body(1.1), body(0.1), "put-down"),
+        (body(1.0), body(1.3), "swapped"),
+        (body(1.0), body(0.4), "swapped"),
+        (body(1.0), body(1.01, 0.0, 0.0, 0.12), "slipped"),
+        (body(1.0), body(1.06), "swapped"),
+    ],
+)
+def test_kinds(before: np.ndarray, after: np.ndarray, kind: str):
+    assert event_between(before, after, 0.005) == kind
+
+
+def test_masses_of_one_size_within_their_errors_have_slipped():
+    assert event_between(body(1.0), body(1.3), 0.1) == "slipped"
+
+
+def test_a_negligible_mass_has_no_centre():
+    assert center_of_mass(body(0.01), 1.0) is None
+    np.testing.assert_allclose(center_of_mass(body(1.0), 1.0), (0.0, 0.0, 0.1))
+
+
+def test_the_stretch_chosen_has_an_object_where_there_is_one():
+    bare = Stretch(0.0, 8.0, 0.0, None, "picked-up", bare=True)
+    held = Stretch(8.2, 12.0, 1.0, None, "swapped", bare=False)
+    other = Stretch(12.2, 15.0, 2.0, None, None, bare=False)
+    assert Changes((bare, held, other), (), 15.0).chosen is held
+    assert Changes((bare,), (Touch(8.0, 15.0),), 15.0).chosen is bare
+
+
+def test_messages_name_times_kinds_and_what_to_give():
+    one = Stretch(0.0, 4.0, 1.0, np.array((0.0, 0.01, 0.02)), "swapped", bare=False)
+    other = Stretch(4.2, 9.0, 2.0, None, None, bare=False)
+    found = Changes((one, other), (Touch(9.0, 20.0),), 20.0).later(1.0)
+    change, touch, used = change_warnings(found, chosen=True)
+    assert change == "the object changes: swapped at 5.1 s"
+    assert "from 10.0 to 21.0 s, more than half of the recording" in touch
+    assert "`start` 1.00 `duration` 4.00 (1 kg, COM (0, 10, 20) mm)" in used
+    assert "only 5.20 to 10.00 s is used" in used
+    assert change_warnings(None, chosen=True) == []
+
+
+def test_runs():
+    mask = np.array((1, 1, 0, 1, 0, 0, 1), dtype=bool)
+    assert runs_of(mask) == [(0, 2), (3, 4), (6, 7)]
+    assert runs_of(~np.ones(3, dtype=bool)) == []
