@@ -620,7 +620,7 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "in contact",
-        _named("contact", "many-outliers", "change-point", "touched"),
+        _named("contact", "many-outliers", "change-point", "change-touched"),
         {f"{s:.0%}": _contact(s) for s in (0.15, 0.35, 0.55)},
     )
     add(
@@ -666,17 +666,17 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "position glitches",
-        _named("pose-outliers", "pose-glitches"),
+        _named("pose-glitches", "poses-implausible"),
         {f"{s:g} m": _position_glitches(s) for s in (0.1, 10.0, 1e3)},
     )
     add(
         "starts with the identity",
-        _named("pose-outliers", "pose-startup"),
+        _named("poses-held-at-ends", "pose-glitches", "poses-jump"),
         {f"{n}": _starts_with_identity(n) for n in (1, 10, 100)},
     )
     add(
         "frozen poses",
-        _named("pose-outliers", "pose-frozen"),
+        _named("poses-frozen", "contact"),
         {f"{s:g} s": _frozen(s) for s in (0.2, 0.5, 1.0)},
     )
     add(
@@ -721,12 +721,7 @@ def mistakes() -> list[Mistake]:
     )
     events = _named(
         "change-point",
-        "contact",
-        "touched",
-        "slipped",
-        "swapped",
-        "picked-up",
-        "put-down",
+        "change-touched",
     )
     add("picked up", events, {"": _dropped_while_moving("picked-up", 0.0)})
     add("put down", events, {"": _dropped_while_moving("put-down", 0.0)})

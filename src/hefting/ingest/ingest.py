@@ -87,6 +87,10 @@ def ingest(
     tilt = assumed.direction == "estimate"
     found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
     changes, asked = found.changes, bool(start) or duration is not None
+    if changes is not None and _is_mistaken(
+        recording, found, may_be_biased=may_be_biased
+    ):
+        changes = None  # what explains the whole recording needs none
     if changes is not None and not asked:
         part = changes.chosen
         recording = recording.slice(part.start, part.duration)
@@ -252,6 +256,15 @@ def _doubt(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
     return doubt_of(case)
+
+
+def _is_mistaken(
+    recording: Recording, found: Conditioned, *, may_be_biased: bool
+) -> bool:
+    """Whether a mistake explains the whole recording, and the answer is wrong with
+    it."""
+    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
+    return doubt is not None and doubt.names_mistake and doubt.is_fatal
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.changes.stretches import Changes, Stretch
 
@@ -21,7 +21,7 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
     parts = ", ".join(_part(stretch) for stretch in changes.stretches)
     if not chosen:
         what = f"the part that was given is used, though not one free body explains it; for one: {parts}"
-        return [*said, warning("change-left-in", what, "start")]
+        return [*said, error("change-left-in", what, "start")]
     used = changes.chosen
     what = f"only {used.start:.2f} to {used.end:.2f} s is used; to choose: {parts}"
     return [*said, warning("change-part-used", what, "start")]

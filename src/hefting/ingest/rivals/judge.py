@@ -44,6 +44,9 @@ POSSIBLE_EVIDENCE = 5.0
 """The same from which on it is possible enough to be told."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
+EXPLAINED_BY_NOISE = -0.3
+"""Log-likelihood of a sample missing to noise alone below which noise explains more than
+all, as that of an arm that vibrates; a sensor's imperfections are below it."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
 """Log-likelihood of a sample missing to noise alone that counts as nothing."""
 
@@ -103,6 +106,8 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
     if other.effect is not None and not other.effect > 3.0:
         return False
     left, before = _missing(case, other.fitted), _missing(case, given.fitted)
+    if before < EXPLAINED_BY_NOISE:
+        return False
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - EXPLAINED_SHARE) * before
 
 
