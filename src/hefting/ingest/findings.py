@@ -17,9 +17,6 @@ LARGEST_OFFSET_STD = 0.05
 undetermined."""
 LARGEST_TILT_STD = 2.0
 """[deg] Standard deviation of gravity's direction from which on a warning is given."""
-SMALLEST_EXPLAINED_SHARE = 0.8
-"""Share of the wrench's variance that the fit should explain; a warning is given below
-it."""
 NOTICED_SATURATED_SHARE = 0.005
 """Share of saturated samples above which a warning is given."""
 LARGEST_SATURATED_SHARE = 0.05
@@ -160,14 +157,6 @@ def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
         said.append(warning("bias-unknown", what, "bias"))
     if search.gravity:
         said += _gravity_warnings(found)
-    if (
-        not search.few_samples
-        and found.biased
-        and search.explained < SMALLEST_EXPLAINED_SHARE
-    ):
-        share = f"{100.0 * max(search.explained, 0.0):.0f} %"
-        what = f"the motion explains {share} of the wrench's changes: do clocks, units and axes fit?"
-        said.append(warning("motion-explains-little", what))
     said += _saturation_warnings(found)
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
     if share > LARGEST_REJECTED_SHARE:

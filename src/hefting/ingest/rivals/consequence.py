@@ -29,7 +29,6 @@ SUPERSEDED = frozenset(
         "clock-several-offsets",
         "many-outliers",
         "mass-undetermined",
-        "motion-explains-little",
         "not-identifiable",
         "open-without-shape",
         "response-uneven",

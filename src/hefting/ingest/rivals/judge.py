@@ -32,9 +32,13 @@ FEWEST_SAMPLES = 12
 CLEAR_UNEXPLAINED = 0.5
 """Log-likelihood of a sample that is missing to noise alone, from which on all
 explanations are tried."""
+CLEAR_CORRELATION = 1.5
+"""Samples that count as one from which on residuals are no white noise."""
 CLEAR_SCORE = 25.0
 """Improvement of the weighted square by small mistakes, in independent samples, from
 which on all explanations are tried."""
+NOISE_ALLOWANCE = 1.3
+"""Factor by which the square of a residual may exceed that of the noise by chance."""
 LARGE_UNEXPLAINED = 0.1
 """Residual over the wrench's changes from which on mistakes of poses are tried."""
 CLEAR_EVIDENCE = 12.0
@@ -72,7 +76,7 @@ def judge(case: Case) -> Judged:
         return Judged(0.0)
     quick = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
     share = _unexplained_share(case, quick)
-    if _missing(case, quick) < CLEAR_UNEXPLAINED and _score(case, quick) < CLEAR_SCORE:
+    if not _is_worth_a_search(case, quick, share):
         return Judged(share)
     given = as_given(case)
     tried = [
@@ -88,6 +92,17 @@ def judge(case: Case) -> Judged:
         return Judged(share, None, given)
     certain = evidence(case, given, best) > CLEAR_EVIDENCE
     return Judged(share, best, given, certain)
+
+
+def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
+    """Whether the recording as given leaves what noise does not: much of the wrench's
+    changes, residuals that are no white noise, or what a small mistake would leave."""
+    if share > LARGE_UNEXPLAINED:
+        return True
+    coloured = case.path.moves and correlation(fitted, 0) > CLEAR_CORRELATION
+    if coloured and _missing(case, fitted) > CLEAR_UNEXPLAINED:
+        return True
+    return _score(case, fitted) > CLEAR_SCORE
 
 
 def evidence(case: Case, given: Explanation, other: Explanation) -> float:
@@ -124,11 +139,13 @@ def _unexplained_share(case: Case, fitted: Fitted) -> float:
     beyond it; the larger of force's and torque's."""
     floor = np.square(case.floor)
     changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
-    weights = fitted.weights[0] > 0.0
-    square = np.square(fitted.residual[0][weights]).reshape(-1, 2, 3)
-    left = np.maximum(np.square(fitted.scale[0]), np.median(square.sum(2), 0) / 2.37)
-    excess = np.maximum(left - floor, 0.0) / np.maximum(changes - floor, 1e-300)
-    return float(np.sqrt(np.minimum(excess, 1.0)).max())
+    used = fitted.weights[0] > 0.0
+    square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
+    # the median of chi-squared with three degrees of freedom is 2.37
+    left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
+    excess = np.maximum(left - NOISE_ALLOWANCE * floor, 0.0)
+    share = excess / np.maximum(changes, 1e-300)
+    return float(np.sqrt(np.minimum(share, 1.0)).max())
 
 
 def _score(case: Case, fitted: Fitted) -> float:
