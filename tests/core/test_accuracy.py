@@ -54,6 +54,11 @@ WRITTEN = [
     ("angle", "°", "3 °", np.pi / 60.0),
     ("share", "%", "20%", 0.2),
     ("share", "", "0.2", 0.2),
+    ("force", "N", "0.3 N", 0.3),
+    ("force", "mN", "20mN", 0.02),
+    ("torque", "Nm", "0.01Nm", 0.01),
+    ("torque", "N m", "2 N m", 2.0),
+    ("torque", "mNm", "5 mNm", 0.005),
 ]
 
 

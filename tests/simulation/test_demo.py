@@ -10,6 +10,7 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification import identify
 from hefting.shapes import Shape
 from hefting.simulation import demo
@@ -50,9 +51,9 @@ def test_a_user_gets_the_same_from_the_files(result):
     )
     # single precision in STL
     np.testing.assert_allclose(shape.extents, facts["mesh_extents_m"], rtol=1e-6)
-    found = identify(
-        result.log, shape, gravity=facts["gravity_world"], wrench=facts["wrench"]
-    )
+    # nothing is said of gravity there, as a user would
+    assert tuple(facts["gravity_world"]) == STANDARD_GRAVITY
+    found = identify(result.log, shape, wrench=facts["wrench"])
     np.testing.assert_array_equal(
         found.estimate.parameters.vector, result.estimate.parameters.vector
     )

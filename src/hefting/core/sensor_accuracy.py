@@ -26,8 +26,8 @@ TYPICAL_LEVER = 0.07
 said: those of the sensors in `hefting.core.sensor_sheets` are from 0.03 to 0.2 m."""
 TYPICAL_SHARE = 0.005
 """Share of a sensor of which none is said: half a percent, at the lower end of what
-data sheets of six-axis sensors state (0.5 to 2 % of full scale). The residuals of three
-real sensors agree with it (`benchmarks.injection`)."""
+data sheets of six-axis sensors state (0.5 to 2 % of full scale). No recording tells the
+gain of its sensor."""
 OWN_GAIN_RATIO = 0.5**0.5
 """Error of a channel's gain by itself, over that which all channels have in common.
 
@@ -93,8 +93,8 @@ class SensorAccuracy:
         sensor (`hefting.core.sensor_sheets.SHEETS`). A share that is not given is the
         typical one, an offset that is not given is none.
 
-        Raises `InputError` for anything else, and for a sensor whose data sheet states
-        no accuracy.
+        Raises `InputError` for anything else, and for a sensor of which only the ranges
+        are known.
         """
         if re.match(r"\s*[\d.]", text) is None:
             return cls._of_sheet(text)
@@ -124,7 +124,7 @@ class SensorAccuracy:
             )
         if not sheet.states_accuracy:
             raise InputError(
-                f"{sheet.document} states no accuracy of a {sheet.model}: {sheet.remark}",
+                f"the accuracy of a {sheet.model} is not known here: {sheet.remark}",
                 fix=f"give figures, as in {EXAMPLE}",
             )
         return cls(*_limits(sheet))

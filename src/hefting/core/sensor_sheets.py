@@ -1,18 +1,17 @@
 """Data sheets of force-torque sensors: what their makers state of the accuracy.
 
-A sheet states percentages of the range, or limits in N and N m, or nothing. Figures are
+A sheet states percentages of the range, or limits in N and N m. Of some sensors only the
+ranges are here, and where to find the accuracy. Figures are
 the largest of all axes; ranges are those across the sensor's axis, Fx, Fy and Tx, Ty,
 as the ends of ATI's names of a calibration say them (SI-130-10: 130 N, 10 N m).
 """
 
 from dataclasses import dataclass
 
-_OWN_CERTIFICATE = (
-    "each sensor comes with a certificate that does, in percent of full scale"
-)
+_OWN_CERTIFICATE = "its calibration certificate states it, in percent of full scale"
 _ATI = "ATI Industrial Automation's catalogue of F/T transducers"
 _AXIA = "ATI manual 9610-05-Ethernet Axia, F/T Sensor"
-_NOISE_ONLY = "it states noise"
+_NOISE_ONLY = "its manual states noise"
 
 
 @dataclass(frozen=True)
@@ -31,11 +30,11 @@ class Sheet:
     """limits of the errors of force [N] and torque [N m]; None where they are not
     stated so"""
     remark: str = ""
-    """where to find what the sheet does not state"""
+    """where to find the accuracy, if it is not here"""
 
     @property
     def states_accuracy(self) -> bool:
-        """Whether the sheet states an accuracy."""
+        """Whether its accuracy is here."""
         return self.of_full_scale is not None or self.absolute is not None
 
 
@@ -54,7 +53,7 @@ SHEETS = _sheets(
     Sheet("Mini45", _ATI, (290.0, 10.0), remark=_OWN_CERTIFICATE),
     Sheet("Gamma", _ATI, (130.0, 10.0), remark=_OWN_CERTIFICATE),
     Sheet("Delta", _ATI, (330.0, 30.0), remark=_OWN_CERTIFICATE),
-    Sheet("Axia80-M20", _AXIA, (500.0, 20.0), of_full_scale=0.02),
+    Sheet("Axia80-M20", _AXIA, (500.0, 20.0), remark=_OWN_CERTIFICATE),
     Sheet(
         "FT 300",
         "Robotiq FT 300 Force Torque Sensor, Instruction Manual",
