@@ -60,10 +60,6 @@ in sensor axes."""
 SHORTEST_CONDITIONED_RECORDING = 1.0
 """[s] In shorter recordings offset, bias and gravity cannot be distinguished, and no
 offset or gravity is estimated."""
-POORLY_EXPLAINED_SHARE = 0.1
-"""Ratio of force residual to the force's changes, or share of rejected samples, above
-which gravity's direction is checked. With a base tilted by 15° these are 0.2 to 0.3 and
-0.1 to 0.3; on the Panda recordings 0.08."""
 BLOCKS_FOR_GRAVITY = 5_000
 """Number of blocks used for finding gravity's direction."""
 
@@ -130,12 +126,9 @@ def condition(
     )
     found = _fit(working, problem, g)
     changed = find_changes(working, found.fit, recording.start) if changes else None
-    if not free_gravity and long and not path.gravity_measured and not samples.static:
-        poor = _is_poorly_explained(working, found.fit)
-        if hint or poor:
-            found = replace(
-                found, gravity=_estimate_gravity(working, found.fit, suspected=poor)
-            )
+    asked = hint and long and not samples.static
+    if asked and not (free_gravity or path.gravity_measured):
+        found = replace(found, gravity=_estimate_gravity(working, found.fit))
     if working is not samples:
         outliers = find_outliers_piecewise(samples, found.fit.problem, found.fit.fit)
         found = replace(found, fit=replace(found.fit, outliers=outliers))
@@ -207,19 +200,7 @@ def autocorrelation_time(series: Array) -> float:
     return max(1.0, float(np.mean(times))) if times else 1.0
 
 
-def _is_poorly_explained(samples: Samples, found: RobustFit) -> bool:
-    """Whether so little of the wrench is explained that gravity's direction is in
-    doubt."""
-    changes = float(np.sqrt(np.mean(np.var(samples.wrench[:, :3], axis=0))))
-    large_residual = float(found.fit.scale[0]) > POORLY_EXPLAINED_SHARE * changes
-    return (
-        large_residual or float(found.outliers.rejected.mean()) > POORLY_EXPLAINED_SHARE
-    )
-
-
-def _estimate_gravity(
-    samples: Samples, found: RobustFit, *, suspected: bool
-) -> GravityEstimate | None:
+def _estimate_gravity(samples: Samples, found: RobustFit) -> GravityEstimate | None:
     """Gravity as the data have it, starting from the fit with gravity as given; None
     where it is undetermined."""
     knots = found.fit.hats.n
@@ -243,8 +224,7 @@ def _estimate_gravity(
     std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
     if not np.isfinite(std):
         return None
-    ratio = float(fit.scale[0]) / max(float(found.fit.scale[0]), 1e-300)
-    return GravityEstimate(fit.gravity, std, ratio, suspected)
+    return GravityEstimate(fit.gravity, std)
 
 
 def _conclude(
@@ -297,7 +277,6 @@ def _conclude(
         gravity=tilt,
         few_samples=found.few_samples,
         rejected_offset=found.rejected_offset,
-        explained=found.fit.explained,
     )
     return replace(
         result,

@@ -55,10 +55,6 @@ class GravityEstimate:
     """(3,) in world axes [m/s²]"""
     std: float
     """rad, about each axis"""
-    force_ratio: float
-    """ratio of the force residual with it to that with gravity as given"""
-    suspected: bool
-    """whether so little is explained with gravity as given that this is in doubt"""
 
     def angle(self, gravity: Array) -> float:
         """rad from another direction of gravity (3,)."""

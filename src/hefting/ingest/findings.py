@@ -69,8 +69,6 @@ class Search:
     few_samples: bool
     """whether there were too few samples to condition"""
     rejected_offset: RejectedOffset | None
-    explained: float
-    """share of the wrench's variance that the fit explains"""
 
 
 def findings_of(
