@@ -3,7 +3,7 @@ the object within a recording are found, and none where there is none.
 
 Simulated recordings with one event each of five kinds, clean ones, and ones that no body
 explains for another reason (`benchmarks.changing`). An event counts as found if a change
-is told within half a second of it. Some five minutes for the defaults.
+is told within half a second of it. Some ten minutes for the defaults.
 """
 
 import argparse
