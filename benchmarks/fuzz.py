@@ -2,11 +2,11 @@
 every kind, read by the commands.
 
 What may come out is a result, or an error of one line. Everything else is a failure:
-another exception, a warning of Python or NumPy, more than 10 s for a file, more than
-2 GiB of memory, the end of the process. Failures are listed by kind; each file is kept
-in `--failures`, named by reader, seed and number, and is made again by
-`--reader NAME --seed S --first NUMBER --count 1`. Ends with an error where there are
-any. About 60 files a second and process.
+another exception, a warning of Python or NumPy, more than 10 s of processor time for a
+file, more than 2 GiB of memory, the end of the process. Failures are listed by kind;
+each file is kept in `--failures`, named by reader, seed and number, and is made again
+by `--reader NAME --seed S --first NUMBER --count 1`. Ends with an error where there are
+any. Some 20 to 40 files a second and process.
 """
 
 import argparse

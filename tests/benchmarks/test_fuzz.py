@@ -83,6 +83,8 @@ def behave(name, seeds, seed, index, folder, place):
     """A stand-in for `run_case` that does what a bad reader would."""
     if index == 1:
         time.sleep(60.0)
+    while index == 6:
+        pass
     if index == 3:
         os._exit(7)
     if index == 5:
@@ -100,13 +102,14 @@ def bounded(*job):
 def test_hangs_memory_and_ends_of_processes_are_found(folder, seeds):
     """Each ends the job and no other; what comes after is run by another process."""
     (folder / "seeds.pickle").write_bytes(pickle.dumps(seeds))
-    fuzzer = Fuzzer(0, folder, run=bounded, longest=2.0)
+    fuzzer = Fuzzer(0, folder, run=bounded, longest=0.5)
     found = dict(fuzzer.outcomes([("csv", index) for index in range(8)], 1))
     kinds = {index: outcome[1] for (_, index), outcome in found.items()}
     assert kinds == dict.fromkeys(range(8), "") | {
         1: "hang",
         3: "crash (7)",
         5: "memory",
+        6: "hang",
     }
 
 

@@ -193,10 +193,11 @@ def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
     texts."""
     provenance = dict(data)
     if "notes" in provenance:
-        notes = provenance["notes"]
-        if not isinstance(notes, list) or not all(isinstance(n, str) for n in notes):
+        found: Any = provenance["notes"]
+        notes = cast(list[Any], found if isinstance(found, list) else [None])
+        if not all(isinstance(text, str) for text in notes):
             raise ValueError("the notes are not a list of texts")
-        provenance["notes"] = [messages.get(text, text) for text in provenance["notes"]]
+        provenance["notes"] = [messages.get(text, text) for text in notes]
     return provenance
 
 
