@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.bodies import ends, sixteen
-from benchmarks.mistaken import Given, Mistake, correct
+from benchmarks.given import Given, Mistake, correct
 from hefting.core.errors import HeftingError
 from hefting.core.messages import codes
 from hefting.core.spatial import Array

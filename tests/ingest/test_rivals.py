@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.mistaken import Given, Mistake, correct, mistakes
+from benchmarks.given import Given, Mistake, correct
+from benchmarks.mistaken import mistakes
 from scipy.spatial.transform import Rotation
 
 from hefting.core.spatial import STANDARD_GRAVITY

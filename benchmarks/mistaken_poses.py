@@ -1,0 +1,167 @@
+"""Mistakes with poses, clocks, gravity and shapes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.bodies import random_body
+from benchmarks.given import (
+    KINDS,
+    RATE,
+    Change,
+    Given,
+    orientation,
+)
+from hefting.core.spatial import Array
+from hefting.shapes import Shape
+
+
+def quaternions(order: Callable[[Array], Array]) -> Change:
+    return lambda given, rng: given.stream("orientation", lambda _, q: order(q))
+
+
+def inverse_pose(given: Given, rng: np.random.Generator) -> Given:
+    R = orientation(given)
+    p = -R.inv().apply(np.array(given.recording["position"].values))
+    turned = given.stream("orientation", lambda _, q: R.inv().as_quat())
+    return turned.stream("position", lambda _, __: p)
+
+
+def positions(scale: float) -> Change:
+    return lambda given, rng: given.stream("position", lambda _, p: scale * p)
+
+
+def lever(metres: float) -> Change:
+    """The pose is that of a flange behind the sensor, with the same axes."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        R = orientation(given)
+        back = R.apply(np.array((0.0, 0.0, metres)))
+        return given.stream("position", lambda _, p: p - back)
+
+    return make
+
+
+def pose_clock(rate: float) -> Change:
+    return lambda given, rng: given.clock(
+        lambda t: t[0] + (t - t[0]) * (1.0 + rate), "position", "orientation"
+    )
+
+
+def late(seconds: float) -> Change:
+    return lambda given, rng: given.clock(lambda t: t + seconds, "wrench")
+
+
+def tilted(degrees: float) -> Change:
+    """The base is tilted, so that the logged poses are turned against gravity."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        heading = rng.uniform(0.0, 2.0 * np.pi)
+        axis = np.radians(degrees) * np.array((np.cos(heading), np.sin(heading), 0.0))
+        R = Rotation.from_rotvec(axis)
+        q = R * orientation(given)
+        p = R.apply(np.array(given.recording["position"].values))
+        return given.stream("orientation", lambda _, __: q.as_quat()).stream(
+            "position", lambda _, __: p
+        )
+
+    return make
+
+
+def gravity(*vector: float) -> Change:
+    return lambda given, rng: replace(given, options={"gravity": list(vector)})
+
+
+def position_glitches(size: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        def jump(_: Array, p: Array) -> Array:
+            wrong = rng.random(len(p)) < 1e-3
+            wrong[rng.integers(len(p) // 4, len(p) // 2)] = True
+            return p + wrong[:, None] * size * rng.normal(size=p.shape)
+
+        return given.stream("position", jump)
+
+    return make
+
+
+def starts_with_identity(samples: int) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        def turn(_: Array, q: Array) -> Array:
+            q = q.copy()
+            q[:samples] = (0.0, 0.0, 0.0, 1.0)
+            return q
+
+        def place(_: Array, p: Array) -> Array:
+            p = p.copy()
+            p[:samples] = 0.0
+            return p
+
+        return given.stream("orientation", turn).stream("position", place)
+
+    return make
+
+
+def frozen(seconds: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        first = int(rng.uniform(2.0, 6.0) * RATE)
+        last = first + int(seconds * RATE)
+
+        def hold(_: Array, v: Array) -> Array:
+            v = v.copy()
+            v[first:last] = v[first]
+            return v
+
+        return given.stream("orientation", hold).stream("position", hold)
+
+    return make
+
+
+def shape(change: Callable[[Given, np.random.Generator], Shape]) -> Change:
+    return lambda given, rng: replace(given, shape=change(given, rng))
+
+
+def moved_shape(metres: float) -> Change:
+    def change(given: Given, rng: np.random.Generator) -> Shape:
+        direction = rng.normal(size=3)
+        pose = np.array(given.shape.pose)
+        pose[:3, 3] += metres * direction / np.linalg.norm(direction)
+        return placed(given, pose)
+
+    return shape(change)
+
+
+def turned_shape(degrees: float) -> Change:
+    def change(given: Given, rng: np.random.Generator) -> Shape:
+        axis = rng.normal(size=3)
+        R = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis))
+        pose = np.array(given.shape.pose)
+        pose[:3, :3] = pose[:3, :3] @ R.as_matrix()
+        return placed(given, pose)
+
+    return shape(change)
+
+
+def scaled_shape(factor: float) -> Change:
+    def change(given: Given, rng: np.random.Generator) -> Shape:
+        assert given.body is not None
+        mesh = given.body.mesh.copy()
+        mesh.apply_scale(factor)
+        return Shape.from_mesh(mesh, pose=given.shape.pose)
+
+    return shape(change)
+
+
+def another_shape(given: Given, rng: np.random.Generator) -> Given:
+    other = random_body(KINDS[rng.integers(len(KINDS))], int(rng.integers(1 << 30)))
+    return replace(given, shape=other.shape)
+
+
+def placed(given: Given, pose: Array) -> Shape:
+    assert given.body is not None
+    return Shape.from_mesh(given.body.mesh, pose=pose)
+
+
+def imu(name: str, factor: float) -> Change:
+    return lambda given, rng: given.stream(name, lambda _, v: factor * v)

@@ -1,0 +1,240 @@
+"""Mistakes with the wrench: axes, units, bias, filters, and what else pulls at the
+sensor."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import butter, lfilter
+from scipy.spatial.transform import Rotation
+
+from benchmarks.given import DURATION, RATE, Change, Given, gravity_of, orientation
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array
+
+
+def turned(axis: Array, degrees: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        R = Rotation.from_rotvec(np.radians(degrees) * np.asarray(axis, dtype=float))
+
+        def turn(_: Array, w: Array) -> Array:
+            return np.hstack((R.apply(w[:, :3]), R.apply(w[:, 3:])))
+
+        return given.wrench(turn)
+
+    return make
+
+
+def mapped(matrix: Array) -> Change:
+    """The wrench multiplied by a constant matrix (6, 6)."""
+    return lambda given, rng: given.wrench(lambda _, w: w @ matrix.T)
+
+
+def signs(*signs: float) -> Change:
+    return mapped(np.diag(signs))
+
+
+def units(force: float, torque: float) -> Change:
+    return signs(*(force,) * 3, *(torque,) * 3)
+
+
+def compensated(share: float) -> Change:
+    """The controller subtracts the weight of a share of the object."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        weight = share * given.truth.mass * gravity_of(given)
+        away = np.hstack((weight, np.cross(given.truth.center_of_mass, weight)))
+        return given.wrench(lambda _, w: w + away)
+
+    return make
+
+
+def unbiased_options(bias: float) -> Change:
+    """`bias` none on a log with a bias of that many newtons."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        direction = rng.normal(size=6) * np.array((1, 1, 1, 0.05, 0.05, 0.05))
+        extra = bias * direction / np.linalg.norm(direction[:3])
+        biased = given.wrench(lambda _, w: w + extra)
+        return replace(biased, options={"bias": "none"})
+
+    return make
+
+
+def anothers_bias(size: float) -> Change:
+    """The bias of another run, so many newtons off."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        direction = rng.normal(size=6) * np.array((1, 1, 1, 0.05, 0.05, 0.05))
+        bias = size * direction / np.linalg.norm(direction[:3])
+        return replace(given, options={"bias": bias})
+
+    return make
+
+
+def contact(share: float) -> Change:
+    """The object rests on something for a share of the time, in one stretch."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        start = rng.uniform(0.05, 0.95 - share) * DURATION
+        weight = given.truth.mass * 9.81
+        force = np.array((0.0, 0.0, 1.0)) * rng.uniform(0.5, 1.0) * weight
+        R = orientation(given)
+        held = R.inv().apply(force)
+        where = given.truth.center_of_mass + rng.uniform(-0.05, 0.05, 3)
+        push = np.hstack((held, np.cross(where, held)))
+
+        def touch(t: Array, w: Array) -> Array:
+            since = t - t[0] - start
+            ramp = np.clip(np.minimum(since, share * DURATION - since) / 0.1, 0.0, 1.0)
+            sway = 1.0 + 0.3 * np.sin(2.0 * np.pi * 0.7 * t)
+            return w - (ramp * sway)[:, None] * push
+
+        return given.wrench(touch)
+
+    return make
+
+
+def play(share: float) -> Change:
+    """Hysteresis: each channel follows only when the load has moved by a share of its
+    range."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        load = given.wrench_of(given.truth.vector)
+        half = 0.5 * share * np.ptp(load, axis=0)
+        shown = load.copy()
+        for k in range(1, len(load)):
+            shown[k] = np.clip(shown[k - 1], load[k] - half, load[k] + half)
+        return given.wrench(lambda _, w: w + shown - load)
+
+    return make
+
+
+def low_passed(hertz: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        b, a = butter(2, hertz / (0.5 * RATE))
+
+        def smooth(_: Array, w: Array) -> Array:
+            return w[0] + np.asarray(lfilter(b, a, w - w[0], axis=0))
+
+        return given.wrench(smooth)
+
+    return make
+
+
+def tcp(metres: float) -> Change:
+    """The torque is about a point of the tool."""
+    point = np.array((0.0, 0.0, metres))
+
+    def move(_: Array, w: Array) -> Array:
+        return np.hstack((w[:, :3], w[:, 3:] - np.cross(point, w[:, :3])))
+
+    return lambda given, rng: given.wrench(move)
+
+
+def in_base_axes(given: Given, rng: np.random.Generator) -> Given:
+    R = orientation(given)
+    return given.wrench(lambda _, w: np.hstack((R.apply(w[:, :3]), R.apply(w[:, 3:]))))
+
+
+def local_gravity(size: float) -> Change:
+    """Made where gravity is of another size: the whole wrench, near enough."""
+    return units(size / 9.80665, size / 9.80665)
+
+
+def quantised(step: float) -> Change:
+    steps = np.repeat((step, 0.05 * step), 3)
+    return lambda given, rng: given.wrench(lambda _, w: np.round(w / steps) * steps)
+
+
+def saturated(share: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        def clip(_: Array, w: Array) -> Array:
+            most = share * np.abs(w).max(axis=0)
+            return np.clip(w, -most, most)
+
+        return given.wrench(clip)
+
+    return make
+
+
+def cable(stiffness: float) -> Change:
+    """A cable from the world pulls at the sensor, by so many N/m."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        p = np.array(given.recording["position"].values)
+        R = orientation(given)
+        anchor = p.mean(axis=0) + 0.3 * rng.normal(size=3)
+        pull = R.inv().apply(stiffness * (anchor - p))
+        both = np.hstack((pull, np.cross(np.array((0.0, 0.05, 0.0)), pull)))
+        return given.wrench(lambda _, w: w - both)
+
+    return make
+
+
+def sloshing(share: float) -> Change:
+    """A share of the mass swings along two axes at 1.5 Hz, driven by gravity's
+    change."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        g = gravity_of(given)
+        frequency, damping = 2.0 * np.pi * 1.5, 0.05
+        x, v, dt = np.zeros(3), np.zeros(3), 1.0 / RATE
+        moved = np.empty_like(g)
+        stiffness = frequency**2
+        x = g[0] / stiffness
+        for k in range(len(g)):
+            a = g[k] - stiffness * x - 2.0 * damping * frequency * v
+            v = v + dt * a
+            x = x + dt * v
+            moved[k] = x
+        mass = share * given.truth.mass
+        torque = np.cross(moved - g / stiffness, -mass * g)
+        force = mass * (stiffness * moved - g)
+        return given.wrench(lambda _, w: w - np.hstack((force, -torque)))
+
+    return make
+
+
+def dropped_while_moving(kind: str, size: float) -> Change:
+    """An event in the middle: the object is picked up, put down, swapped or slips."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        exact = given.wrench_of(given.truth.vector)
+        when = rng.uniform(0.35, 0.65) * DURATION
+        slip = size * np.array((0.0, 0.0, 1.0))
+
+        def change(t: Array, w: Array) -> Array:
+            share = np.clip((t - t[0] - when) / 0.05, 0.0, 1.0)[:, None]
+            if kind == "picked-up":
+                return w - (1.0 - share) * exact
+            if kind == "put-down":
+                return w - share * exact
+            if kind == "swapped":
+                return w + share * (size - 1.0) * exact
+            moved = np.hstack((np.zeros((len(w), 3)), np.cross(slip, exact[:, :3])))
+            return w + share * moved
+
+        return given.wrench(change)
+
+    return make
+
+
+def gripper(mass: float) -> Change:
+    """A gripper that nobody mentioned."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        # a ball of 3 cm
+        place, inertia = np.array((0.0, 0.0, 0.05)), 0.4 * mass * 0.03**2 * np.eye(3)
+        gripper = InertialParameters.from_com(mass, place, inertia)
+        return given.wrench(lambda _, w: w + given.wrench_of(gripper.vector))
+
+    return make
+
+
+def cross_talk(share: float) -> Change:
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        scale = np.repeat((1.0, 0.1), 3)
+        M = share * rng.normal(size=(6, 6)) * scale[:, None] / scale
+        return given.wrench(lambda _, w: w + w @ M.T)
+
+    return make
