@@ -55,7 +55,7 @@ def _judge(
     status: object, out: str, err: str, noted: Sequence[warnings.WarningMessage]
 ) -> Outcome:
     """Whether a command that came to its end kept what it promises."""
-    if status not in (0, 1, 2):
+    if status not in (0, 1, 2, 3):  # 3: done, but not to be used
         return Outcome(-1, f"exit status {status}", err)
     assert isinstance(status, int)
     if noted:
@@ -65,8 +65,8 @@ def _judge(
         return Outcome(status, kind, str(first.message))
     if not _is_printable(out):
         return Outcome(status, "output that controls a terminal", out)
-    if status == 0:
-        return Outcome(0)
+    if status in (0, 3):
+        return Outcome(status)
     if "not enough memory" in err:
         return Outcome(status, "memory", err)
     lines = err.splitlines()

@@ -23,6 +23,7 @@ from hefting.identification import identify as identify
 from hefting.ingest import condition as condition
 from hefting.logs import read_log as read_log
 from hefting.logs import write_log as write_log
+from hefting.logs.sensor_pose import with_sensor_pose as with_sensor_pose
 from hefting.motion import PoseFilter as PoseFilter
 from hefting.motion import measure as measure
 from hefting.motion import smooth as smooth

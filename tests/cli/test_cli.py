@@ -427,7 +427,12 @@ def test_gravity_the_wrong_way_round_is_noticed(run, folder):
         "--json",
     ]
     _, out, _ = run("identify", folder / "log.csv", *words)
-    assert any("check --gravity" in line for line in json.loads(out)["warnings"])
+    said = json.loads(out)
+    assert (
+        "gravity seems to point the other way: give --gravity 0,0,-9.80665"
+        in (said["warnings"][0])
+    )
+    assert said["verdict"] != "good"
 
 
 def test_an_input_is_never_overwritten(run, folder, tmp_path):

@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
 
 def found(run, folder, *words) -> dict:
     status, out, err = run("identify", folder / "log.csv", "--json", *words)
-    assert status == 0, err
+    assert status in (0, 3), err  # 3: the mass is not determined by a bad sensor
     return json.loads(out)
 
 

@@ -54,10 +54,10 @@ def test_long_lines_are_wrapped_and_arguments_become_options(estimate, capsys):
     print_lines(estimate_report(estimate), render)
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 100
-    assert "warning: check --gravity and so on" in out
+    assert "verdict: usable with care\n- check --gravity and so on" in out
     assert "\x1b" not in out
     print_lines(estimate_report(estimate))
-    assert "warning: check `gravity`" in capsys.readouterr().out
+    assert "- check `gravity`" in capsys.readouterr().out
 
 
 def test_a_terminal_gets_styles_unless_it_wants_none(estimate, monkeypatch):
@@ -68,7 +68,7 @@ def test_a_terminal_gets_styles_unless_it_wants_none(estimate, monkeypatch):
             monkeypatch.setenv(name, value)
         monkeypatch.setattr(sys, "stdout", Terminal())
         print_lines(estimate_report(estimate))
-        assert ("\x1b[33mwarning" in sys.stdout.getvalue()) is styled
+        assert ("\x1b[33mverdict" in sys.stdout.getvalue()) is styled
 
 
 def test_an_output_without_box_characters_gets_plain_ones(estimate, monkeypatch):

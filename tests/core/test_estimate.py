@@ -49,9 +49,11 @@ KEYS = {
         "intervals",
         "accuracy",
         "sufficient",
+        "verdict",
+        "reasons",
     ),
 }
-"""What the command line documents, and the last eight, of which `load` needs some."""
+"""What the command line documents, and the last ten, of which `load` needs some."""
 
 
 @pytest.fixture

@@ -461,7 +461,7 @@ def test_notes_of_the_reader_are_printed():
     found = inspect(replace(static(log), notes=log.notes, warnings=log.warnings))
     assert found.notes == log.notes
     assert "note: wrench from topic /wrench" in printed(found)
-    assert "warning: the file was cut" in printed(found)
+    assert "- the file was cut" in printed(found)
 
 
 @pytest.mark.parametrize(

@@ -20,9 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Print the findings; returns the exit status."""
-    from hefting.cli.report.verdict import exit_status
+def run(arguments: argparse.Namespace) -> None:
+    """Print the findings."""
     from hefting.inspection import inspect
 
     with progress("inspecting ..."):
@@ -31,9 +30,8 @@ def run(arguments: argparse.Namespace) -> int:
         import json
 
         print(render(json.dumps(found.to_dict())))
-        return exit_status(found.verdict)
+        return
     from hefting.cli.report.inspection import inspection_report
     from hefting.cli.report.printing import print_report
 
     print_report(inspection_report(found), render)
-    return exit_status(found.verdict)

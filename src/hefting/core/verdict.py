@@ -24,6 +24,7 @@ NO_DOUBT = frozenset(
         "too-few-samples",
         "gravity-only",
         "gravity-measured",
+        "accuracy-not-reached",
         # stretches or time scales that contradict one another: the intervals are wider by it
         "response-uneven",
         "stretches-disagree",

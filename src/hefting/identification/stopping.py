@@ -9,6 +9,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
+from hefting.core.messages import warning
 from hefting.estimators.base import Estimator
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
@@ -61,7 +62,8 @@ def with_stop_reason(
     warnings = estimate.warnings
     if not estimate.sufficient:
         why = asked.shortfall(estimate.accuracy) or "the wrench contradicts the shape"
-        warnings = (f"not as sure as asked for: {why}", *warnings)
+        doubt = warning("accuracy-not-reached", f"not as sure as asked for: {why}")
+        warnings = (doubt, *warnings)
     return replace(estimate, warnings=warnings, provenance=provenance)
 
 

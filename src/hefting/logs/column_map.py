@@ -36,7 +36,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.spatial import Array, pose_matrix
+from hefting.core.spatial import Array
 from hefting.logs.layout import (
     LAYOUT_KEYS,
     Layout,
@@ -46,7 +46,7 @@ from hefting.logs.layout import (
     whole,
 )
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
-from hefting.logs.sensor_pose import sensor_turned
+from hefting.logs.sensor_pose import SENSOR_KEYS, mapped_sensor_pose
 from hefting.logs.toml_file import load_toml
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
@@ -72,9 +72,6 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
 
 KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
 """Keys of a column map that name columns, in the order in which messages list them."""
-
-SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
-"""Keys that say where the sensor is in the logged frame."""
 
 ALLOWED = {
     "time": ("column", "unit", "rate"),
@@ -147,26 +144,8 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
         unit,
         quantities,
         nan_is_blank(content, path),
-        _sensor_pose(content, path),
+        mapped_sensor_pose(content, path),
     )
-
-
-def _sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
-    """Pose (4, 4) of the sensor in the logged frame; None where the map says none."""
-    given = [key for key in SENSOR_KEYS if key in content]
-    if not given:
-        return None
-    where = f"{path}, key {given[0]}"
-    if len(given) > 1:
-        raise InputError(f"is given beside {given[1]}", where, "give one of them")
-    value = content[given[0]]
-    try:
-        if given[0] == "sensor_turned":
-            return sensor_turned(str(value))
-        return pose_matrix(value)
-    except (InputError, TypeError, ValueError, OverflowError):
-        fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'
-        raise InputError(f"{brief(value)} is no pose", where, fix) from None
 
 
 def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:

@@ -1,7 +1,9 @@
 """The sensor in the logged frame: poses of a flange, or of any frame that moves with the
 sensor, become those of the sensor."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,8 +11,10 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, check_pose
+from hefting.core.spatial import Array, check_pose, pose_matrix
 
+SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
+"""Keys of a column map that say where the sensor is in the logged frame."""
 MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
 """Streams that are of one point of the moving frame, in world axes."""
 
@@ -90,3 +94,25 @@ def sensor_turned(text: str) -> Array:
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler(axis, angle).as_matrix()
     return pose
+
+
+def mapped_sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
+    """Pose (4, 4) of the sensor in the logged frame by a column map's content; None where
+    that says none.
+
+    Raises `InputError`, naming the file at `path` and the key, for what is no pose.
+    """
+    given = [key for key in SENSOR_KEYS if key in content]
+    if not given:
+        return None
+    where = f"{path}, key {given[0]}"
+    if len(given) > 1:
+        raise InputError(f"is given beside {given[1]}", where, "give one of them")
+    value = content[given[0]]
+    try:
+        if given[0] == "sensor_turned":
+            return sensor_turned(str(value))
+        return pose_matrix(value)
+    except (InputError, TypeError, ValueError, OverflowError):
+        fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'
+        raise InputError(f"{str(value)[:40]} is no pose", where, fix) from None

@@ -20,6 +20,7 @@ def explain(case: Case) -> Explanation | None:
     given, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
     step = linear_step(given, given.best, columns)
+    std = np.sqrt(np.maximum(step.covariance.diagonal(), 1e-300))
     force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
     return Explanation(
         CODE,
@@ -28,4 +29,5 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         6,
         argument="bias",
+        effect=float(np.abs(step.change / std).max()),
     )

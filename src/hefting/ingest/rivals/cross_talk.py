@@ -7,6 +7,8 @@ from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step, without_
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "cross-talk"
+LARGEST_SHARE = 0.5
+"""Largest response of a channel to another one, over its own, that a sensor has."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -25,6 +27,8 @@ def explain(case: Case) -> Explanation | None:
     shares = np.abs(matrix) * size / np.maximum(size[:, None], 1e-12)
     np.fill_diagonal(shares, 0.0)
     to, of = np.unravel_index(int(np.argmax(shares)), shares.shape)
+    if shares[to, of] > LARGEST_SHARE:
+        return None
     names = ("fx", "fy", "fz", "tx", "ty", "tz")
     what = (
         f"the sensor's channels seem to respond to one another, {names[to]} to "

@@ -88,7 +88,7 @@ def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Row
 def as_given(case: Case) -> Explanation:
     """The recording without a mistake."""
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
-    return Explanation("as-given", "", "", fitted, 0)
+    return Explanation(code="as-given", what="", fix="", fitted=fitted, unknowns=0)
 
 
 def turned_wrench(case: Case, matrices: Array) -> Array:

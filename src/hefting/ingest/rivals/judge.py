@@ -27,8 +27,10 @@ from hefting.ingest.rivals.explanation import (
 TYPICAL_DEVIATION = 4.46
 """Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
 freedom: what noise alone takes from the log-likelihood of a sample."""
-FEWEST_SAMPLES = 12
-"""Fewest averages of the wrench on which explanations are compared."""
+FEWEST_POSES = 12
+"""Fewest static poses on which explanations are compared."""
+FEWEST_SAMPLES = 60
+"""Fewest averages of the wrench of a moving sensor on which they are."""
 CLEAR_UNEXPLAINED = 0.5
 """Log-likelihood of a sample that is missing to noise alone, from which on all
 explanations are tried."""
@@ -72,7 +74,8 @@ class Judged:
 
 def judge(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise."""
-    if len(case.time) < FEWEST_SAMPLES:
+    fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
+    if len(case.time) < fewest:
         return Judged(0.0)
     quick = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
     share = _unexplained_share(case, quick)

@@ -13,6 +13,9 @@ from hefting.ingest.rivals.evidence import Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
 
 CODE = "wrench-compensated"
+LARGEST_SHARE = 1.5
+"""Largest share of the object's weight that a controller takes away: more is gravity the
+wrong way round."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -25,7 +28,7 @@ def explain(case: Case) -> Explanation | None:
     if not mass:
         return None
     share = 1.0 - weighed / mass
-    if share < 0.0:
+    if not 0.0 <= share <= LARGEST_SHARE:
         return None
     std = _share_std(case, fitted, share)
     what = (
