@@ -68,8 +68,9 @@ def run(monkeypatch, capsys):
     return run
 
 
-def identified(run, *words):
-    return json.loads(run("identify", *words, "--method", "OLS", "--json"))
+def identified(run, *words, status=0):
+    words = ("identify", *words, "--method", "OLS", "--json")
+    return json.loads(run(*words, status=status))
 
 
 # tools
@@ -161,7 +162,9 @@ def test_an_accelerometer_is_used_with_the_gravity_found(run, tmp_path):
         identified(run, path, "--gravity", "estimate")["provenance"]["notes"]
     )
     assert re.search(r"accelerometer used: noise 0\.0(1[5-9]|2\d?) m", notes)
-    warnings = " ".join(identified(run, path)["warnings"])
+    upright = identified(run, path, status=3)
+    warnings = " ".join(upright["warnings"])
+    assert "give --gravity estimate" in upright["reasons"][0]
     assert "the accelerometer contradicts the poses: not used" in warnings
     assert "gravity as given?" in warnings
 

@@ -41,6 +41,8 @@ CLEAR_SCORE = 25.0
 which on all explanations are tried."""
 NOISE_ALLOWANCE = 1.3
 """Factor by which the square of a residual may exceed that of the noise by chance."""
+SMALLEST_CHANGE = 1e-6
+"""Variance of a wrench over its mean square below which it does not change."""
 LARGE_UNEXPLAINED = 0.1
 """Residual over the wrench's changes from which on mistakes of poses are tried."""
 CLEAR_EVIDENCE = 12.0
@@ -147,7 +149,9 @@ def _unexplained_share(case: Case, fitted: Fitted) -> float:
     # the median of chi-squared with three degrees of freedom is 2.37
     left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
     excess = np.maximum(left - NOISE_ALLOWANCE * floor, 0.0)
-    share = excess / np.maximum(changes, 1e-300)
+    size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
+    varies = changes > SMALLEST_CHANGE * size
+    share = np.where(varies, excess / np.maximum(changes, 1e-300), 0.0)
     return float(np.sqrt(np.minimum(share, 1.0)).max())
 
 
