@@ -15,6 +15,10 @@ LARGE_MASS_CHANGE = 0.03
 wrong."""
 LARGE_COM_CHANGE = 0.005
 """[m] Change of the COM from which on a mistake makes the answer wrong."""
+GRAVE_MASS_CHANGE = 0.1
+"""The same of a mistake that is possible, and not beyond doubt."""
+GRAVE_COM_CHANGE = 0.010
+"""[m] The same."""
 LARGE_UNEXPLAINED = 0.5
 """Residual beyond noise over the wrench's changes from which on no answer is to be
 used."""
@@ -81,7 +85,8 @@ def _named(judged: Judged, named: Explanation) -> Message:
     mass, com = _changes(before, after)
     said = f"{named.what}: {named.fix}"
     large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
-    if not (large and judged.certain):
+    grave = mass > GRAVE_MASS_CHANGE or com > GRAVE_COM_CHANGE
+    if not (grave or (large and judged.certain)):
         return warning(named.code, said, named.argument)
     effects = []
     if mass > LARGE_MASS_CHANGE:
