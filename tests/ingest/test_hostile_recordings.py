@@ -53,7 +53,7 @@ def test_a_filter_of_endless_lag(recording, step):
         name: Stream(step * np.arange(len(stream)), stream.values)
         for name, stream in recording.streams.items()
     }
-    with pytest.raises(InputError, match="lag of 0.1 s is .* samples"):
+    with pytest.raises(InputError, match=r"lag of 0\.1 s is .* samples"):
         identify(Recording(stretched), motion="filter")
 
 
