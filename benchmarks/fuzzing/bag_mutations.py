@@ -68,7 +68,7 @@ def sqlite_rows(data: bytes, rng: np.random.Generator) -> bytes:
                 if "zeroblob" in statement:
                     number = min(number, 10_000)
                 database.execute(statement.format(n=number))
-        except (sqlite3.Error, OverflowError):
+        except (sqlite3.Error, OverflowError, UnicodeError):
             pass  # an earlier mutation left nothing to change
         finally:
             database.close()
@@ -88,7 +88,7 @@ def sqlite_messages(data: bytes, rng: np.random.Generator) -> bytes:
                     changed = choice(rng, BYTES)(content, rng)
                     query = "UPDATE messages SET data = ? WHERE id = ?"
                     database.execute(query, (changed, number))
-        except sqlite3.Error:
+        except (sqlite3.Error, OverflowError, UnicodeError):
             pass
         finally:
             database.close()

@@ -46,6 +46,17 @@ def test_motion_that_dwarfs_everything(recording):
         ).all()
 
 
+@pytest.mark.parametrize("step", [1e-16, 1e-12, 1e-8])
+def test_a_filter_of_endless_lag(recording, step):
+    """0.1 s are 1e14 samples then: each would be a turn of a loop."""
+    stretched = {
+        name: Stream(step * np.arange(len(stream)), stream.values)
+        for name, stream in recording.streams.items()
+    }
+    with pytest.raises(InputError, match=r"lag of 0\.1 s is .* samples"):
+        identify(Recording(stretched), motion="filter")
+
+
 @pytest.mark.parametrize("spread", [1.0, 1e10, 1e20, 1e40])
 def test_factors_of_matrices_of_any_spread(spread):
     """R R' = M up to rounding of the largest entry, R lower triangular, where NumPy's

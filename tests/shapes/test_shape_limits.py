@@ -65,6 +65,7 @@ def test_arrays_of_what_is_no_number(tmp_path):
         "(" * 300 + ")" * 300,
         "'a' * 10**9",
         "{'descr': '<f8', 'fortran_order': False, 'shape': (10**9, 3)}",
+        "{'descr': '|V9', 'fortran_order': True, 'shape': (4611686018427387904,)}",
         "{'descr': '|O', 'fortran_order': False, 'shape': (2, 3)}",
         "\0\xff",
     ],

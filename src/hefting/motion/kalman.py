@@ -32,6 +32,9 @@ SMALLEST_BLOCK = 16
 LARGEST_BLOCK = 50_000
 """Largest number of regular samples that are filtered together; it bounds the
 memory."""
+MOST_LAG = 100_000
+"""Most samples that are waited for: 0.1 s at 1 MHz. Each takes some 10 microseconds and
+300 bytes once, when the filter is made."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +243,9 @@ class PoseFilter:
         """Noise of one component, bandwidth [rad/s] and settled filter of the rotation,
         then of the position."""
         lag = max(ceil(self.lag / self.period - 0.49), 0)
+        if lag > MOST_LAG:
+            what = f"the filter's lag of {self.lag:g} s is {lag:.3g} samples"
+            raise InputError(what, fix="are times in seconds? or use `motion` smooth")
         n = NUMBER_OF_STATES[self.order]
         return tuple(
             (noise, wc, steady_filter(n, wc * self.period, lag))
