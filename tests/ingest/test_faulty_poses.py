@@ -30,7 +30,7 @@ def test_answers_are_as_good_as_without_the_fault(seed):
     """Glitches, stalls and silent drivers in three strengths, in three kinds of motion;
     nine of ten answers are within 1.3 times the errors of the recording without the
     fault, 95 of a hundred where an oracle loses the same poses; 95 of a hundred faults
-    are named. Taken as they are, one answer in seven is as good."""
+    are named. Taken as they are, one answer in twenty is as good."""
     good, but_for_lost, named = shares(
         list(outcomes(range(seed, seed + 1), noises=(1e-4,)))
     )
