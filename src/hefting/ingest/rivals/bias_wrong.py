@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import linear_step
+from hefting.ingest.rivals.evidence import correlation, linear_step
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "bias-wrong"
@@ -20,7 +20,10 @@ def explain(case: Case) -> Explanation | None:
     given, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
     step = linear_step(given, given.best, columns)
-    std = np.sqrt(np.maximum(step.covariance.diagonal(), 1e-300))
+    # the residuals of a wrong bias are all coloured: of white ones is enough to tell
+    # whether the motion determines it
+    white = step.covariance.diagonal() / correlation(given, given.best)
+    std = np.sqrt(np.maximum(white, 1e-300))
     force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
     return Explanation(
         CODE,
