@@ -1,0 +1,30 @@
+"""Quick runs of the mistakes and of clean recordings."""
+
+from benchmarks.mistaken import mistakes as catalogue
+
+from benchmarks import clean, mistakes
+
+
+def test_half_a_turn_is_named_and_not_to_be_used():
+    """One recording of each strength, with and without a shape."""
+    said = mistakes.run(1, "turned about x")
+    assert len(said) == 4
+    assert all(each.named for each in said)
+    assert not any(each.beyond and each.verdict == "good" for each in said)
+    halves = [each for each in said if each.strength == "180°"]
+    assert {each.verdict for each in halves} == {"do not use"}
+    text = "\n".join((*mistakes.table(said), *mistakes.totals(said)))
+    assert "| turned about x | 180° | 100.0 % |" in text
+    assert "named, of those that data can tell: 100.0 % of 4" in text
+
+
+def test_there_are_at_least_sixty_mistakes_each_once():
+    keys = [(mistake.name, mistake.strength) for mistake in catalogue()]
+    assert len(keys) == len(set(keys)) >= 60
+
+
+def test_clean_recordings_are_good():
+    """One of each motion but the slowest to make; the second level of noise."""
+    found = [clean.verdict(number) for number in (10, 13, 16, 18)]
+    assert {each.level for each in found} == {"good"}
+    assert not clean.doubted(found)
