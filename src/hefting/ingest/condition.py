@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
+from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes
 from hefting.ingest.conditioned import (
@@ -98,7 +99,7 @@ def condition(
     tilt : whether to estimate gravity's direction. The errors of a sensor change it by
         a few degrees.
     hint : whether to estimate, for information, gravity's direction even where it is
-        given and the wrench is explained.
+        given.
     changes : whether to look for changes of the object. The rest of the result is that
         of one body in all of the recording, whatever is found.
 
@@ -177,27 +178,6 @@ def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...
         times[1] - times[0]
     )
     return candidates(duration, KNOT_SPACING_IN_CORRELATION_TIMES * correlation_time)
-
-
-def autocorrelation_time(series: Array) -> float:
-    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1
-    for white noise, never less."""
-    x = series - series.mean(axis=0)
-    n = len(x)
-    if n < 8 or not x.any():
-        return 1.0
-    size = 1 << (2 * n - 1).bit_length()
-    covariance = np.fft.irfft(np.abs(np.fft.rfft(x, size, axis=0)) ** 2, size, axis=0)[
-        : n // 2
-    ]
-    times = []
-    for column in covariance.T[covariance[0] > 0.0]:
-        rho = column / column[0]
-        below = np.flatnonzero(rho < 0.05)
-        times.append(
-            1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum())
-        )
-    return max(1.0, float(np.mean(times))) if times else 1.0
 
 
 def _estimate_gravity(samples: Samples, found: RobustFit) -> GravityEstimate | None:

@@ -95,8 +95,8 @@ class Conditioned:
     """rad, of gravity's direction about each axis; infinite where the motion does not
     tell it, None where it was given or is measured"""
     tilted: GravityEstimate | None
-    """gravity as estimated, where it was given and is in doubt or an estimate was asked
-    for; else None"""
+    """gravity as estimated for information, where it was given and that was asked for;
+    else None"""
     noise: Noise
     """of the wrench, root mean square of what the model leaves; of the accelerations,
     as smoothing says"""

@@ -65,7 +65,7 @@ def ingest(
     recording : a recording or the path of a log.
     gravity, wrench, bias, motion, start, duration, tool : as for `hefting.identify`.
     hint : whether to estimate, for information, gravity's direction even where it is
-        given and the wrench is explained.
+        given.
 
     Where the object changes, the longest stretch of one free body is used, with an
     object in the hand if there is one; where `start` or `duration` is given the part is
@@ -86,10 +86,9 @@ def ingest(
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
     found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
+    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
     changes, asked = found.changes, bool(start) or duration is not None
-    if changes is not None and _is_mistaken(
-        recording, found, may_be_biased=may_be_biased
-    ):
+    if doubt is not None and doubt.names_mistake and doubt.is_fatal:
         changes = None  # what explains the whole recording needs none
     if changes is not None and not asked:
         part = changes.chosen
@@ -97,6 +96,7 @@ def ingest(
         found = condition(
             recording, assumed.vector, motion, tilt=tilt, hint=hint, changes=False
         )
+        doubt = _doubt(recording, found, may_be_biased=may_be_biased)
     changes = None if changes is None else changes.later(first)
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
@@ -135,7 +135,6 @@ def ingest(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
     clock_error = errors_of_clock_offset(found, z, fit)
-    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
     if doubt is not None:
         warnings.insert(0, doubt.message)
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
@@ -256,15 +255,6 @@ def _doubt(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
     return doubt_of(case)
-
-
-def _is_mistaken(
-    recording: Recording, found: Conditioned, *, may_be_biased: bool
-) -> bool:
-    """Whether a mistake explains the whole recording, and the answer is wrong with
-    it."""
-    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
-    return doubt is not None and doubt.names_mistake and doubt.is_fatal
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:

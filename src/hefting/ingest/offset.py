@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM, Start
+from hefting.ingest.fit import Start
 from hefting.ingest.model import (
     FEATURES,
     REGRESSOR_BY_FEATURE,
@@ -16,6 +16,7 @@ from hefting.ingest.model import (
     tilt_gravity,
 )
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS
+from hefting.ingest.robust_rows import fit_each
 
 COARSE_OFFSET_STEP = 0.02
 """[s] Spacing of the clock offsets of the first grid."""
@@ -158,41 +159,17 @@ def _fit_at_offsets(
     slowly enough for a coarse grid.
     """
     design = Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
-    wrench, used = problem.wrench, design.used
-    O, K = used.shape
-    deviations = (wrench - wrench.mean(axis=0)).reshape(K, 2, 3)
     floor = np.maximum(problem.floor, 1e-12)
-    scale = np.maximum(
-        np.broadcast_to(np.sqrt(np.mean(deviations**2, axis=(0, 2))), (O, 2)), floor
-    )
-    weights, square = np.ones((O, K)), np.zeros((O, K, 2))
-    count = np.maximum(used.sum(axis=1), 1.0)
-    solution = np.zeros((O, design.maps.shape[2]))
-    for _ in range(SCAN_ITERATIONS):
-        solution = solve_each(*design.normal_equations(used * weights, scale))
-        square = np.sum(
-            (wrench - design.predict(solution)).reshape(O, K, 2, 3) ** 2, axis=3
-        )
-        for _ in range(2):
-            distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-            weights = (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (
-                STUDENT_DEGREES_OF_FREEDOM + distance
-            )
-            scale = np.sqrt(
-                np.einsum("ok,okt->ot", used * weights, square) / (3.0 * count[:, None])
-            )
-            scale = np.maximum(scale, floor)
-    distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-    tail = (
-        0.5
-        * (STUDENT_DEGREES_OF_FREEDOM + 6.0)
-        * np.log1p(distance / STUDENT_DEGREES_OF_FREEDOM)
-    )
-    likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
-    likelihood[count < 0.5 * K] = -np.inf
-    bias = solution[:, design.first_bias_column :].reshape(O, -1, 6)
+    fits = fit_each(design.known, design.maps, design.used, floor, SCAN_ITERATIONS)
+    solution = fits.solution
+    bias = solution[:, design.first_bias_column :].reshape(len(offsets), -1, 6)
     return OffsetFits(
-        offsets, likelihood, solution[:, :10], design.tilts_of(solution), scale, bias
+        offsets,
+        fits.likelihood,
+        solution[:, :10],
+        design.tilts_of(solution),
+        fits.scale,
+        bias,
     )
 
 
@@ -200,14 +177,12 @@ def _fit_at_offsets(
 class Design:
     """The linear model at each of O offsets.
 
-    Every column of the design matrix, and the wrench, are linear in the known row of a
-    sample, z = [motion features (12), gravity's tangents (6, if free), bias functions
-    (n), wrench (6)]. The normal equations at one offset follow from its Z'WZ, as in
-    `hefting.ingest.model`.
+    The known row of a sample is z = [motion features (12), gravity's tangents (6, if
+    free), bias functions (n)]; see `hefting.ingest.robust_rows`.
     """
 
     known: Array
-    """(O, K, z) rows"""
+    """(O, K, z + 6) rows, with the wrench behind them"""
     used: Array
     """(O, K) 1 where the motion is known, else 0"""
     maps: Array
@@ -250,36 +225,9 @@ class Design:
             np.broadcast_to(wrench, (O, K, 6)),
         ]
         known = np.concatenate(parts, axis=2)
-        maps = _column_maps(known.shape[2], tangents, hats.n)
+        maps = _column_maps(known.shape[2] - 6, tangents, hats.n)
         return cls(
             known, motion.known.reshape(O, K).astype(float), maps, 10 + 4 * tangents
-        )
-
-    def normal_equations(self, weights: Array, scale: Array) -> tuple[Array, Array]:
-        """Matrix (O, p, p) and right-hand side (O, p), for weights (O, K) and residual
-        scales (O, 2)."""
-        O, _, width = self.known.shape
-        p = self.maps.shape[2]
-        # (O, z, z)
-        gram = np.swapaxes(self.known * weights[:, :, None], 1, 2) @ self.known
-        inverse_variance = np.repeat(scale**-2.0, 3, axis=1)
-        normal, right = np.zeros((O, p, p)), np.zeros((O, p))
-        for channel, columns in enumerate(self.maps.transpose(1, 0, 2)):
-            rows = np.flatnonzero(columns.any(axis=1))
-            used_columns = columns[rows]
-            weight = inverse_variance[:, channel]
-            normal += weight[:, None, None] * (
-                used_columns.T @ (gram[:, rows[:, None], rows] @ used_columns)
-            )
-            right += weight[:, None] * (
-                gram[:, rows, width - 6 + channel] @ used_columns
-            )
-        return normal, right
-
-    def predict(self, solution: Array) -> Array:
-        """(O, K, 6) wrench of a solution (O, p)."""
-        return self.known[:, :, :-6] @ np.einsum(
-            "zcp,op->ozc", self.maps[:-6], solution
         )
 
     def tilts_of(self, solution: Array) -> Array:
@@ -296,17 +244,6 @@ class Design:
         return np.stack(
             [solution[:, 10 + 4 * i] * mass / square for i in range(2)], axis=1
         )
-
-
-def solve_each(normal: Array, right: Array) -> Array:
-    """Solutions (O, p) of normal equations (O, p, p) and (O, p), scaled to a unit
-    diagonal and slightly damped."""
-    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
-    length = np.where(length > 1e-150, length, 1.0)
-    scaled = normal / length[:, :, None] / length[:, None, :] + 1e-9 * np.eye(
-        normal.shape[1]
-    )
-    return np.linalg.solve(scaled, (right / length)[:, :, None])[:, :, 0] / length
 
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:

@@ -22,9 +22,9 @@ from hefting.ingest.offset import (
     NEIGHBOURHOOD_OF_OFFSET,
     SCANNED_BLOCKS,
     Design,
-    solve_each,
 )
 from hefting.ingest.robust_fit import MOST_BLOCKS_OF_FIRST_FIT, RobustFit
+from hefting.ingest.robust_rows import normal_equations, solve_each
 
 SMALLEST_JUDGED_OFFSET = 0.01
 """[s] Smaller offsets are not judged: they resemble no other one, and do little harm."""
@@ -152,8 +152,10 @@ def _squares(found: RobustFit, most: int, offsets: Array) -> Array:
     design = Design.of(problem, fit.gravity, fit.hats.n, offsets, gravity_only=False)
     used = design.used * weights
     scale = np.broadcast_to(fit.scale, (len(offsets), 2))
-    solution = solve_each(*design.normal_equations(used, scale))
-    residual = (problem.wrench - design.predict(solution)) / np.repeat(fit.scale, 3)
+    known, maps = design.known, design.maps
+    solution = solve_each(*normal_equations(known, maps, used, scale))
+    predicted = known[:, :, :-6] @ np.einsum("zcp,op->ozc", maps, solution)
+    residual = (problem.wrench - predicted) / np.repeat(fit.scale, 3)
     share = used.sum(axis=1) / max(float(weights.sum()), 1e-300)
     square = np.einsum("ok,okc->o", used, residual**2) / np.maximum(share, 1e-12)
     square *= stride / max(found.uncertainty.slow, 1e-3)

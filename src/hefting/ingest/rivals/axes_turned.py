@@ -15,14 +15,7 @@ import numpy as np
 
 from hefting.core.spatial import Array, skew, tensor_to_vector, vector_to_tensor
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import (
-    DAMPING,
-    Fitted,
-    Rows,
-    linear_step,
-    normal_equations,
-    unit_lengths,
-)
+from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step
 from hefting.ingest.rivals.explanation import (
     Build,
     Explanation,
@@ -30,6 +23,7 @@ from hefting.ingest.rivals.explanation import (
     newton_euler,
     offset_columns,
 )
+from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"
 STEPS = 25
@@ -134,8 +128,7 @@ def _quadratic(
             sums = np.einsum("zp,ozj->opj", along, cross[:, :, part : part + 3])
             B[:, :, i, :] += inverse_variance[:, part, None, None] * sums
     B = B.reshape(O, p, 9)
-    length = unit_lengths(normal)
-    scaled = normal / length[:, :, None] / length[:, None, :] + DAMPING * np.eye(p)
+    scaled, length = scaled_to_ones(normal)
     B = B / length[:, :, None]
     Q = np.swapaxes(B, 1, 2) @ np.linalg.solve(scaled, B)
     square = np.einsum("ok,okc,oc->o", weights, wrench**2, inverse_variance)

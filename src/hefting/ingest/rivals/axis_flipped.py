@@ -5,7 +5,12 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation, likeliest_matrix
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    newton_euler,
+    of_each_wrench,
+    over_offsets,
+)
 
 CODE = "axis-flipped"
 RARITY_OF_BOTH = 15.0
@@ -18,7 +23,12 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest of all."""
     changes = _changes()
     matrices = np.array(list(changes.values()))
-    best, fitted, _ = likeliest_matrix(case, matrices, case.offset)
+    wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
+    offsets = np.unique((0.0, case.offset))
+    rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))
+    best = of_each_wrench(case, rows, wrenches).best // len(offsets)
+    wrench = wrenches[best][None]
+    fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
     what = list(changes)[best]
     of_both = np.linalg.det(matrices[best, :3, :3]) < 0.0 and np.array_equal(
         matrices[best, :3, :3], matrices[best, 3:, 3:]

@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step
-from hefting.ingest.rivals.explanation import Explanation, newton_euler
+from hefting.ingest.rivals.explanation import OFFSET_STEP, Explanation, newton_euler
 
 CODE = "clock-rate"
 RATES = np.array(
@@ -65,10 +65,10 @@ def _fit(case: Case, rate: float, offset: float) -> Fitted:
 
 def _columns(case: Case, rate: float, offset: float, fitted: Fitted) -> Array:
     """(K, 6, 2) derivative of the wrench by rate and offset."""
-    h = 2e-3
-    times = _times(case, rate, np.array((offset - h, offset + h)))
+    around = OFFSET_STEP * np.array((-1.0, 1.0))
+    times = _times(case, rate, offset + around)
     rows = newton_euler(case, case.motion_at(times))
-    wrench = rows.known @ np.einsum("zcp,p->zc", rows.maps, fitted.solution[0])
-    late = (wrench[1] - wrench[0]) / (2.0 * h)
+    wrench = rows.predict(fitted.solution[0])
+    late = (wrench[1] - wrench[0]) / (2.0 * OFFSET_STEP)
     since = case.time - 0.5 * (case.time[0] + case.time[-1])
     return np.stack((-since[:, None] * late, late), axis=2)

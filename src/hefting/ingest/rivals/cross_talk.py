@@ -3,7 +3,7 @@
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step, without_bias
+from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "cross-talk"
@@ -17,7 +17,7 @@ def explain(case: Case) -> Explanation | None:
     _, offset = over_offsets(case, lambda motion: newton_euler(case, motion))
     rows = newton_euler(case, case.motion_at(case.time[None] - offset))
     fitted = fit_rows(case, rows)
-    wrench = without_bias(fitted)
+    wrench = rows.predict(fitted.solution[0, :10])[0]
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
     step = linear_step(fitted, 0, columns)
     matrix = step.change.reshape(6, 6)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
@@ -52,15 +51,6 @@ class Explanation:
         """Log-likelihood of one sample on average, up to a constant."""
         return float(self.fitted.likelihood[self.fitted.best])
 
-    @property
-    def scale(self) -> Array:
-        """(2,) size of what it leaves of force [N] and torque [N m]."""
-        return self.fitted.scale[self.fitted.best]
-
-    def message(self) -> Message:
-        """The warning that names it."""
-        return warning(self.code, f"{self.what}: {self.fix}", self.argument)
-
 
 def over_offsets(case: Case, build: Build) -> tuple[Fitted, float]:
     """The fit at the likeliest clock offset near the coarse ones, and that offset
@@ -91,40 +81,13 @@ def as_given(case: Case) -> Explanation:
     return Explanation(code="as-given", what="", fix="", fitted=fitted, unknowns=0)
 
 
-def turned_wrench(case: Case, matrices: Array) -> Array:
-    """(M, K, 6) wrench multiplied by each matrix (M, 6, 6)."""
-    return np.einsum("mij,kj->mki", matrices, case.wrench)
-
-
-def likeliest_matrix(
-    case: Case, matrices: Array, offset: float
-) -> tuple[int, Fitted, float]:
-    """Which of the matrices (M, 6, 6) that keep the wrench's length explains it best,
-    its fit, and its clock offset [s].
-
-    All are tried at the clock offset given and at none, the best at all offsets.
-    """
-    times = case.time - np.unique((0.0, offset))[:, None]
-    motion = case.motion_at(times)
-    likelihoods = []
-    wrenches = turned_wrench(case, matrices)
-    for i in range(len(times)):
-        one = Motion(
-            motion.a[i : i + 1],
-            motion.rest[i : i + 1],
-            motion.axes[i : i + 1],
-            motion.known[i : i + 1],
-        )
-        rows = newton_euler(case, one)
-        M = len(matrices)
-        known = np.broadcast_to(rows.known, (M, *rows.known.shape[1:]))
-        used = np.broadcast_to(rows.used, (M, rows.used.shape[1]))
-        fitted = fit_rows(case, Rows(known, rows.maps, used, wrenches))
-        likelihoods.append(fitted.likelihood)
-    best = int(np.argmax(np.max(likelihoods, axis=0)))
-    wrench = wrenches[best][None]
-    found, there = over_offsets(case, lambda m: newton_euler(case, m, wrench))
-    return best, found, there
+def of_each_wrench(case: Case, rows: Rows, wrenches: Array) -> Fitted:
+    """Fits of each of the wrenches (M, K, 6) at each of the O offsets of rows: the
+    offsets of the first wrench, then those of the next."""
+    M, O = len(wrenches), len(rows.known)
+    known, used = np.tile(rows.known, (M, 1, 1)), np.tile(rows.used, (M, 1))
+    repeated = np.repeat(wrenches, O, axis=0)
+    return fit_rows(case, Rows(known, rows.maps, used, repeated))
 
 
 def offset_columns(
@@ -135,7 +98,7 @@ def offset_columns(
     around = np.array((-1.0, 1.0)) * OFFSET_STEP
     motion = case.motion_at(case.time - offset - around[:, None])
     rows = motion_at(motion)
-    wrench = rows.known @ np.einsum("zcp,p->zc", rows.maps, solution)
+    wrench = rows.predict(solution)
     return ((wrench[1] - wrench[0]) / (2.0 * OFFSET_STEP))[:, :, None]
 
 

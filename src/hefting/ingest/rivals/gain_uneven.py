@@ -4,7 +4,7 @@ from another mass."""
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step, without_bias
+from hefting.ingest.rivals.evidence import Rows, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "gain-uneven"
@@ -23,7 +23,8 @@ def explain(case: Case) -> Explanation | None:
     gains, covariance = np.zeros(4), np.eye(4)
     fitted = fit_rows(case, rows)
     for _ in range(STEPS):
-        columns = np.einsum("kc,cj->kcj", without_bias(fitted), CONTRASTS)
+        wrench = fitted.rows.predict(fitted.solution[0, :10])[0]
+        columns = np.einsum("kc,cj->kcj", wrench, CONTRASTS)
         step = linear_step(fitted, 0, columns)
         gains, covariance = gains + step.change, step.covariance
         maps = rows.maps.copy()

@@ -6,7 +6,12 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows
-from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    newton_euler,
+    of_each_wrench,
+    over_offsets,
+)
 
 CODE = "hysteresis"
 SHARES = np.array((0.005, 0.01, 0.02, 0.03, 0.05, 0.1))
@@ -40,12 +45,11 @@ def explain(case: Case) -> Explanation | None:
 def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
     """The fits less each of the lags (S, K, 6) at each of the O offsets, the likeliest
     share, and the load (K, 6) that follows."""
-    O, S = len(rows.known), len(SHARES)
-    wrench = np.repeat(case.wrench - lags, O, axis=0)
-    known, used = np.tile(rows.known, (S, 1, 1)), np.tile(rows.used, (S, 1))
-    fitted = fit_rows(case, Rows(known, rows.maps, used, wrench))
-    best = fitted.best
-    return fitted, float(SHARES[best // O]), wrench[best] - fitted.residual[best]
+    O, wrenches = len(rows.known), case.wrench - lags
+    fitted = of_each_wrench(case, rows, wrenches)
+    index = fitted.best // O
+    load = wrenches[index] - fitted.residual[fitted.best]
+    return fitted, float(SHARES[index]), load
 
 
 def _lag(load: Array, share: float) -> Array:

@@ -64,8 +64,8 @@ class Judged:
     """What was found."""
 
     unexplained: float
-    """residual over the wrench's changes, the larger of force's and torque's, as
-    given"""
+    """residual beyond noise over the wrench's changes, the larger of force's and
+    torque's, as given"""
     named: Explanation | None = None
     """the mistake that explains the recording far better"""
     given: Explanation | None = None
@@ -80,6 +80,8 @@ def judge(case: Case) -> Judged:
     if len(case.time) < fewest:
         return Judged(0.0)
     quick = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
+    if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
+        return Judged(0.0)
     share = _unexplained_share(case, quick)
     if not _is_worth_a_search(case, quick, share):
         return Judged(share)
@@ -140,8 +142,8 @@ def _missing(case: Case, fitted: Fitted) -> float:
 
 
 def _unexplained_share(case: Case, fitted: Fitted) -> float:
-    """Residual beyond the floor of what is to be explained, over the wrench's changes
-    beyond it; the larger of force's and torque's."""
+    """Residual beyond the floor of what is to be explained, over the wrench's changes;
+    the larger of force's and torque's."""
     floor = np.square(case.floor)
     changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
     used = fitted.weights[0] > 0.0

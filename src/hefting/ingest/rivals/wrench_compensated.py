@@ -1,15 +1,17 @@
 """The controller subtracts the weight of a payload: of all of the object, of a part of
-it, or of more.
+it, or of somewhat more.
 
 Gravity then acts on another mass and first moment than acceleration does.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion, usual_gravity
-from hefting.ingest.rivals.evidence import Rows, linear_step, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
 
 CODE = "wrench-compensated"
@@ -30,7 +32,7 @@ def explain(case: Case) -> Explanation | None:
     share = 1.0 - weighed / mass
     if not 0.0 <= share <= LARGEST_SHARE:
         return None
-    std = _share_std(case, fitted, share)
+    std = _share_std(fitted)
     what = (
         f"some {100.0 * share:.0f} % of the object's weight seem to be missing in the "
         "wrench, as where the controller subtracts a payload"
@@ -55,36 +57,14 @@ def _maps() -> Array:
     return maps
 
 
-def _share_std(case: Case, fitted, share: float) -> float:
-    """Standard deviation of the share, by the column of the mass under
-    acceleration."""
-    index = fitted.best
-    solution = fitted.solution[index]
-    mass = float(solution[0])
-    # the wrench by the mass at a constant ratio of the two, along the share
-    known, maps = fitted.rows.known[index], fitted.rows.maps
-    column = -mass * (known @ maps[:, :, 10])
-    step = linear_step(_without(fitted, 10), 0, column[:, :, None])
-    return float(np.sqrt(step.covariance[0, 0]))
-
-
-def _without(fitted, column: int):
-    from dataclasses import replace
-
-    index = fitted.best
-    rows = fitted.rows
+def _share_std(fitted: Fitted) -> float:
+    """Standard deviation of the share, beside the mass that acceleration acts on."""
+    found = fitted.of_best()
+    rows, mass = found.rows, float(found.solution[0, 0])
+    # the wrench by the share, where the mass that gravity acts on is the rest of it
+    column = -mass * (rows.known[0] @ rows.maps[:, :, 10])
     maps = rows.maps.copy()
-    # the mass under gravity follows that under acceleration
-    maps[:, :, 0] += maps[:, :, column]
-    maps = np.delete(maps, column, axis=2)
-    part = slice(index, index + 1)
-    one = Rows(rows.known[part], maps, rows.used[part])
-    return replace(
-        fitted,
-        rows=one,
-        residual=fitted.residual[part],
-        weights=fitted.weights[part],
-        scale=fitted.scale[part],
-        likelihood=fitted.likelihood[part],
-        solution=fitted.solution[part],
-    )
+    maps[:, :, 0] += maps[:, :, 10]
+    tied = replace(found, rows=replace(rows, maps=np.delete(maps, 10, axis=2)))
+    step = linear_step(tied, 0, column[:, :, None])
+    return float(np.sqrt(step.covariance[0, 0]))
