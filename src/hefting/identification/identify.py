@@ -30,7 +30,7 @@ from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import inflated
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.ingest.plausibility import require_object
+from hefting.ingest.plausibility import named_instead, require_object
 from hefting.motion.measure import Source
 from hefting.shapes import Shape
 from hefting.shapes.doubt import REACH
@@ -295,7 +295,8 @@ def with_diagnostics(
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
             what = f"no mass inside the shape explains the wrench{doubts}"
             fix = "check the shape's pose and unit"
-        raise NotIdentifiableError(what, where=found.log, fix=fix)
+        refusal = NotIdentifiableError(what, where=found.log, fix=fix)
+        raise named_instead(refusal, found)
     rms = found.residual(estimate.parameters.vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance
     own: Shape | None = getattr(estimator, "shape", None)

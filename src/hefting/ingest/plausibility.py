@@ -59,16 +59,18 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         what = f"the motion does not tell the direction of gravity{known}"
         fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
         raise NotIdentifiableError(what, found.log, fix)
-    if found.doubt is not None and found.doubt.is_fatal:
-        try:
-            _require_mass(found, shape)
-        except NotIdentifiableError as obstacle:
-            raise NotIdentifiableError(
-                str(found.doubt.message), found.log
-            ) from obstacle
-        except InputError as obstacle:
-            raise InputError(str(found.doubt.message), found.log) from obstacle
-    _require_mass(found, shape)
+    try:
+        _require_mass(found, shape)
+    except InputError as obstacle:
+        raise named_instead(obstacle, found) from None
+
+
+def named_instead(obstacle: InputError, found: Ingested) -> InputError:
+    """An error that names the mistake in the recording, where one makes the answer
+    wrong, in the place of one that tells what came of it."""
+    if found.doubt is None or not found.doubt.is_fatal:
+        return obstacle
+    return type(obstacle)(str(found.doubt.message), found.log)
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:

@@ -92,7 +92,9 @@ def _improvements(found: Inspection) -> list[str]:
         and (found.static or found.duration > SHORT)
         and "m" not in found.undetermined
     )
-    if hint is not None and hint.serious and known:
+    # what puts the recording in doubt is said with the verdict
+    no_doubt = found.verdict.level == "good"
+    if hint is not None and hint.serious and known and no_doubt:
         said.append(
             f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
             "give `gravity` estimate"

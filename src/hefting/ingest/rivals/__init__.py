@@ -1,7 +1,7 @@
 """Rival explanations of a recording: mistakes, fitted side by side and compared.
 
 Each mistake is one file, whose `explain(case)` returns the mistake as it fits best, with
-the sentence that names it, and one line in `EXPLANATIONS`.
+the sentence that names it, and one line below.
 """
 
 from hefting.ingest.rivals import (
@@ -24,22 +24,24 @@ from hefting.ingest.rivals import (
 )
 
 EXPLANATIONS = (
-    (bias_wrong.explain, False),
-    (axes_turned.explain, False),
-    (axis_flipped.explain, False),
-    (force_unit.explain, False),
-    (lever_arm.explain, False),
-    (base_tilted.explain, False),
-    (wrench_compensated.explain, False),
-    (wrench_filtered.explain, False),
-    (clock_rate.explain, False),
-    (gain_uneven.explain, False),
-    (cross_talk.explain, False),
-    (hysteresis.explain, False),
-    (base_axes.explain, True),
-    (position_unit.explain, True),
-    (quaternion_order.explain, True),
-    (pose_inverse.explain, True),
+    bias_wrong.explain,
+    axes_turned.explain,
+    axis_flipped.explain,
+    force_unit.explain,
+    lever_arm.explain,
+    base_tilted.explain,
+    wrench_compensated.explain,
+    wrench_filtered.explain,
+    clock_rate.explain,
+    gain_uneven.explain,
+    cross_talk.explain,
+    hysteresis.explain,
 )
-"""Every mistake that is looked for, and whether it is one of poses or axes that leaves
-much unexplained: these are tried only then."""
+"""Mistakes that are always looked for."""
+LARGE_EXPLANATIONS = (
+    base_axes.explain,
+    position_unit.explain,
+    quaternion_order.explain,
+    pose_inverse.explain,
+)
+"""Mistakes that leave much unexplained: they are looked for only then."""

@@ -31,7 +31,7 @@ def _rows(case: Case, motion: Motion) -> Rows:
     axes = motion.axes
     wrench = np.einsum("okij,kpj->okpi", axes, case.wrench.reshape(-1, 2, 3))
     O, K = motion.known.shape
-    known, maps = motion.features(case.gravity), REGRESSOR_BY_FEATURE
+    known, maps = motion.features(case.modelled_gravity), REGRESSOR_BY_FEATURE
     if case.biased:
         known = np.concatenate((known, axes.reshape(O, K, 9), np.ones((O, K, 1))), 2)
         maps = _with_both_biases(maps)

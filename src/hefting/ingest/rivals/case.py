@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, Mask
+from hefting.core.spatial import Array, Mask
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
@@ -48,8 +48,7 @@ class Case:
     recording: Recording
     path: Path
     gravity: Array
-    """(3,) in world axes [m/s²], as assumed; zero where the specific force was
-    measured"""
+    """(3,) in world axes [m/s²], as assumed"""
     time: Array
     """(K,) [s]"""
     wrench: Array
@@ -78,11 +77,10 @@ class Case:
         # static poses follow no order
         noise = _high_frequency_noise(blocks.wrench) if path.moves else np.zeros(2)
         chosen = blocks.every(MOST_BLOCKS)
-        measured = path.gravity_measured
         return cls(
             recording,
             path,
-            np.zeros(3) if measured else np.array(gravity, dtype=float),
+            np.array(gravity, dtype=float),
             np.array(chosen.time),
             np.array(chosen.wrench),
             noise,
@@ -93,6 +91,11 @@ class Case:
     def with_path(self, recording: Recording, path: Path) -> "Case":
         """The same wrench beside another motion."""
         return replace(self, recording=recording, path=path)
+
+    @property
+    def modelled_gravity(self) -> Array:
+        """(3,) in world axes [m/s²]; zero where the specific force was measured."""
+        return np.zeros(3) if self.path.gravity_measured else self.gravity
 
     @cached_property
     def floor(self) -> Array:
@@ -147,8 +150,3 @@ def _high_frequency_noise(wrench: Array) -> Array:
     # the median of |x| is 0.6745 standard deviations
     size = np.median(np.abs(bend), axis=0) / (0.6745 * 6.0**0.5)
     return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))
-
-
-def usual_gravity(case: Case) -> Array:
-    """(3,) gravity as assumed, also where the specific force was measured."""
-    return case.gravity if case.gravity.any() else np.array(STANDARD_GRAVITY)

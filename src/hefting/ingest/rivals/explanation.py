@@ -68,7 +68,7 @@ def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Row
     """Rows of the model of a body as given: ten parameters and a bias."""
     return with_bias(
         case,
-        motion.features(case.gravity),
+        motion.features(case.modelled_gravity),
         REGRESSOR_BY_FEATURE,
         motion.known,
         wrench,

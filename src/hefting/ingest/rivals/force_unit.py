@@ -74,7 +74,7 @@ def _builder(case: Case, ratio: float) -> Build:
     # the first moment of the columns is that of the recorded torque
     maps[:, :3, 1:4] *= ratio
     return lambda motion: with_bias(
-        case, motion.features(case.gravity), maps, motion.known
+        case, motion.features(case.modelled_gravity), maps, motion.known
     )
 
 

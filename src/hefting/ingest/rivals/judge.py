@@ -14,7 +14,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
-from hefting.ingest.rivals import EXPLANATIONS
+from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, correlation
 from hefting.ingest.rivals.explanation import (
@@ -44,7 +44,7 @@ NOISE_ALLOWANCE = 1.3
 SMALLEST_CHANGE = 1e-6
 """Variance of a wrench over its mean square below which it does not change."""
 LARGE_UNEXPLAINED = 0.1
-"""Residual over the wrench's changes from which on mistakes of poses are tried."""
+"""Residual over the wrench's changes from which on mistakes that leave much are tried."""
 CLEAR_EVIDENCE = 12.0
 """Log of the ratio of likelihoods, unknowns counted, from which on a mistake is beyond
 doubt."""
@@ -86,14 +86,11 @@ def judge(case: Case) -> Judged:
     if not _is_worth_a_search(case, quick, share):
         return Judged(share)
     given = as_given(case)
-    tried = [
-        found
-        for explain, of_poses in EXPLANATIONS
-        if not of_poses or share > LARGE_UNEXPLAINED
-        if (found := explain(case)) is not None
-    ]
-    if not tried:
-        return Judged(share, None, given)
+    candidates = EXPLANATIONS
+    if share > LARGE_UNEXPLAINED:
+        candidates += LARGE_EXPLANATIONS
+    found = [explain(case) for explain in candidates]
+    tried = [each for each in found if each is not None]
     best = max(tried, key=lambda each: evidence(case, given, each))
     if not _is_told(case, given, best):
         return Judged(share, None, given)
@@ -190,7 +187,7 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     turn = -np.cross(wrench.reshape(K, 2, 1, 3), np.eye(3)).transpose(0, 1, 3, 2)
     found = [turn.reshape(K, 6, 3), wrench[:, :, None] * np.eye(6)]
     by_feature = REGRESSOR_BY_FEATURE @ phi
-    if case.gravity.any():
+    if not case.path.gravity_measured:
         down = -(motion.axes[0] @ case.gravity)
         along = -(motion.axes[0] @ tangents_of(case.gravity).T)
         found.append(np.einsum("kxt,xc->kct", along, by_feature[:3]))

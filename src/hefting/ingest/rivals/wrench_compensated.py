@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
-from hefting.ingest.rivals.case import Case, Motion, usual_gravity
+from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
 
@@ -42,7 +42,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _rows(case: Case, motion: Motion) -> Rows:
-    gravity = -(motion.axes @ usual_gravity(case))
+    gravity = -(motion.axes @ case.gravity)
     a = motion.a if not case.path.gravity_measured else motion.a - gravity
     known = np.concatenate((a, motion.rest, gravity), axis=2)
     return with_bias(case, known, _maps(), motion.known)

@@ -42,7 +42,7 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
     rate = (count - 1) / (grid[-1] - grid[0])
     motion = case.motion_at(grid[None])
-    features = motion.features(case.gravity)[0]
+    features = motion.features(case.modelled_gravity)[0]
     offsets = np.unique((0.0, case.offset)) if abs(case.offset) > 1e-4 else np.zeros(1)
     names: list[tuple[int, float]] = []
     known: list[Array] = []
