@@ -29,19 +29,14 @@ def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
     name = printable(repaired.source)
     lines: list[RenderableType] = []
     if failing:
-        what = (
-            f"{name}: {len(failing)} of {links} links have inertials no body can have"
-        )
+        what = f"{name}: {len(failing)} of {links} links have an inertial that no body can have"
         lines += [Text(what, style="yellow"), _table(failing), *_legend(failing)]
     others = links - len(failing) - massless
-    told = f"{others} can exist, {massless} have no mass"
-    lines.append(Text(told if failing else f"{name}: all links are fine: {told}"))
-    doubts = [
-        f"{printable(checked.link)}: {doubt}"
-        for checked in repaired.checks
-        for doubt in checked.doubts
-    ]
-    return Group(*lines, *warning_lines(doubts), *_what_next(repaired, written))
+    told = f"fine: {others} links, and {massless} without mass"
+    lines.append(Text(told if failing else f"{name}: all {told}"))
+    return Group(
+        *lines, *warning_lines(_doubts(repaired.checks)), *_what_next(repaired, written)
+    )
 
 
 def _table(failing: list[LinkCheck]) -> Table:
@@ -57,10 +52,15 @@ def _table(failing: list[LinkCheck]) -> Table:
 
 def _legend(failing: list[LinkCheck]) -> list[Text]:
     """What the last two columns are, and what the least tensor is."""
-    lines = [
-        "by: share of the largest moment; nearest: change of the tensor, mass and",
-        "COM kept (Frobenius norm of the second moments)",
-    ]
+    lines = []
+    if any(
+        checked.change is not None and not checked.inertial.is_point
+        for checked in failing
+    ):
+        lines += [
+            "by: share of the largest moment; nearest: change of the tensor with mass",
+            "and COM kept (Frobenius norm of the second moments)",
+        ]
     if any(checked.inertial.is_point for checked in failing):
         lines.append(
             f"least: a size of {1e3 * THINNEST_LENGTH:g} mm; better give the real one"
@@ -90,6 +90,19 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
+def _doubts(checks: list[LinkCheck]) -> list[str]:
+    """One line for each kind of doubt: its first link, and how many more."""
+    of_kind: dict[str, list[str]] = {}
+    for checked in checks:
+        for doubt in checked.doubts:
+            told = f"{printable(checked.link)}: {printable(doubt)}"
+            of_kind.setdefault(doubt.code, []).append(told)
+    return [
+        told[0] + (f" (and {len(told) - 1} more like it: --json)" if told[1:] else "")
+        for told in of_kind.values()
+    ]
+
+
 def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
     """What was written and what is left, or how to repair."""
     by_hand = ", ".join(printable(checked.link) for checked in repaired.remaining)
@@ -98,7 +111,9 @@ def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
         lines.append(f"to be given by hand, as no tensor helps: {by_hand}")
     count = len(repaired.failing) - len(repaired.remaining)
     if written:
-        lines.append(f"wrote {written}: {count} tensors repaired, mass and COM kept")
+        lines.append(
+            f"wrote {written}, with {count} of {len(repaired.failing)} repaired"
+        )
     elif count:
         lines.append("see the nearest tensors: --diff; write them: --repair FILE")
     return [Text(line) for line in lines]
