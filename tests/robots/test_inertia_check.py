@@ -1,6 +1,7 @@
 """Which inertials no body can have: against exact arithmetic and the eigenvalues of the
 pseudo-inertia, on random inertials and on published robots."""
 
+import json
 from importlib import metadata
 
 import numpy as np
@@ -149,6 +150,16 @@ def test_masses(tmp_path, mass):
     assert checked.fault.code == "inertial-mass"
     assert checked.shortfall == -float(mass)
     assert checked.nearest is None
+
+
+def test_the_smallest_numbers(tmp_path):
+    """Of which ratios are beyond all numbers: no warning of NumPy's, which are errors
+    here."""
+    for mass, entries in (("5e-324", (1, 0, 0, 1, 0, 1)), ("1", (5e-324, *[0] * 5))):
+        text = FINE.format(tensor(*entries)).replace('value="1"', f'value="{mass}"')
+        (checked,) = check_inertias(robot(tmp_path, text))
+        assert checked.fault or checked.doubts
+        json.dumps(checked.to_dict(), allow_nan=False)
 
 
 def test_frames_without_mass_are_fine(tmp_path):

@@ -2,8 +2,10 @@
 the nearest that one can."""
 
 import argparse
+import re
 
 from hefting.cli.options import add_json, check_output
+from hefting.core.errors import printable
 
 EXAMPLES = """\
 examples:
@@ -52,5 +54,11 @@ def run(arguments: argparse.Namespace) -> int:
         return status
     print_report(inertias_report(repaired, a.repair))
     if a.diff:
-        print(repaired.diff(a.repair), end="")
+        print(_shown(repaired.diff(a.repair)), end="")
     return status
+
+
+def _shown(diff: str) -> str:
+    """The diff without what controls a terminal, of which XML allows some, but for
+    tabs and ends of lines."""
+    return re.sub(r"(?:[^\n\t\r]|\r(?!\n))+", lambda text: printable(text[0]), diff)

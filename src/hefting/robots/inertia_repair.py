@@ -52,8 +52,11 @@ class Repaired:
     def to_dict(self) -> dict[str, Any]:
         """Values for JSON: every link, how many fail, how many would after the repair,
         and the metric in which tensors are nearest."""
+        from hefting import __version__
+
         return {
             "schema": SCHEMA,
+            "version": __version__,
             "file": self.source,
             "metric": METRIC,
             "links": [checked.to_dict() for checked in self.checks],

@@ -6,6 +6,7 @@ Source: the URDF XML specification (https://wiki.ros.org/urdf/XML/link). As in
 inertial unreadable is kept with that link, so that a check can name every such link.
 """
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -65,7 +66,7 @@ class Inertial:
         not positive."""
         if not self.mass > 0.0:
             return 0.0
-        return float(np.sqrt(max(0.5 * np.trace(self.inertia) / self.mass, 0.0)))
+        return math.sqrt(max(0.5 * float(np.trace(self.inertia)) / self.mass, 0.0))
 
     @property
     def is_point(self) -> bool:
