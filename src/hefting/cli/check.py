@@ -1,5 +1,5 @@
-"""hefting check: find the links of a URDF whose inertials no body can have, and write
-the nearest that one can."""
+"""hefting check: find links of a URDF with inertials that no body can have, and repair
+them."""
 
 import argparse
 import re

@@ -11,7 +11,7 @@ import numpy as np
 from hefting.core.errors import printable
 from hefting.core.files import read_xml
 from hefting.core.messages import Message, error, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, frozen
 from hefting.robots.inertials import Inertial, Inertials, read_inertials
 from hefting.robots.nearest_inertia import (
     distance,
@@ -68,7 +68,7 @@ class LinkCheck:
             return None
         if self.inertial.unreadable is not None:
             return None
-        return nearest_inertia(self.inertial.mass, self.inertial.inertia)
+        return frozen(nearest_inertia(self.inertial.mass, self.inertial.inertia))
 
     @property
     def change(self) -> float | None:

@@ -1,6 +1,6 @@
 """The nearest inertia tensor that a body can have.
 
-A tensor J about the COM belongs to the second moments S = tr(J) / 2 I - J, S = ∫ p p' dm.
+To a tensor J about the COM belong the second moments S = ∫ p p' dm = tr(J) / 2 I - J.
 A body of mass m > 0 exists if and only if S is positive definite, which is the
 pseudo-inertia condition with the mass and the COM held fixed (Wensing, Kim and Slotine
 2018, https://arxiv.org/abs/1701.04395). The nearest is

@@ -10,6 +10,7 @@ from hefting.cli.report.printing import warning_lines
 from hefting.core.errors import printable
 from hefting.robots import LinkCheck, Repaired
 from hefting.robots.nearest_inertia import THINNEST_LENGTH
+from hefting.robots.urdf import listed
 
 CONDITIONS = {
     "inertial-unreadable": "cannot be read",
@@ -29,8 +30,9 @@ def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
     name = printable(repaired.source)
     lines: list[RenderableType] = []
     if failing:
-        what = f"{name}: {len(failing)} of {links} links have an inertial that no body can have"
-        lines += [Text(what, style="yellow"), _table(failing), *_legend(failing)]
+        told = f"no body can have the inertials of {len(failing)} of {links} links"
+        lines += [Text(f"{name}: {told}", style="yellow"), _table(failing)]
+        lines += _legend(failing)
     others = links - len(failing) - massless
     told = f"fine: {others} links, and {massless} without mass"
     lines.append(Text(told if failing else f"{name}: all {told}"))
@@ -105,7 +107,7 @@ def _doubts(checks: list[LinkCheck]) -> list[str]:
 
 def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
     """What was written and what is left, or how to repair."""
-    by_hand = ", ".join(printable(checked.link) for checked in repaired.remaining)
+    by_hand = listed((printable(c.link) for c in repaired.remaining), 10)
     lines = []
     if repaired.remaining:
         lines.append(f"to be given by hand, as no tensor helps: {by_hand}")
