@@ -23,6 +23,7 @@ COMMANDS = {
     "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
     "convert": "read a log of any known format, and write it in another.",
     "export": "write an estimate for a simulator or a robot controller.",
+    "check": "find links of a URDF with inertials that no body can have, and repair them.",
     "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "simulate": "write the log of a simulated robot that wields an object, and the truth beside it.",
