@@ -88,7 +88,7 @@ class _Driven:
     def swinging(self, frequency: float, damping: float) -> Array:
         """(K, 6) acceleration of a loose mass, and torque of its weight by its
         displacement, per kilogram."""
-        place, acceleration = _swing(self.grid, self.specific, frequency, damping)
+        place, acceleration = swing(self.grid, self.specific, frequency, damping)
         torque = np.cross(place, self.specific)
         both = np.hstack((acceleration, torque))
         return np.column_stack([np.interp(self.time, self.grid, x) for x in both.T])
@@ -114,7 +114,7 @@ def _rows(case: Case, swinging: Array) -> Rows:
     return with_bias(case, known, maps, motion.known)
 
 
-def _swing(
+def swing(
     time: Array, specific: Array, frequency: float, damping: float
 ) -> tuple[Array, Array]:
     """Place (K, 3) [m] and acceleration (K, 3) of a loose mass that was at rest at
