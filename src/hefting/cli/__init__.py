@@ -64,7 +64,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
             "sensor_frame",
         ),
         *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
-        *("sensor_pose_in_log", "sensor_turned", "accept"),
+        *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

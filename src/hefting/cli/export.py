@@ -4,7 +4,15 @@ import argparse
 import sys
 
 from hefting.cli import render
-from hefting.cli.options import add_accept, add_sensor_pose, check_output, either
+from hefting.cli.options import (
+    POSE,
+    add_accept,
+    add_fill_inertia,
+    add_sensor_pose,
+    check_output,
+    either,
+    fill_inertia_of,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,6 +35,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_sensor_pose(parser)
     add_accept(parser)
+    add_fill_inertia(parser)
+    parser.add_argument(
+        "--shape",
+        metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
+        help="the object's, for --fill-inertia shape",
+    )
+    parser.add_argument("--unit", metavar="m|cm|mm|in", help="of its file; default m")
+    parser.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
     parser.add_argument(
         "--output", metavar="FILE", help="write there instead of printing"
     )
@@ -37,14 +57,24 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
     from hefting.export import export
-    from hefting.shapes import parse_pose
+    from hefting.shapes import load_shape, parse_pose
 
     a = arguments
     if a.output:
-        check_output(a.output, a.estimate, a.into, a.sensor_pose_in_flange)
+        inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
+        check_output(a.output, *inputs)
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    pose = parse_pose(a.object_pose) if a.object_pose else None
+    shape = load_shape(a.shape, a.unit, pose) if a.shape else None
+    fill = fill_inertia_of(a.fill_inertia, shape)
     exported = export(
-        Estimate.load(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
+        Estimate.load(a.estimate),
+        a.to,
+        flange,
+        a.into,
+        a.link,
+        accept=a.accept,
+        fill_inertia=fill,
     )
     for line in exported.warnings:
         print(f"hefting: warning: {render(line)}", file=sys.stderr)

@@ -10,6 +10,7 @@ from hefting.cli import option_of, render
 from hefting.cli.options import (
     POSE,
     add_accept,
+    add_fill_inertia,
     add_gravity,
     add_json,
     add_recording,
@@ -17,6 +18,7 @@ from hefting.cli.options import (
     add_sensor_pose,
     check_output,
     either,
+    fill_inertia_of,
     gravity_of,
     numbers,
     progress,
@@ -33,10 +35,15 @@ if TYPE_CHECKING:
     from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
-    from hefting.export import Exported
+    from hefting.export import Exported, Target
+    from hefting.export.known import Fill
     from hefting.identification.compare import Comparison
     from hefting.identification.truth import Truth
     from hefting.shapes import Shape
+
+STATUS_NOT_WRITTEN = 2
+"""Exit status where an output that was asked for was left out, and nothing worse is to
+be told."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -148,6 +155,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_sensor_pose(results)
     add_accept(results)
+    add_fill_inertia(results)
     add_json(results)
 
 
@@ -177,6 +185,7 @@ def run(arguments: argparse.Namespace) -> int:
     with progress("identifying ..."):
         recording = read_recording(a)
         shape = _shape(a, pose) if a.shape is not None else None
+        fill = fill_inertia_of(a.fill_inertia, shape)
         reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
@@ -186,34 +195,51 @@ def run(arguments: argparse.Namespace) -> int:
         else {}
     )
     best = comparison.recommended if comparison else next(iter(estimates))
-    written = _write(_wanted(a, estimates[best]), estimates[best], flange)
+    wanted = _wanted(a, estimates[best])
+    written = _write(wanted, estimates[best], flange, a.accept, fill)
     truth = known.parameters if known else None
     results = Results(estimates, best, comparison, truth, errors, written)
     if a.json:
         print_json(results, render)
     else:
         print_results(results, render)
-    return exit_status(estimates[best].verdict)
+    left_out = len(wanted) < len(a.output)
+    return exit_status(estimates[best].verdict) or (STATUS_NOT_WRITTEN if left_out else 0)
 
 
 def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write: of an estimate that is not to be used those alone that hold
-    the verdict, unless it is accepted."""
-    if estimate.verdict.usable or a.accept:
-        return a.output
+    """The outputs to write, without those that must not be: each is told on standard
+    error."""
     from hefting.export import REGISTRY, SUFFIXES
 
-    kept = [
-        path for path in a.output if REGISTRY[SUFFIXES[Path(path).suffix]].is_read_back
-    ]
+    kept: list[str] = []
     for path in a.output:
-        if path not in kept:
-            print(
-                f"hefting: {path} was not written: the estimate is not to be used; "
-                "--accept writes it",
-                file=sys.stderr,
-            )
+        why = _why_not(a, estimate, REGISTRY[SUFFIXES[Path(path).suffix]])
+        if why is None:
+            kept.append(path)
+        else:
+            print(f"hefting: {path} was not written: {why}", file=sys.stderr)
     return kept
+
+
+def _why_not(
+    a: argparse.Namespace, estimate: "Estimate", target: "Target"
+) -> str | None:
+    """Why an estimate is not written for a target, and what writes it; None where it
+    is."""
+    if not (estimate.verdict.usable or a.accept or target.is_read_back):
+        return "the estimate is not to be used; --accept writes it"
+    if target.write_estimate is not None:
+        return None
+    open_ = estimate.undetermined
+    if open_.position and not a.accept:
+        return f"the recording leaves {open_.position} open; --accept writes it"
+    if open_.inertia and target.needs_inertia and a.fill_inertia is None:
+        return (
+            "the recording leaves the inertia open; --fill-inertia point, or shape, "
+            "writes one that is not measured"
+        )
+    return None
 
 
 def _reading(
@@ -293,7 +319,11 @@ def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
 
 
 def _write(
-    paths: list[str], estimate: "Estimate", flange: "Array | None"
+    paths: list[str],
+    estimate: "Estimate",
+    flange: "Array | None",
+    accept: bool,
+    fill: "Fill",
 ) -> "list[tuple[str, Exported]]":
     """Write the estimate to each path, in the form of its suffix; nothing is written
     unless all can be made."""
@@ -301,7 +331,17 @@ def _write(
     from hefting.export import SUFFIXES, export
 
     texts = [
-        (path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths
+        (
+            path,
+            export(
+                estimate,
+                SUFFIXES[Path(path).suffix],
+                flange,
+                accept=accept,
+                fill_inertia=fill,
+            ),
+        )
+        for path in paths
     ]
     for path, exported in texts:
         write_atomically(path, exported.text)
