@@ -204,7 +204,9 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         print_results(results, render)
     left_out = len(wanted) < len(a.output)
-    return exit_status(estimates[best].verdict) or (STATUS_NOT_WRITTEN if left_out else 0)
+    return exit_status(estimates[best].verdict) or (
+        STATUS_NOT_WRITTEN if left_out else 0
+    )
 
 
 def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:

@@ -76,8 +76,15 @@ class Estimate:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
         if self.undetermined is None:
-            found = Undetermined.of_intervals(self.intervals)
+            found = Undetermined.without_end(self._ends())
             object.__setattr__(self, "undetermined", found)
+
+    def _ends(self) -> dict[str, Array] | None:
+        """Ends of the intervals; of an infinite covariance its deviations."""
+        if self.intervals is not None or self.covariance is None:
+            return self.intervals
+        std = self.std if np.isinf(self.covariance.diagonal()).any() else None
+        return None if std is None else {k: v[None] for k, v in std.items()}
 
     @property
     def half_widths(self) -> dict[str, Array]:

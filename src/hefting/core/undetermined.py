@@ -62,12 +62,13 @@ class Undetermined:
         return cls(mass, com, inertia, filled_from)
 
     @classmethod
-    def of_intervals(cls, intervals: Mapping[str, np.ndarray] | None) -> Self:
-        """What intervals without an end leave open."""
-        if intervals is None:
+    def without_end(cls, ends: Mapping[str, np.ndarray] | None) -> Self:
+        """What intervals leave open, whose lower and upper ends (2, ...) may be
+        infinite."""
+        if ends is None:
             return cls()
         mass, com, inertia = (
-            np.isinf(intervals[name]).any(axis=0)
+            np.isinf(ends[name]).any(axis=0)
             for name in ("mass", "center_of_mass", "inertia_at_com")
         )
         open_ = bool(mass) or com.any() or inertia.any()

@@ -18,7 +18,9 @@ def write(body: Body) -> str:
     """
     moments, axes = body.principal()
     com = named(in_single(1e3 * body.center_of_mass), "XYZ")
-    angles = named(in_single(np.round(np.degrees(zyx_angles(axes)), body.angle_places)), "ABC")
+    angles = named(
+        in_single(np.round(np.degrees(zyx_angles(axes)), body.angle_places)), "ABC"
+    )
     return (
         comment(
             ";",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.report.verdict import other_warnings, verdict_lines
+from hefting.cli.report.worth import Worth
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
@@ -63,8 +64,13 @@ def estimate_report(
         columns["truth"] = _values(truth)
     names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
     units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
+    worth = Worth.of(estimate)
     rows = [
-        [name, *(_number(column[i], i) for column in columns.values()), unit]
+        [
+            name,
+            *(worth.text(c[i], i, k == "estimate") for k, c in columns.items()),
+            unit,
+        ]
         for i, (name, unit) in enumerate(zip(names, units, strict=True))
     ]
     verdict = estimate.verdict
@@ -148,12 +154,6 @@ def _inertia_names() -> list[str]:
         f"J{AXES[i]}{AXES[j]} at COM"
         for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)
     ]
-
-
-def _number(value: float, row: int) -> str:
-    if not np.isfinite(value):
-        return "open"
-    return f"{value:.4f}" if row == 0 else f"{value:.2f}" if row < 4 else f"{value:.3e}"
 
 
 def assumptions(estimate: Estimate) -> Iterable[str]:

@@ -1,7 +1,6 @@
 """Methods, and the estimates of several of them side by side, as tables a person can
 read."""
 
-from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,9 +14,8 @@ from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
-from hefting.estimators import VARIANTS, describe_methods, method_named
+from hefting.estimators import VARIANTS, describe_methods
 from hefting.estimators.base import INVARIANCES
-from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
@@ -60,9 +58,8 @@ def comparison_report(
     which one to trust."""
     table = _comparison_table()
     names = list(comparison.results)
-    open_ = comparison.ingested.fit.open_parameters(TYPICAL_SIZE)
     for name, following in zip(names, [*names[1:], None], strict=True):
-        row = _cells(comparison, name, open_)
+        row = _cells(comparison, name)
         table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
     best = comparison.results[comparison.recommended]
     lines: list[RenderableType] = [*verdict_texts(best.verdict), table]
@@ -98,16 +95,16 @@ def _comparison_table() -> Table:
     return table
 
 
-def _cells(
-    comparison: "Comparison", name: str, open_parameters: Collection[str]
-) -> list[str]:
+def _cells(comparison: "Comparison", name: str) -> list[str]:
     """The row of a method."""
     e, noise = comparison.results[name], comparison.ingested.noise
     return [
         f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
         f"{e.parameters.mass:.4g}",
-        ", ".join(f"{1e3 * x:.1f}" for x in e.parameters.center_of_mass),
-        _moments(name, e, open_parameters),
+        ", ".join(
+            f"{round(1e3 * x, 1) + 0.0:.1f}" for x in e.parameters.center_of_mass
+        ),
+        _moments(e),
         _residual(e, np.array((noise.force, noise.torque))),
         "yes"
         if e.physically_consistent
@@ -116,12 +113,10 @@ def _cells(
     ]
 
 
-def _moments(name: str, e: "Estimate", open_parameters: Collection[str]) -> str:
-    """Moments of inertia at the COM, or that the data leave them open."""
+def _moments(e: "Estimate") -> str:
+    """Moments of inertia at the COM, or that nothing determines them."""
     moments = e.parameters.inertia_at_com.diagonal()
-    kind = method_named(name)[0]
-    unaided = kind.needs == "nothing" and kind.role != "posterior"
-    if unaided and {"Jxx", "Jyy", "Jzz"} & set(open_parameters):
+    if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
     least = 1e-9 * np.abs(moments).max()
     return ", ".join(f"{1e3 * x if abs(x) > least else 0.0:.2g}" for x in moments)
