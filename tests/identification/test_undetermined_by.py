@@ -21,7 +21,7 @@ def static_poses(count=12, seed=0) -> Recording:
     """Random orientations at rest, with 50 mN and 3 mN m of noise."""
     rng = np.random.default_rng(seed)
     q = rng.normal(size=(count, 4))
-    q /= np.linalg.norm(q, axis=1)[:, None]
+    q = q / np.linalg.norm(q, axis=1)[:, None]
     force = -BODY.mass * np.einsum("kji,j->ki", rotation_matrices(q), GRAVITY)
     wrench = np.hstack((force, np.cross(BODY.center_of_mass, force)))
     wrench += rng.normal(size=wrench.shape) * ([0.05] * 3 + [0.003] * 3)
@@ -45,7 +45,8 @@ def test_static_poses_leave_the_inertia_open_and_nothing_else(method):
 @pytest.mark.parametrize("method", ["Bayes", "PMD"])
 def test_a_shape_determines_it(method):
     low = BODY.center_of_mass - 0.1
-    shape = Shape.from_box(*np.column_stack((low, low + 0.2)).ravel())
+    (x0, y0, z0), (x1, y1, z1) = low, low + 0.2
+    shape = Shape.from_box(x0, x1, y0, y1, z0, z1)
     known = Shape(shape.positions)  # an object of this shape, no box around it
     assert not identify(static_poses(), known, method=method).estimate.undetermined
 

@@ -1,7 +1,6 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +25,7 @@ from hefting.cli.options import (
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.core.errors import InputError
 
@@ -35,15 +35,9 @@ if TYPE_CHECKING:
     from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
-    from hefting.export import Exported, Target
-    from hefting.export.known import Fill
     from hefting.identification.compare import Comparison
     from hefting.identification.truth import Truth
     from hefting.shapes import Shape
-
-STATUS_NOT_WRITTEN = 2
-"""Exit status where an output that was asked for was left out, and nothing worse is to
-be told."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -195,53 +189,18 @@ def run(arguments: argparse.Namespace) -> int:
         else {}
     )
     best = comparison.recommended if comparison else next(iter(estimates))
-    wanted = _wanted(a, estimates[best])
-    written = _write(wanted, estimates[best], flange, a.accept, fill)
+    outputs = wanted(a, estimates[best])
+    written = write(outputs, estimates[best], flange, a.accept, fill)
     truth = known.parameters if known else None
     results = Results(estimates, best, comparison, truth, errors, written)
     if a.json:
         print_json(results, render)
     else:
         print_results(results, render)
-    left_out = len(wanted) < len(a.output)
+    left_out = len(outputs) < len(a.output)
     return exit_status(estimates[best].verdict) or (
         STATUS_NOT_WRITTEN if left_out else 0
     )
-
-
-def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write, without those that must not be: each is told on standard
-    error."""
-    from hefting.export import REGISTRY, SUFFIXES
-
-    kept: list[str] = []
-    for path in a.output:
-        why = _why_not(a, estimate, REGISTRY[SUFFIXES[Path(path).suffix]])
-        if why is None:
-            kept.append(path)
-        else:
-            print(f"hefting: {path} was not written: {why}", file=sys.stderr)
-    return kept
-
-
-def _why_not(
-    a: argparse.Namespace, estimate: "Estimate", target: "Target"
-) -> str | None:
-    """Why an estimate is not written for a target, and what writes it; None where it
-    is."""
-    if not (estimate.verdict.usable or a.accept or target.is_read_back):
-        return "the estimate is not to be used; --accept writes it"
-    if target.write_estimate is not None:
-        return None
-    open_ = estimate.undetermined
-    if open_.position and not a.accept:
-        return f"the recording leaves {open_.position} open; --accept writes it"
-    if open_.inertia and target.needs_inertia and a.fill_inertia is None:
-        return (
-            "the recording leaves the inertia open; --fill-inertia point, or shape, "
-            "writes one that is not measured"
-        )
-    return None
 
 
 def _reading(
@@ -318,36 +277,6 @@ def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
     from hefting.shapes import load_shape
 
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)
-
-
-def _write(
-    paths: list[str],
-    estimate: "Estimate",
-    flange: "Array | None",
-    accept: bool,
-    fill: "Fill",
-) -> "list[tuple[str, Exported]]":
-    """Write the estimate to each path, in the form of its suffix; nothing is written
-    unless all can be made."""
-    from hefting.core.files import write_atomically
-    from hefting.export import SUFFIXES, export
-
-    texts = [
-        (
-            path,
-            export(
-                estimate,
-                SUFFIXES[Path(path).suffix],
-                flange,
-                accept=accept,
-                fill_inertia=fill,
-            ),
-        )
-        for path in paths
-    ]
-    for path, exported in texts:
-        write_atomically(path, exported.text)
-    return texts
 
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:

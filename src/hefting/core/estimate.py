@@ -19,7 +19,6 @@ from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_t
 from hefting.core.undetermined import Undetermined
 from hefting.core.verdict import Verdict, verdict_of
 
-
 NORMAL_95 = 1.96
 """Half-width of a 95 % interval over the standard deviation, of a normal variable."""
 

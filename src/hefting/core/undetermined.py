@@ -67,12 +67,12 @@ class Undetermined:
         infinite."""
         if ends is None:
             return cls()
+        names = ("mass", "center_of_mass", "inertia_at_com")
         mass, com, inertia = (
-            np.isinf(ends[name]).any(axis=0)
-            for name in ("mass", "center_of_mass", "inertia_at_com")
+            np.logical_or.reduce(np.isinf(ends[name]), axis=0) for name in names
         )
-        open_ = bool(mass) or com.any() or inertia.any()
-        return cls(bool(mass), com, inertia, "the method" if open_ else None)
+        found = cls(bool(mass), np.array(com), np.array(inertia), "the method")
+        return found if found else cls()
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:

@@ -210,7 +210,7 @@ class Body:
         from scipy.spatial.transform import Rotation
 
         x, y, z, w = Rotation.from_matrix(self._principal[1]).as_quat(canonical=True)
-        return np.round((w, x, y, z), 9) + 0.0
+        return rounded((w, x, y, z), 9)
 
 
 def number(value: float) -> str:

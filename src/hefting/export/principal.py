@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 
 from hefting.core.rounding import rounded
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, skew
 
 THINNEST = 1e-6
 """Least second moment of mass along any axis, as a share of the sum over the three
@@ -54,9 +54,9 @@ def _across(axis: Array) -> Array:
     """Two orthonormal columns (3, 2) perpendicular to a unit vector (3,), the first as
     near to an axis of the frame as one can be."""
     nearest = np.eye(3)[np.abs(axis).argmin()]
-    first = nearest - axis * (nearest @ axis)
-    first /= np.linalg.norm(first)
-    return np.column_stack((first, np.cross(axis, first)))
+    first = nearest - axis * float(nearest @ axis)
+    first = first / float(np.linalg.norm(first))
+    return np.column_stack((first, skew(axis) @ first))
 
 
 def angle_decimals(moments: Array, step: float) -> int:

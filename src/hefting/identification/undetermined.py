@@ -25,8 +25,9 @@ def undetermined_by(
     """
     if shape is not None and estimator.rests_on_shape and shape.known == "object":
         return Undetermined()
-    bounded = shape is not None and estimator.rests_on_shape
-    size = float(np.linalg.norm(shape.extents)) if bounded else TYPICAL_SIZE
+    size = TYPICAL_SIZE
+    if shape is not None and estimator.rests_on_shape:
+        size = float(np.linalg.norm(shape.extents))
     names = found.fit.open_parameters(size)
     open_ = Undetermined.of_parameters(names, estimator.fills_in)
     return _less_what_is_known(open_, estimate, size)
