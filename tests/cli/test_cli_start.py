@@ -37,8 +37,8 @@ def test_help_names_all_commands_and_one_has_its_options(run):
     words = " ".join(out.split())
     for name, text in COMMANDS.items():
         assert f"{name} {text}" in words
-    assert "--object-pose" in run("identify", "--help")[1]
-    assert "--object-pose" not in run("export", "--help")[1]
+    assert "--pose-std" in run("identify", "--help")[1]
+    assert "--pose-std" not in run("export", "--help")[1]
 
 
 def test_bad_usage(run):
