@@ -49,6 +49,10 @@ class NotIdentifiableError(InputError):
     """The recording cannot determine what was asked for."""
 
 
+class NeedError(InputError):
+    """A method needs to know more of the object than is given."""
+
+
 def nearest(name: str, choices: Iterable[str]) -> str:
     """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else
     an empty string."""

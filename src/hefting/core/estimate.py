@@ -10,16 +10,17 @@ import numpy as np
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate as Certificate
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.summary import summary
 from hefting.core.verdict import Verdict, verdict_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate:
     """Inertial parameters found from measurements, in sensor axes about the sensor
     origin."""
@@ -66,6 +67,56 @@ class Estimate:
         for name in ("covariance", "bias", "point_masses", "residual"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        return summary(self, "Estimate")
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.parameters.mass
+
+    @property
+    def center_of_mass(self) -> Array:
+        """Centre of mass (3,) [m] in the sensor frame."""
+        return self.parameters.center_of_mass
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia tensor (3, 3) [kg m²] about the centre of mass, in sensor axes."""
+        return self.parameters.inertia_at_com
+
+    def interval(self, name: str) -> Array:
+        """Lower and upper ends of the 95 % interval of a quantity.
+
+        Parameters
+        ----------
+        name : str
+            ``"mass"``, ``"center_of_mass"``, ``"inertia"`` (about the COM), or another
+            key of `intervals`.
+
+        Returns
+        -------
+        Array
+            (2,), (2, 3) or (2, 3, 3); infinite where the quantity is open.
+
+        Raises
+        ------
+        InputError
+            For another name, and where the method has no intervals.
+        """
+        known = self.intervals
+        if known is None:
+            fix = "use another method, such as Bayes"
+            raise InputError(
+                f"this estimate by {self.method} has no intervals", fix=fix
+            )
+        key = "inertia_at_com" if name == "inertia" else name
+        if key not in known:
+            names = ("inertia", *known)
+            what = f"there is no interval of '{name}'{nearest(str(name), names)}"
+            raise InputError(what, fix=f"use {', '.join(names)}")
+        return known[key]
 
     @property
     def verdict(self) -> Verdict:

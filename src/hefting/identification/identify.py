@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError, NotIdentifiableError, nearest
+from hefting.core.errors import InputError, NeedError, NotIdentifiableError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
@@ -25,6 +25,7 @@ from hefting.estimators import (
     methods_with,
 )
 from hefting.estimators.base import Known
+from hefting.identification.answer import Answer
 from hefting.identification.checks import Checked, warnings_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
@@ -43,8 +44,8 @@ SHAPES = {
 """What to give for what a method needs."""
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Answer):
     """An estimate and the measurements it was made from."""
 
     estimate: Estimate
@@ -57,15 +58,11 @@ class Identification:
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
 
 
-class NeedError(InputError):
-    """A method needs to know more of the object than is given."""
-
-
 def identify(
     recording: Recording | str | Path,
     shape: Shape | None = None,
     *,
-    method: str | None = None,
+    method: str | Estimator | None = None,
     gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
     bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
@@ -83,7 +80,8 @@ def identify(
     shape : where the object may have mass, in the sensor frame. Without one Bayes takes
         an object of any shape near the sensor for possible (`Shape.unknown`).
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
-        default the first (`hefting.estimators.default_method`).
+        default the first (`hefting.estimators.default_method`). An estimator is used
+        as it is, with its own shape and hyperparameters.
     gravity : (3,) in world axes [m/s²], which is exact; `Gravity.at` a latitude;
         ``"estimate"`` finds its direction, for a robot on a tilted base. By default
         standard gravity, whose size may be that of anywhere on the Earth.
@@ -114,7 +112,8 @@ def identify(
                 f"within {REACH:g} m of the sensor for possible: give `shape` for more"
             )
             warnings = (warning("no-shape", what, "shape"),)
-    kind, settings = method_named(method)
+    if isinstance(method, Estimator):
+        shape = _shape_of(method, shape, hyperparameters)
     found = ingest(
         recording,
         gravity=gravity,
@@ -126,7 +125,12 @@ def identify(
         tool=tool,
     )
     require_object(found, shape)
-    estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    if isinstance(method, Estimator):
+        estimator = method
+        _require_its_bias(estimator, found)
+    else:
+        kind, settings = method_named(method)
+        estimator = estimator_for(kind, found, shape, hyperparameters | settings)
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
@@ -167,6 +171,28 @@ def calibrate(
             "turn the sensor about two axes or more",
         )
     return replace(estimate, covariance=covariance)
+
+
+def _shape_of(
+    estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
+) -> Shape | None:
+    """The estimator's own shape, if it is one of an object; `InputError` where another
+    shape, or hyperparameters, are given beside it."""
+    own = getattr(estimator, "shape", None)
+    for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
+        what = f"`{name}` is given beside an estimator that is complete"
+        fix = f"give it to {type(estimator).__name__}, or give the method's name"
+        raise InputError(what, fix=fix)
+    return own if isinstance(own, Shape) and own.known != "reach" else None
+
+
+def _require_its_bias(estimator: Estimator, found: Ingested) -> None:
+    """`InputError` for an estimator without bias where the wrench has one."""
+    if found.bias == "estimate" and getattr(estimator, "bias", "estimate") == "none":
+        name = type(estimator).__name__
+        what = f"the wrench has a bias, which the {name} that is given does not find"
+        fix = f"make it {name}(..., bias='estimate'), or give `bias`='none'"
+        raise InputError(what, found.log, fix)
 
 
 def estimator_for(
@@ -290,7 +316,7 @@ def with_diagnostics(
     if negative or not estimate.parameters.mass > 0.0:
         if shape is None or not estimator.rests_on_shape:
             what = "no positive mass explains the wrench"
-            fix = "check `wrench` (sign) and `gravity`"
+            fix = "check `sign` and `gravity`"
         else:
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
             what = f"no mass inside the shape explains the wrench{doubts}"
