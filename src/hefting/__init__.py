@@ -37,6 +37,8 @@ _HOME = {
     "calibrate": "identification",
     "Identification": "identification",
     "Comparison": "identification",
+    "Live": "identification.live",
+    "LiveState": "identification.live",
     "predict": "prediction",
     "Prediction": "prediction",
     "HeftingError": "core.errors",

@@ -1,5 +1,7 @@
 """Estimate: what an estimator found, how sure it is, and how it can be checked."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path

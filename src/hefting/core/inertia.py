@@ -1,6 +1,8 @@
 """Inertial parameters of a rigid body: conversions, frame moves, sums and physical
 consistency."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Self
 
@@ -214,10 +216,10 @@ class InertialParameters:
         pose = check_pose(pose_old_in_new)
         return type(self).from_pseudo_inertia(pose @ self.pseudo_inertia @ pose.T)
 
-    def __add__(self, other: "InertialParameters") -> "InertialParameters":
+    def __add__(self, other: InertialParameters) -> InertialParameters:
         """Two bodies rigidly joined, both given in this frame."""
         return InertialParameters(self.vector + other.vector)
 
-    def __sub__(self, other: "InertialParameters") -> "InertialParameters":
+    def __sub__(self, other: InertialParameters) -> InertialParameters:
         """What remains when `other`, given in this frame, is taken away."""
         return InertialParameters(self.vector - other.vector)

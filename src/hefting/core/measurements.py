@@ -1,6 +1,8 @@
 """Measurements: motion, gravity and wrench at K instants, all in sensor axes: what
 every estimator works from."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from math import isfinite

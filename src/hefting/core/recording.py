@@ -1,6 +1,8 @@
 """Recording: what a log says, as streams that keep their own clocks; nothing is
 interpolated."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self

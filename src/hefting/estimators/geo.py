@@ -1,6 +1,8 @@
 """GEO: least squares pulled towards a homogeneous body, along the manifold of bodies
 (Lee, Wensing & Park 2020)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,5 +1,7 @@
 """HPS: homogeneous part segmentation (Nadeau, Giamou & Kelly, ICRA 2023)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 

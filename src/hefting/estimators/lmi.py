@@ -1,5 +1,7 @@
 """LMI: least squares over bodies that can exist (Wensing, Kim & Slotine 2018)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar

@@ -1,6 +1,8 @@
 """OLS: least squares on the full model, plain or weighted by known noise (Atkeson, An &
 Hollerbach 1986)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import ClassVar
 

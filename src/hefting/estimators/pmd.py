@@ -1,5 +1,7 @@
 """PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -178,7 +180,7 @@ class _Rows:
     c1: float
 
     @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> "_Rows":
+    def of(cls, state: SampleState, free_bias: bool) -> _Rows:
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0

@@ -1,5 +1,7 @@
 """RTLS: recursive total least squares (Kubus, Kröger & Wahl 2008)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,6 +1,8 @@
 """Front: `hefting.identify` takes a recording, a shape and a method as users have
 them."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal, overload

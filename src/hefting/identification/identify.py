@@ -1,6 +1,8 @@
 """Recording -> Estimate: the whole way, with what has to be found out on it (sign,
 bias, weights) and told."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path

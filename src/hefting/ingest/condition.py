@@ -1,6 +1,8 @@
 """Conditioning: find what is wrong with a recording, by a robust fit, and estimate
 gravity's direction."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

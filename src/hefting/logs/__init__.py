@@ -1,6 +1,8 @@
 """Logs: one file a format, each giving a `Recording`; the name of the log says which it
 is."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

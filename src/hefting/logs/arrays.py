@@ -15,6 +15,9 @@ ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
 """Names under which arrays are given."""
 SOURCE = "arrays"
 """What messages call a recording made of arrays."""
+LARGEST_NORM_ERROR = 1e-2
+"""Difference of a quaternion's norm from one that is taken for rounding, as in
+`Recording`."""
 OWN_TIMES = "leave those samples out; `wrench_time` gives the wrench times of its own"
 
 
@@ -66,6 +69,7 @@ def unit_quaternions(orientation: Any) -> Array:
         what = f"orientation has shape {values.shape}"
         fix = "give quaternions (K, 4) x, y, z, w, matrices (K, 3, 3) or a Rotation"
         raise InputError(what, fix=fix)
+    _check_unit(values)
     return values
 
 
@@ -77,6 +81,7 @@ def position_and_orientation(pose: Any) -> tuple[Array, Array]:
     """
     values = numbers(pose, "pose")
     if values.ndim == 2 and values.shape[1] == 7:
+        _check_unit(values[:, 3:])
         return values[:, :3], values[:, 3:]
     if values.ndim != 3 or values.shape[1:] != (4, 4):
         what = f"pose has shape {values.shape}"
@@ -159,6 +164,17 @@ def _check_finite(name: str, values: Array) -> None:
     value = values[tuple(at)]
     place = ", ".join(map(str, at))
     raise InputError(f"{name}[{place}] is {value}", SOURCE, OWN_TIMES)
+
+
+def _check_unit(quaternions: Array) -> None:
+    """`InputError`, naming the first quaternion (K, 4) that is not of unit length."""
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(quaternions, axis=1)
+    off = np.abs(norm - 1.0) > LARGEST_NORM_ERROR
+    if off.any():
+        k = int(np.argmax(off))
+        what = f"the quaternion of sample {k} has norm {norm[k]:.4g}, not 1"
+        raise InputError(what, SOURCE, "give unit quaternions x, y, z, w")
 
 
 def _require(values: Mapping[str, Array]) -> None:

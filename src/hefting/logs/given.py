@@ -1,5 +1,7 @@
 """What a user has -> Recording: a log's path, a table or arrays in memory."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

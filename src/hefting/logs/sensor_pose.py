@@ -1,6 +1,8 @@
 """The sensor in the logged frame: poses of a flange, or of any frame that moves with the
 sensor, become those of the sensor."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -5,6 +5,8 @@ of white snap (order "snap") or three of white jerk (order "acceleration": the
 constant-acceleration model of Farsoni et al. 2017).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Literal
@@ -116,7 +118,7 @@ class PoseFilter:
         position: ArrayLike | None,
         orientation: ArrayLike,
         **options,
-    ) -> "PoseFilter":
+    ) -> PoseFilter:
         """The filter whose noise and bandwidth have the largest likelihood.
 
         Parameters
@@ -145,10 +147,9 @@ class PoseFilter:
             if values is not None:
                 smoothness, _, dt = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
-                found[f"{name}_noise"] = scale * np.sqrt(smoothness.variance)
-                found[f"{name}_bandwidth"] = smoothness.bandwidth * (dt / period) ** (
-                    0.5 / n
-                )
+                bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
+                found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))
+                found[f"{name}_bandwidth"] = float(bandwidth)
         return cls(**{**found, **options})
 
     def start(self) -> State:

@@ -1,6 +1,8 @@
 """Recording -> Measurements: motion and wrench brought to common instants, in sensor
 axes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -69,7 +71,7 @@ def measure(
     recording: Recording,
     gravity: ArrayLike = STANDARD_GRAVITY,
     source: Source = "auto",
-    curves: "Curves | None" = None,
+    curves: Curves | None = None,
     of: str = "wrench sample",
     counts: Array | None = None,
 ) -> Measured:

@@ -6,6 +6,8 @@ one penalised quintic spline whose bandwidth, noise level and order are the most
 ones (`hefting.motion.curve`).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Estimate and motion -> Prediction."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

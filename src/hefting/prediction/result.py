@@ -1,5 +1,7 @@
 """What a prediction holds, and how it is written."""
 
+from __future__ import annotations
+
 import io
 from dataclasses import dataclass
 from typing import Any

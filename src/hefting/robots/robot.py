@@ -1,6 +1,8 @@
 """A robot as seen by its sensor: joint positions to poses of the sensor frame, for all
 samples at once."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self

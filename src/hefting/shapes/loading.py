@@ -1,5 +1,7 @@
 """A shape and a pose as texts: a box or a file, seven numbers or a file."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Any
 

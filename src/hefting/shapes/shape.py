@@ -1,5 +1,7 @@
 """Shape: where an object may have mass, as points in the sensor frame."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path

@@ -1,6 +1,8 @@
 """Bayes: the posterior of an object of known shape and unknown density, under a model
 of the noise."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
