@@ -25,7 +25,19 @@ from hefting.core.verdict import Verdict, verdict_of
 @dataclass(frozen=True, eq=False, repr=False)
 class Estimate:
     """Inertial parameters found from measurements, in sensor axes about the sensor
-    origin."""
+    origin.
+
+    Examples
+    --------
+    >>> estimate = hefting.identify("demo/log.csv").estimate
+    >>> estimate.save("found.json")
+    >>> again = hefting.Estimate.load("found.json")
+    >>> again.mass == estimate.mass, again.center_of_mass.shape, again.inertia.shape
+    (True, (3,), (3, 3))
+    >>> low, high = again.interval("mass")
+    >>> bool(low < again.mass < high)
+    True
+    """
 
     method: str
     """Name of the estimator."""

@@ -52,7 +52,15 @@ ALTITUDES = (-500.0, 9000.0)
 @dataclass(frozen=True)
 class Gravity:
     """Gravity in world axes, and how well it is known. Serves wherever three numbers
-    do."""
+    do.
+
+    Examples
+    --------
+    >>> gravity = hefting.Gravity.at(latitude=59.9, altitude=20.0)
+    >>> round(-gravity.vector[2], 3)
+    9.819
+    >>> found = hefting.identify("demo/log.csv", gravity=gravity)
+    """
 
     vector: tuple[float, float, float]
     """[m/s²]"""

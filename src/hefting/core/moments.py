@@ -70,6 +70,12 @@ class Moments:
 
     Immutable: `fold` and `merge` return new values. Folding costs the same however many
     samples went before.
+
+    Examples
+    --------
+    >>> moments = hefting.Moments.of(measurements[:500])
+    >>> moments.merge(hefting.Moments.of(measurements[500:])).samples
+    1000
     """
 
     factor: Array

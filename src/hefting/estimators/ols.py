@@ -24,6 +24,14 @@ class OLS(PointEstimator):
     Directions the motion does not excite get the smallest parameters that fit and
     infinite variance. The sensor's origin and units do not matter where the noise is
     given.
+
+    Examples
+    --------
+    >>> ols = hefting.OLS()
+    >>> first = ols.update(ols.start(), measurements[:500])
+    >>> second = ols.update(ols.start(), measurements[500:])
+    >>> ols.estimate(ols.merge(first, second)).samples
+    1000
     """
 
     rank = 60

@@ -35,6 +35,13 @@ class PMD(PointEstimator):
     with the reduced (gravity-only) regressor Ã, the full one A, and each sample's
     weight w = tanh(3 nu / c1) of its dynamism nu. With ``bias="estimate"`` one constant
     wrench is added to both models and is free.
+
+    Examples
+    --------
+    >>> pmd = hefting.PMD(hefting.load_shape("box:-0.1,0.1,-0.3,0.3,0,0.3"))
+    >>> estimate = pmd.fit(measurements)
+    >>> bool(estimate.point_masses.min() >= 0.0)
+    True
     """
 
     rank = 20

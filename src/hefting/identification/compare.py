@@ -25,7 +25,14 @@ from hefting.shapes import Shape
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Answer):
     """Estimates of several methods from one recording; at hand are the values of the
-    one that is recommended."""
+    one that is recommended.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv", method=["LMI", "OLS"])
+    >>> sorted(found.results), found.recommended in found.results
+    (['LMI', 'OLS'], True)
+    """
 
     results: dict[str, Estimate]
     """By method; variants after the methods proper."""

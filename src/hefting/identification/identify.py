@@ -48,7 +48,16 @@ SHAPES = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Answer):
-    """An estimate and the measurements it was made from."""
+    """An estimate and the measurements it was made from.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv")
+    >>> found.verdict.usable, len(found.measurements), found.source
+    (True, 1000, 'smooth')
+    >>> round(found.mass, 2)
+    0.67
+    """
 
     estimate: Estimate
     measurements: Measurements
@@ -157,6 +166,13 @@ def calibrate(
     way. The bias is in ``Estimate.bias``, the noise levels in ``provenance["noise"]``.
     Errors as for `identify`; `NotIdentifiableError` also when the motion leaves the COM
     open.
+
+    Examples
+    --------
+    >>> tool = hefting.calibrate("demo/log.csv")  # of the gripper alone
+    >>> tool.bias.shape
+    (6,)
+    >>> tool.save("gripper.json")  # then identify(..., tool="gripper.json")
     """
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)

@@ -33,7 +33,15 @@ SIGNS = {"on-object": 1.0, "on-sensor": -1.0}
 
 @dataclass(frozen=True, eq=False)
 class LiveState:
-    """State of a `Live` identification between samples."""
+    """State of a `Live` identification between samples.
+
+    Examples
+    --------
+    >>> live = hefting.Live()
+    >>> state = live.update(live.start(), wrench_time=0.0, wrench=[0, 0, -9.8, 0, 0, 0])
+    >>> state.samples.samples  # it waits for poses
+    0
+    """
 
     samples: SampleState
     """What the estimator has seen."""

@@ -63,6 +63,16 @@ class PoseFilter:
     The motion returned is that of samples `lag` ago: pair each with the wrench measured
     at its time. The first motion is returned once the accelerations are accurate
     enough, 0.1 to 0.25 s after the start.
+
+    Examples
+    --------
+    >>> log = hefting.read_log("demo/log.csv")
+    >>> time, position = log["position"].time, log["position"].values
+    >>> orientation = log["orientation"].values
+    >>> live = hefting.PoseFilter.tuned(time[:100], position[:100], orientation[:100])
+    >>> state, motion = live.update(live.start(), time, position, orientation)
+    >>> bool(motion.time[-1] < time[-1] - 0.09)
+    True
     """
 
     period: float = 0.01

@@ -93,6 +93,12 @@ def measure(
     motion: the reduced model. With orientation and an accelerometer (specific force a -
     g), the latter gives the acceleration. Raises `InputError` when wrench or
     orientation is missing, or what `source` asks for is.
+
+    Examples
+    --------
+    >>> measured = hefting.measure(hefting.read_log("demo/log.csv"))
+    >>> measured.measurements.angular_acceleration.shape, measured.source
+    ((1000, 3), 'smooth')
     """
     g_world = check_gravity(gravity)
     if source not in SOURCES:

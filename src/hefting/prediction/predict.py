@@ -76,6 +76,13 @@ def predict(
 
     Raises `InputError` for an estimate or motion that cannot be used and for more than
     `MOST` instants.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv").estimate
+    >>> prediction = hefting.predict(found, "demo/log.csv")
+    >>> prediction.agreement is not None
+    True
     """
     if not isinstance(estimate, Estimate):
         estimate = Estimate.load(estimate)

@@ -30,6 +30,12 @@ def load_shape(
     .ply without faces are filled point clouds; .ply without faces but with labels are
     labelled parts, of which all points are kept. Parameters and errors as for
     `Shape.from_mesh`.
+
+    Examples
+    --------
+    >>> shape = hefting.load_shape("demo/hammer.stl", unit="mm")
+    >>> shape.extents.round(3).tolist()
+    [0.125, 0.028, 0.292]
     """
     text = str(spec)
     if text.lower().startswith("box:"):
@@ -126,6 +132,11 @@ def parse_pose(source: str | Path) -> Array:
 
     The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the
     quaternion has unit norm within 1e-3 or the matrix is a proper rigid motion.
+
+    Examples
+    --------
+    >>> hefting.parse_pose("0,0,0.1,0,0,0,1")[:3, 3].tolist()
+    [0.0, 0.0, 0.1]
     """
     text = str(source)
     try:
