@@ -18,7 +18,7 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
-from hefting.core.summary import summary
+from hefting.core.summary import body_lines, warning_lines
 from hefting.core.verdict import Verdict, verdict_of
 
 
@@ -83,7 +83,19 @@ class Estimate:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __repr__(self) -> str:
-        return summary(self, "Estimate")
+        return self.summary("Estimate")
+
+    def summary(self, title: str) -> str:
+        """The estimate in some ten lines and fewer than 1500 characters."""
+        extent = "" if self.duration is None else f", {self.duration:.4g} s"
+        return "\n".join(
+            (
+                f"{title} by {self.method}, verdict: {self.verdict}",
+                *body_lines(self.parameters, self.intervals),
+                f"  from           {self.samples} samples{extent}",
+                *warning_lines(self.warnings),
+            )
+        )
 
     @property
     def mass(self) -> float:

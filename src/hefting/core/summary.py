@@ -1,14 +1,11 @@
 """Summary: an estimate in a few lines, for a prompt."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hefting.core.spatial import tensor_to_vector
-
-if TYPE_CHECKING:
-    from hefting.core.estimate import Estimate
-    from hefting.core.spatial import Array
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, tensor_to_vector
 
 MOST_WARNINGS = 3
 """Warnings that are shown."""
@@ -19,40 +16,50 @@ MOST_DECIMALS = 9
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 
 
-def summary(estimate: "Estimate", title: str) -> str:
-    """An estimate in some ten lines and fewer than 1500 characters.
+def body_lines(
+    body: InertialParameters, intervals: Mapping[str, Array] | None
+) -> list[str]:
+    """Mass, COM and inertia, each with half the width of its 95 % interval.
 
-    Half the width of its 95 % interval stands behind each number, which is rounded to
-    two digits of that; ``open`` stands where the interval has no end.
+    Numbers are rounded to two digits of that; ``open`` stands where an interval has no
+    end.
     """
-    body, ends = estimate.parameters, estimate.intervals or {}
-
-    def shown(name: str, values: "Array", scale: float = 1.0) -> list[str]:
-        ends_of = ends.get(name)
-        if ends_of is None:
-            return [f"{scale * value:.6g}" for value in values]
-        low, high = (_flat(end) for end in ends_of)
-        return [
-            _with_half_width(scale * value, 0.5 * scale * (b - a))
-            for value, a, b in zip(values, low, high, strict=True)
-        ]
-
-    mass = shown("mass", np.array([body.mass]))[0]
-    com = shown("center_of_mass", body.center_of_mass, 1e3)
-    inertia = shown("inertia_at_com", _flat(body.inertia_at_com), 1e3)
+    ends = intervals or {}
+    (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0)
+    com = _shown(body.center_of_mass, ends.get("center_of_mass"), 1e3)
+    inertia = _shown(body.inertia_at_com, ends.get("inertia_at_com"), 1e3)
     tensor = [f"{name} {value}" for name, value in zip(ENTRIES, inertia, strict=True)]
-    lines = [
-        f"{title} by {estimate.method}, verdict: {estimate.verdict}",
+    return [
         f"  mass           {mass} kg",
         f"  center of mass {', '.join(com)} mm",
         f"  inertia at COM {', '.join(tensor[:3])}",
         f"                 {', '.join(tensor[3:])} g m²",
-        f"  from           {_extent(estimate)}",
     ]
-    return "\n".join(lines + _warnings(estimate))
 
 
-def _flat(values: "Array") -> "Array":
+def warning_lines(warnings: Sequence[str]) -> list[str]:
+    """The first warnings, cut to a line each, and how many more there are."""
+    lines = [f"  warning: {_cut(str(text))}" for text in warnings[:MOST_WARNINGS]]
+    more = len(warnings) - MOST_WARNINGS
+    return [*lines, f"  and {more} more in .warnings"] if more > 0 else lines
+
+
+def _cut(text: str) -> str:
+    if len(text) <= LONGEST_WARNING:
+        return text
+    return f"{text[: LONGEST_WARNING - 4]} ..."
+
+
+def _shown(values: Array, ends: Array | None, scale: float) -> list[str]:
+    """Numbers of a quantity, `scale` times, with half the width of their intervals."""
+    numbers = scale * _flat(values)
+    if ends is None:
+        return [f"{number:.6g}" for number in numbers]
+    half = 0.5 * scale * (_flat(ends[1]) - _flat(ends[0]))
+    return [_with_half_width(*each) for each in zip(numbers, half, strict=True)]
+
+
+def _flat(values: Array) -> Array:
     """Mass, COM or tensor as a vector."""
     values = np.atleast_1d(values)
     return tensor_to_vector(values) if values.ndim == 2 else values
@@ -70,19 +77,3 @@ def _with_half_width(value: float, half: float) -> str:
     decimals = max(decimals, 0)
     rounded = round(value, decimals) + 0.0  # no negative zero
     return f"{rounded:.{decimals}f} ± {half:.{decimals}f}"
-
-
-def _extent(estimate: "Estimate") -> str:
-    """How much it was made from."""
-    text = f"{estimate.samples} samples"
-    return text if estimate.duration is None else f"{text}, {estimate.duration:.4g} s"
-
-
-def _warnings(estimate: "Estimate") -> list[str]:
-    """The first warnings, cut to a line each, and how many more there are."""
-    lines = [
-        f"  warning: {text if len(text) <= LONGEST_WARNING else text[: LONGEST_WARNING - 4] + ' ...'}"
-        for text in map(str, estimate.warnings[:MOST_WARNINGS])
-    ]
-    more = len(estimate.warnings) - MOST_WARNINGS
-    return [*lines, f"  and {more} more in .warnings"] if more > 0 else lines

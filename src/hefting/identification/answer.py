@@ -1,22 +1,17 @@
 """Answer: what is at hand on everything that holds an estimate."""
 
-from typing import TYPE_CHECKING
-
-from hefting.core.summary import summary
-
-if TYPE_CHECKING:
-    from hefting.core.estimate import Estimate
-    from hefting.core.spatial import Array
-    from hefting.core.verdict import Verdict
+from hefting.core.estimate import Estimate
+from hefting.core.spatial import Array
+from hefting.core.verdict import Verdict
 
 
 class Answer:
     """Base of results that hold an estimate in `estimate`."""
 
-    estimate: "Estimate"
+    estimate: Estimate
 
     def __repr__(self) -> str:
-        return summary(self.estimate, type(self).__name__)
+        return self.estimate.summary(type(self).__name__)
 
     @property
     def mass(self) -> float:
@@ -24,16 +19,16 @@ class Answer:
         return self.estimate.mass
 
     @property
-    def center_of_mass(self) -> "Array":
+    def center_of_mass(self) -> Array:
         """Centre of mass (3,) [m] in the sensor frame."""
         return self.estimate.center_of_mass
 
     @property
-    def inertia(self) -> "Array":
+    def inertia(self) -> Array:
         """Inertia tensor (3, 3) [kg m²] about the centre of mass, in sensor axes."""
         return self.estimate.inertia
 
-    def interval(self, name: str) -> "Array":
+    def interval(self, name: str) -> Array:
         """Lower and upper ends of a 95 % interval; see `hefting.Estimate.interval`."""
         return self.estimate.interval(name)
 
@@ -43,6 +38,6 @@ class Answer:
         return self.estimate.warnings
 
     @property
-    def verdict(self) -> "Verdict":
+    def verdict(self) -> Verdict:
         """Whether to trust it, and why not: see `hefting.core.verdict`."""
         return self.estimate.verdict

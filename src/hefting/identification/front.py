@@ -32,7 +32,9 @@ def identify(
     *,
     method: Literal["all"] | Sequence[str | type[Estimator]],
     **options: Any,
-) -> Comparison: ...
+) -> Comparison:
+    """By several methods."""
+    ...
 
 
 @overload
@@ -42,7 +44,9 @@ def identify(
     *,
     method: Method | None = None,
     **options: Any,
-) -> Identification: ...
+) -> Identification:
+    """By one method."""
+    ...
 
 
 def identify(
