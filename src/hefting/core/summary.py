@@ -71,7 +71,7 @@ def _with_half_width(value: float, half: float) -> str:
         return "open"
     if not half > 0.0:
         return f"{value:.6g}"
-    decimals = 1 - int(np.floor(np.log10(half)))
+    decimals = 1 - int(f"{half:.1e}".partition("e")[2])
     if decimals > MOST_DECIMALS:
         return f"{value:.3g} ± {half:.2g}"
     decimals = max(decimals, 0)
