@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import Any, Literal, cast, overload
 
 from numpy.typing import ArrayLike
 
@@ -138,7 +138,7 @@ def identify(
     True
     """
     if isinstance(wrench, str):
-        sign, wrench = wrench, None
+        sign, wrench = cast("Sign", wrench), None
     arrays = {
         "time": time,
         "position": position,
@@ -164,10 +164,13 @@ def identify(
         return compare(
             recording, known, names, hyperparameters=hyperparameters, **options
         )
-    if isinstance(method, type):
-        method = method.__name__
+    one = method.__name__ if isinstance(method, type) else method
     return identify_by_one(
-        recording, known, method=method, **options, **hyperparameters
+        recording,
+        known,
+        method=cast("str | Estimator | None", one),
+        **options,
+        **hyperparameters,
     )
 
 

@@ -22,7 +22,7 @@ from hefting.estimators.sample_state import SampleState
 from hefting.identification.waiting import NO_POSES, Pairing, Poses
 from hefting.motion import Motion, PoseFilter
 from hefting.motion.kalman import State
-from hefting.shapes import as_shape
+from hefting.shapes import Shape, as_shape
 
 FEWEST_SAMPLES = 50
 """Samples below which there is no estimate: half a second at 100 Hz, in which the noise
@@ -109,8 +109,8 @@ class Live:
             raise InputError(f"tuning is {self.tuning}, not seconds", "Live")
         shape = as_shape(self.shape)
         if self.method is None:
-            known = {} if shape is None else {"shape": shape}
-            method = Bayes(**known, bias="estimate", until=self.until)
+            where = Shape.unknown() if shape is None else shape
+            method = Bayes(where, bias="estimate", until=self.until)
             object.__setattr__(self, "method", method)
         elif not isinstance(self.method, Estimator):
             fix = f"give one of {', '.join(METHODS)}, made with its shape"
