@@ -29,6 +29,7 @@ from hefting.estimators import (
 from hefting.estimators.base import Known
 from hefting.identification.answer import Answer
 from hefting.identification.checks import Checked, warnings_of
+from hefting.identification.own_estimator import require_its_bias, shape_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import inflated
@@ -124,7 +125,7 @@ def identify(
             )
             warnings = (warning("no-shape", what, "shape"),)
     if isinstance(method, Estimator):
-        shape = _shape_of(method, shape, hyperparameters)
+        shape = shape_of(method, shape, hyperparameters)
     found = ingest(
         recording,
         gravity=gravity,
@@ -138,7 +139,7 @@ def identify(
     require_object(found, shape)
     if isinstance(method, Estimator):
         estimator = method
-        _require_its_bias(estimator, found)
+        require_its_bias(estimator, found)
     else:
         kind, settings = method_named(method)
         estimator = estimator_for(kind, found, shape, hyperparameters | settings)
@@ -189,28 +190,6 @@ def calibrate(
             "turn the sensor about two axes or more",
         )
     return replace(estimate, covariance=covariance)
-
-
-def _shape_of(
-    estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
-) -> Shape | None:
-    """The estimator's own shape, if it is one of an object; `InputError` where another
-    shape, or hyperparameters, are given beside it."""
-    own = getattr(estimator, "shape", None)
-    for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
-        what = f"`{name}` is given beside an estimator that is complete"
-        fix = f"give it to {type(estimator).__name__}, or give the method's name"
-        raise InputError(what, fix=fix)
-    return own if isinstance(own, Shape) and own.known != "reach" else None
-
-
-def _require_its_bias(estimator: Estimator, found: Ingested) -> None:
-    """`InputError` for an estimator without bias where the wrench has one."""
-    if found.bias == "estimate" and getattr(estimator, "bias", "estimate") == "none":
-        name = type(estimator).__name__
-        what = f"the wrench has a bias, which the {name} that is given does not find"
-        fix = f"make it {name}(..., bias='estimate'), or give `bias`='none'"
-        raise InputError(what, found.log, fix)
 
 
 def estimator_for(
