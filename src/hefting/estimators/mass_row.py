@@ -20,7 +20,6 @@ the method's equations if the variance of each were one.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
@@ -40,8 +39,7 @@ LEAST_OWN_SHARE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class MassRow:
-    """The row, and what it tells of the sensor's gain; `NO_ROW` where nothing was
-    weighed."""
+    """The row, and what it tells of the sensor's gain; `NO_ROW` where there is none."""
 
     weight: float
     """[1/kg] of the row, in units of the method's equations"""
@@ -59,8 +57,9 @@ class MassRow:
         samples: StateSamples,
         systematic: Array | None,
         A: Array,
-    ) -> Self:
-        """Beside the equations A (r, 10) of a method, without a free bias."""
+    ) -> "MassRow":
+        """Beside the equations A (r, 10) of a method, without a free bias. A reading
+        that contradicts the wrench is left out."""
         svd = ScaledSVD.of(A)
         own = float(np.sum(np.square(svd.V[:, 0] / svd.S))) / svd.scale[0] ** 2
         if not samples.informative or not own > 0.0:
@@ -71,6 +70,9 @@ class MassRow:
         gain = source.allowed.gain_std**2 * (mass + float(source.carried[0])) ** 2
         if systematic is not None:
             gain += float(systematic[0, 0])
+        doubts = scale_doubts(likelihood, reading, source.carried)
+        if doubts:
+            return replace(NO_ROW, doubts=doubts)
         square, other = reading.std**2 + gain, max(variance - gain, 0.0)
         if not np.isfinite(variance):  # the row alone tells the mass
             square = other = reading.std**2
@@ -79,7 +81,6 @@ class MassRow:
             (other / own / square) ** 0.5,
             reading.mass,
             1.0 - reading.std**2 / square,
-            scale_doubts(likelihood, reading, source.carried),
         )
 
     @property
@@ -93,8 +94,9 @@ class MassRow:
 
     def applied(self, estimate: Estimate) -> Estimate:
         """An estimate of what the sensor shows, with the row, as that of the object."""
+        warnings = (*estimate.warnings, *self.doubts)
         if self.weight == 0.0:
-            return estimate
+            return replace(estimate, warnings=warnings)
         shown = estimate.parameters.mass
         gain = self.gain_share * (shown - self.mass) / shown if shown > 0.0 else 0.0
         masses = estimate.point_masses
@@ -103,13 +105,13 @@ class MassRow:
             parameters=InertialParameters((1.0 - gain) * estimate.parameters.vector),
             point_masses=None if masses is None else (1.0 - gain) * masses,
             covariance=None,
-            warnings=(*estimate.warnings, *self.doubts),
+            warnings=warnings,
             provenance=estimate.provenance | {"sensor_gain": gain / (1.0 - gain)},
         )
 
 
 NO_ROW = MassRow(0.0, 0.0, 0.0)
-"""Of an object that was not weighed."""
+"""Of an object that was not weighed, or by a scale that is left out."""
 
 
 def _of_wrench(samples: StateSamples, systematic: Array | None) -> Likelihood:

@@ -132,7 +132,8 @@ class PointEstimator(Estimator):
         samples = self._samples(state)
         if not self.intervals or samples is None:
             return estimate
-        found, covariance = self._uncertainty(estimate.parameters, samples)
+        reading = MassReading.of(self.mass) if row.weight else None
+        found, covariance = self._uncertainty(estimate.parameters, samples, reading)
         if estimate.covariance is not None:
             covariance = np.array(estimate.covariance)
         return replace(estimate, intervals=found, covariance=covariance)
@@ -146,7 +147,8 @@ class PointEstimator(Estimator):
 
         Raises `InputError` for a state without a record of time.
         """
-        return self._uncertainty(body, self._require_samples(state))
+        reading = MassReading.of(self.mass)
+        return self._uncertainty(body, self._require_samples(state), reading)
 
     def _require_samples(self, state: SampleState) -> StateSamples:
         """What a state tells; `InputError` where it keeps no record of time."""
@@ -162,12 +164,11 @@ class PointEstimator(Estimator):
         return StateSamples.of(state, free_bias, noise, self.carried, accuracy)
 
     def _uncertainty(
-        self, body: InertialParameters, samples: StateSamples
+        self,
+        body: InertialParameters,
+        samples: StateSamples,
+        reading: MassReading | None,
     ) -> tuple[dict[str, Array], Array]:
         return intervals_of(
-            body,
-            samples,
-            self.systematic,
-            self.possible_bodies,
-            MassReading.of(self.mass),
+            body, samples, self.systematic, self.possible_bodies, reading
         )

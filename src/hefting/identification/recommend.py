@@ -47,7 +47,7 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
     problem = Quadratic.of(
         SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate"
     )
-    excess = problem.square(estimate.parameters.vector) - problem.square(
+    excess = problem.square(estimate.sensed_vector) - problem.square(
         problem.least_squares()
     )
     return max(0.0, excess) / found.fit.autocorrelation

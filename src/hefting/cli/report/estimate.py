@@ -206,6 +206,12 @@ def facts(estimate: Estimate) -> Iterable[str]:
             "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
         )
         yield f"{of}, asked for {made['until']}{known}"
+    if "sensor_gain" in made:
+        gain = 100.0 * made["sensor_gain"]
+        yield (
+            f"the scale's {made['mass']} counted; by it the sensor shows "
+            f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
+        )
     if any(made.get("pose_std", ())):
         m, rad = made["pose_std"]
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"

@@ -3,7 +3,7 @@ of the noise."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -310,6 +310,10 @@ class Bayes(Estimator):
         misfit = found.likelihood.misfit(found.mixture.mean)
         if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
             found = steps.without_shape(found)
+        doubts = scale_doubts(found.wrench, reading, self.carried)
+        if doubts:
+            alone = replace(self, mass=None).posterior(state, start)
+            return replace(alone, scale_doubts=doubts)
         noise, mixture = found.noise, found.mixture
         enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
         slow = samples.pace >= SEPARATE_POSE_INTERVAL
@@ -335,7 +339,6 @@ class Bayes(Estimator):
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
             bias=samples.bias(sensed) if free_bias else None,
-            scale_doubts=scale_doubts(found.wrench, reading, self.carried),
             sensor_gain=gain,
         )
 

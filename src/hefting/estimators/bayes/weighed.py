@@ -32,8 +32,9 @@ def with_reading(likelihood: Likelihood, reading: MassReading | None) -> Likelih
 def scale_doubts(
     likelihood: Likelihood, reading: MassReading | None, carried: Array | None
 ) -> tuple[Message, ...]:
-    """An error where the scale and the wrench contradict each other; `likelihood` is
-    that of the wrench alone, `carried` what it was rid of."""
+    """An error where the scale and the wrench contradict each other, and the scale is
+    not to be counted; `likelihood` is that of the wrench alone, `carried` (10,) the
+    tool that was subtracted."""
     if reading is None:
         return ()
     mass, variance = likelihood.mass
@@ -43,14 +44,14 @@ def scale_doubts(
         return ()
     if off > 0.0:
         causes = "does the controller subtract a part of it already"
-    elif carried is None:
+    elif carried is None or not carried.any():
         causes = "does the sensor carry a gripper that was not weighed (`tool`)"
     else:
         causes = "was it weighed without all that the sensor carries beside the tool"
     what = (
         f"the scale shows {reading.mass:.4g} kg, the wrench {mass:.4g} ± "
-        f"{variance**0.5:.2g} kg, {abs(off):.0f} standard deviations apart: is the "
-        f"reading's unit right, {causes}, are force and gravity in the right units?"
+        f"{variance**0.5:.2g} kg, {abs(off):.0f} standard deviations apart, so the "
+        f"scale is left out: is its unit right, {causes}, and is the force in newtons?"
     )
     return (error("mass-contradicts-wrench", what, "mass"),)
 
