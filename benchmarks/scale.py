@@ -32,11 +32,11 @@ def main() -> None:
     parser.add_argument("--only-bayes", action="store_true")
     arguments = parser.parse_args()
     for size in arguments.sizes:
-        table(size, arguments.objects, arguments.seed, not arguments.only_bayes)
+        table(size, arguments.objects, arguments.seed, others=not arguments.only_bayes)
 
 
 def table(
-    size: str, objects: int, seed: int, others: bool
+    size: str, objects: int, seed: int, *, others: bool
 ) -> dict[str, dict[str, float]]:
     """Print the table of one size of the sensor's errors; returns shares [%] by method:
     of all intervals, of mass, COM and inertia, and of contradictions."""

@@ -11,7 +11,7 @@ from typing import Self
 
 from hefting.core.errors import InputError
 from hefting.core.magnitudes import SMALLEST_MASS
-from hefting.core.quantity import UNITS, quantity
+from hefting.core.quantity import quantity
 
 EXAMPLE = "0.512kg±1g"
 """How a reading is written."""

@@ -116,7 +116,7 @@ def _known(
     samples: StateSamples,
     systematic: Array | None,
     possible_bodies: TakenForPossible,
-    reading: MassReading | None,
+    reading: MassReading | None = None,
 ) -> Known:
     """The posterior, found twice: the errors of the motion, and the mass of the bodies
     taken for possible, follow from the parameters."""
