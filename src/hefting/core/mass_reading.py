@@ -33,6 +33,12 @@ class MassReading:
 
     Raises `InputError` unless both are positive and finite, and the deviation is below
     the mass.
+
+    Examples
+    --------
+    >>> hefting.MassReading.of("512g+-1g")
+    MassReading(mass=0.512, std=0.001, assumed=False)
+    >>> found = hefting.identify("demo/log.csv", mass="0.670kg±1g")
     """
 
     mass: float
