@@ -9,6 +9,7 @@ from hefting.cli.options import (
     add_gravity,
     add_recording,
     add_sensor_accuracy,
+    add_verbose,
     check_output,
     gravity_of,
     progress,
@@ -17,18 +18,25 @@ from hefting.cli.options import (
 )
 from hefting.core.errors import InputError
 
+EXAMPLES = (
+    "hefting calibrate empty.csv --output gripper.json",
+    "hefting identify full.csv --tool gripper.json",
+    "hefting identify full.csv --tool gripper.json --bias gripper.json",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting calibrate``."""
-    log = add_recording(parser)
-    add_gravity(log)
-    add_sensor_accuracy(log)
     parser.add_argument(
         "--output",
         metavar="FILE.json",
         required=True,
         help="where the tool's estimate goes",
     )
+    add_verbose(parser)
+    log = add_recording(parser)
+    add_gravity(log)
+    add_sensor_accuracy(log)
 
 
 def run(arguments: argparse.Namespace) -> int:

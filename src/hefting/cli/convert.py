@@ -9,10 +9,17 @@ from hefting.cli.options import add_recording, check_output, progress, read_reco
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
 
+EXAMPLES = (
+    "hefting convert held.mcap log.csv",
+    "hefting convert log.csv log.parquet --map map.toml",
+    "hefting convert joints.csv log.csv --urdf robot.urdf --sensor-frame tool0",
+    "hefting convert log.csv short.csv --start 2 --duration 10",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting convert``."""
-    add_recording(parser)
+    log = add_recording(parser)
     parser.add_argument("output", metavar="OUTPUT", help=_output_help())
     parser.add_argument(
         "--start",

@@ -3,7 +3,9 @@
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import progress
+from hefting.cli.options import add_verbose, progress
+
+EXAMPLES = ("hefting demo", "hefting demo --output /tmp/hammer")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,8 +14,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default="hefting-demo",
-        help="where log, mesh, estimate and pictures go",
+        help="where log, mesh, estimate and pictures go; default %(default)s",
     )
+    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -4,7 +4,21 @@ import argparse
 import sys
 
 from hefting.cli import render
-from hefting.cli.options import add_accept, add_sensor_pose, check_output, either
+from hefting.cli.options import (
+    ESTIMATE,
+    add_accept,
+    add_sensor_pose,
+    check_output,
+    either,
+    read_estimate,
+)
+
+EXAMPLES = (
+    "hefting export mug.json --to urdf --output mug.urdf",
+    "hefting export mug.json --to urdf --into robot.urdf --link tool0",
+    "hefting export mug.json --to ur --sensor-pose-in-flange 0,0,0.03,0,0,0,1",
+    "hefting identify log.csv --json | hefting export - --to mjcf",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from hefting.export import INSERTABLE, TARGETS
 
     parser.add_argument(
-        "estimate", metavar="ESTIMATE.json", help="written by hefting identify --output"
+        "estimate", metavar="ESTIMATE.json", help=ESTIMATE
     )
     parser.add_argument(
         "--to",
@@ -34,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
     from hefting.export import export
     from hefting.shapes import parse_pose
@@ -44,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
         check_output(a.output, a.estimate, a.into, a.sensor_pose_in_flange)
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     exported = export(
-        Estimate.load(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
+        read_estimate(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
     )
     for line in exported.warnings:
         print(f"hefting: warning: {render(line)}", file=sys.stderr)

@@ -1,6 +1,7 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_verbose,
     check_output,
     either,
     gravity_of,
@@ -39,81 +41,116 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 
+EXAMPLES = (
+    "hefting identify log.csv",
+    "hefting identify log.csv --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
+    "hefting identify log.csv --box 0.1,0.2,0.3 --output mug.json --output mug.urdf",
+    "hefting identify log.bag --tool gripper.json --start 2 --duration 10",
+    "hefting identify log.csv --map map.toml --method all --truth truth.json",
+    "zcat log.csv.gz | hefting identify - --json",
+)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
-    from hefting.estimators import default_method, methods_with, options
-
-    having = {
-        name: ", ".join(methods_with(name))
-        for name in ("pose_std", "shape_std", "until")
-    }
+    _add_common(parser)
+    _add_shape(parser.add_argument_group("more on the object's shape"))
     log = add_recording(parser)
-    add_gravity(log)
-    add_sensor_accuracy(log)
+    _add_reading(log)
+    _add_methods(parser.add_argument_group("methods"))
+    results = parser.add_argument_group("results")
+    add_sensor_pose(results)
+    add_accept(results)
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    """What most people need."""
+    from hefting.estimators import default_method
+
+    parser.add_argument(
+        "--shape",
+        metavar="FILE",
+        help="mesh, point cloud or labelled parts; or box:X0,X1,Y0,Y1,Z0,Z1 in the "
+        "sensor frame [m]",
+    )
+    parser.add_argument(
+        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
+    )
+    parser.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
+    parser.add_argument(
+        "--box",
+        metavar="X,Y,Z",
+        help="instead of a file: the sides [m] of a box that holds the object, its "
+        "centre at --object-pose, else at the sensor; --box 10cm,20cm,5cm works too",
+    )
+    parser.add_argument(
+        "--hull",
+        action="store_true",
+        help="take the convex hull of the shape's file, as where its mesh has holes",
+    )
+    parser.add_argument(
+        "--tool",
+        metavar="FILE",
+        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+    )
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
         help=f"see hefting methods; default {default_method(True)}. "
         "Of several, one is recommended",
     )
-    shape = parser.add_argument_group("the object's shape")
-    shape.add_argument(
-        "--shape",
-        metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
-        help="mesh, point cloud or labelled parts; or a box in the sensor frame [m]",
+    parser.add_argument(
+        "--truth",
+        metavar="FILE",
+        help="true parameters or another estimate, to compare with (JSON)",
     )
-    shape.add_argument(
-        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write {_formats()}; repeatable",
     )
-    shape.add_argument(
-        "--object-pose",
-        metavar="POSE",
-        help=f"the file's frame in the sensor frame: {POSE}",
+    add_json(parser)
+    add_verbose(parser)
+
+
+def _add_shape(group: argparse._ActionsContainer) -> None:
+    """How well the shape is known, and of how many points it is made."""
+    from hefting.estimators import methods_with
+
+    pose, shape = (
+        ", ".join(methods_with(name)) for name in ("pose_std", "shape_std")
     )
-    shape.add_argument(
+    group.add_argument(
         "--pose-std",
-        metavar="5mm,5deg",
-        help=f"{having['pose_std']}: how well that pose is known, 0mm,0deg exactly; default perhaps exactly, "
-        "perhaps some 5 mm and 5° off",
+        metavar="LENGTH,ANGLE",
+        help=f"{pose}: how well --object-pose is known, as in 5mm,5deg; 0mm,0deg: "
+        "exactly; default perhaps exactly, perhaps some 5 mm and 5° off",
     )
-    shape.add_argument(
+    group.add_argument(
         "--shape-std",
-        metavar="20%%",
-        help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a hull, "
-        "less for a mesh with holes; a box only holds the object",
+        metavar="SHARE",
+        help=f"{shape}: how well the shape is known, as in 20%%; default exactly, "
+        "20%% for a hull, less for a mesh with holes; a box only holds the object",
     )
-    shape.add_argument(
+    group.add_argument(
         "--points",
         type=int,
         metavar="N",
         help="about how many point masses; default 56",
     )
-    shape.add_argument(
+    group.add_argument(
         "--points-per-cm3", type=float, metavar="D", help="their density instead"
     )
-    log.add_argument(
-        "--wrench",
-        metavar="auto|on-object|on-sensor",
-        default="auto",
-        help="whom the recorded wrench acts on",
-    )
-    log.add_argument(
-        "--bias",
-        metavar="auto|none|estimate|tare:START,END|FILE",
-        default="auto",
-        help="wrench bias",
-    )
-    log.add_argument(
-        "--motion",
-        metavar="auto|columns|smooth|filter",
-        default="auto",
-        help="velocities and accelerations: of the log, or from its poses",
-    )
-    log.add_argument(
-        "--tool",
-        metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
-    )
+
+
+def _add_reading(log: argparse._ActionsContainer) -> None:
+    """What of the recording is used, and how it is taken."""
     log.add_argument(
         "--start",
         type=float,
@@ -122,33 +159,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave out what is before [s]",
     )
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
-    method = parser.add_argument_group("methods")
+    log.add_argument(
+        "--wrench",
+        metavar="auto|on-object|on-sensor",
+        default="auto",
+        help="whom the recorded wrench acts on",
+    )
+    log.add_argument(
+        "--bias",
+        metavar="BIAS",
+        default="auto",
+        help="of the wrench: auto, none, estimate, tare:START,END or a JSON file",
+    )
+    log.add_argument(
+        "--motion",
+        metavar="SOURCE",
+        default="auto",
+        help="velocities and accelerations: columns of the log, or from its poses by "
+        "smooth or filter; default auto",
+    )
+    add_gravity(log)
+    add_sensor_accuracy(log)
+
+
+def _add_methods(group: argparse._ActionsContainer) -> None:
+    """Numbers that methods take."""
+    from hefting.estimators import methods_with, options
+
+    group.add_argument(
+        "--until",
+        metavar="ACCURACY",
+        help=f"{', '.join(methods_with('until'))}: use no more than it takes to be so "
+        "sure (95 %%), as in mass=1%%,com=2mm,inertia=20%%",
+    )
     for name, option in options().items():
         text = option.help.replace("%", "%%")
-        method.add_argument(
+        group.add_argument(
             option_of(name), type=float, metavar=option.metavar, help=text
         )
-    method.add_argument(
-        "--until",
-        metavar="mass=1%%,com=2mm,inertia=20%%",
-        help=f"{having['until']}: use no more than it takes to be so sure (95%%)",
-    )
-    results = parser.add_argument_group("results")
-    results.add_argument(
-        "--truth",
-        metavar="FILE",
-        help="true parameters or another estimate, to compare with (JSON)",
-    )
-    results.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write {_formats()}; repeatable",
-    )
-    add_sensor_pose(results)
-    add_accept(results)
-    add_json(results)
 
 
 def _formats() -> str:
@@ -176,7 +224,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with progress("identifying ..."):
         recording = read_recording(a)
-        shape = _shape(a, pose) if a.shape is not None else None
+        shape = _shape(a, pose)
         reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
@@ -235,11 +283,12 @@ def _note_shape(
     a: argparse.Namespace, estimates: "dict[str, Estimate]"
 ) -> "dict[str, Estimate]":
     """The estimates, with the file of the shape in their provenance."""
-    made = (
-        {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose}
-        if a.shape
-        else {}
-    )
+    made = {}
+    if a.shape or a.box:
+        spec = a.shape or f"--box {a.box}"
+        made = {"shape": spec, "unit": a.unit, "object_pose": a.object_pose}
+    if a.hull:
+        made["hull"] = True
     return {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
 
 
@@ -286,10 +335,35 @@ def _tool(path: str) -> "Estimate":
     return load_tool(path)
 
 
-def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
+def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape | None":
+    """The shape that was given, if one was."""
+    if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
+        raise InputError("whose convex hull?", "--hull", "give --shape FILE")
+    if a.box is not None:
+        return _box(a, pose)
+    if a.shape is None:
+        return None
     from hefting.shapes import load_shape
 
-    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)
+    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
+
+
+def _box(a: argparse.Namespace, pose: "Array | None") -> "Shape":
+    """The box whose sides were given, about the origin of a pose."""
+    from hefting.shapes import Shape
+
+    for option, given in (("--shape", a.shape), ("--unit", a.unit)):
+        if given is not None:
+            what, fix = "is given beside --box", "leave one of them out"
+            raise InputError(what, option, fix)
+    in_metres = re.sub(r"(?<=[\d.])\s*(?=,|$)", "m", a.box)
+    sides = quantities(in_metres, ("length",) * 3, "--box", "0.1,0.2,0.3 [m]")
+    if not min(sides) > 0.0:
+        raise InputError(f"'{a.box}' is not three sides above zero", "--box")
+    low_to_high = [sign * side / 2 for side in sides for sign in (-1, 1)]
+    return Shape.from_box(
+        *low_to_high, points=a.points, points_per_cm3=a.points_per_cm3, pose=pose
+    )
 
 
 def _write(

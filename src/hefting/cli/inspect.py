@@ -8,9 +8,17 @@ from hefting.cli.options import (
     add_gravity,
     add_json,
     add_recording,
+    add_verbose,
     gravity_of,
     progress,
     read_recording,
+)
+
+EXAMPLES = (
+    "hefting inspect log.csv",
+    "hefting inspect log.csv --map map.toml --verbose",
+    "hefting inspect held.mcap --wrench-topic /ft_sensor/wrench",
+    "hefting inspect log.parquet --json",
 )
 
 
@@ -18,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting inspect``."""
     add_gravity(add_recording(parser))
     add_json(parser)
+    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

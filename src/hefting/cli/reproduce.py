@@ -4,6 +4,12 @@ published figures."""
 import argparse
 from pathlib import Path
 
+EXAMPLES = (
+    "hefting reproduce --list",
+    "hefting reproduce --quick",
+    "hefting reproduce noise gravity --output results --jobs 2",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting reproduce``."""
@@ -29,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default="reproduction",
-        help="tables, figures, page; a stopped run goes on there",
+        help="tables, figures, page; a stopped run goes on there; default "
+        "%(default)s",
     )
 
 

@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
     from hefting.simulation.scenario import Scenario, Simulated
 
+EXAMPLES = (
+    "hefting simulate log.csv --mesh hammer.stl",
+    "hefting simulate held.mcap --object tee --arm xarm7 --motion random",
+    "hefting simulate log.csv --object mug.stl --density 700 --unit mm",
+    "hefting simulate bad.csv --bias 20 --offset 0.03 --spikes 0.02 --seed 3",
+)
+
 LEVER = 0.05
 """m: torque over force of a bias or a drift of which only the force is given."""
 

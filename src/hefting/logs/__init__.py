@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
+from hefting.core.files import check_readable
 from hefting.core.recording import Recording
 from hefting.logs.registry import (
     Format,
@@ -65,6 +66,7 @@ def read_log(
         found = find_format(path)
         if found is None:
             raise _unknown_format(path)
+        check_readable(path)
         _check_options(found, path, column_map, given)
         if found.read is not None:
             return found.read(path, **given, wrench_needed=wrench_needed)
