@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
             sensor_accuracy=sensor_accuracy_of(a),
         )
     tool.save(a.output)
-    print_lines(estimate_report(tool), render)
+    print_lines(estimate_report(tool, verbose=a.verbose), render)
     print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
     print(
         f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}"

@@ -19,7 +19,7 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting convert``."""
-    log = add_recording(parser)
+    add_recording(parser)
     parser.add_argument("output", metavar="OUTPUT", help=_output_help())
     parser.add_argument(
         "--start",

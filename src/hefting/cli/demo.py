@@ -28,5 +28,8 @@ def run(arguments: argparse.Namespace) -> None:
         "simulating a robot arm that wields a hammer, and identifying it ..."
     ):
         shown = run(arguments.output)
-    print_lines(estimate_report(shown.estimate, shown.truth, shown.errors), render)
+    report = estimate_report(
+        shown.estimate, shown.truth, shown.errors, arguments.verbose
+    )
+    print_lines(report, render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

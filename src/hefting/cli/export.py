@@ -25,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
     from hefting.export import INSERTABLE, TARGETS
 
-    parser.add_argument(
-        "estimate", metavar="ESTIMATE.json", help=ESTIMATE
-    )
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     parser.add_argument(
         "--to",
         metavar="TARGET",

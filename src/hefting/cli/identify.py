@@ -123,9 +123,7 @@ def _add_shape(group: argparse._ActionsContainer) -> None:
     """How well the shape is known, and of how many points it is made."""
     from hefting.estimators import methods_with
 
-    pose, shape = (
-        ", ".join(methods_with(name)) for name in ("pose_std", "shape_std")
-    )
+    pose, shape = (", ".join(methods_with(name)) for name in ("pose_std", "shape_std"))
     group.add_argument(
         "--pose-std",
         metavar="LENGTH,ANGLE",
@@ -240,7 +238,7 @@ def run(arguments: argparse.Namespace) -> int:
     if a.json:
         print_json(results, render)
     else:
-        print_results(results, render)
+        print_results(results, render, a.verbose)
     return exit_status(estimates[best].verdict)
 
 

@@ -43,4 +43,4 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.inspection import inspection_report
     from hefting.cli.report.printing import print_report
 
-    print_report(inspection_report(found), render)
+    print_report(inspection_report(found, arguments.verbose), render)

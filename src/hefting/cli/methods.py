@@ -29,4 +29,4 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.methods import methods_report
     from hefting.cli.report.printing import print_report
 
-    print_report(methods_report())
+    print_report(methods_report(arguments.verbose))

@@ -256,9 +256,7 @@ def _logged(
     if a.urdf and "pose_topic" in own:
         # the URDF gives the poses
         options["pose_topic"] = options["pose_topic"] or "none"
-    recording = read_log(
-        path, column_map=a.map, wrench_needed=wrench_needed, **options
-    )
+    recording = read_log(path, column_map=a.map, wrench_needed=wrench_needed, **options)
     if not a.urdf:
         if a.sensor_frame and "sensor_frame" not in own:
             raise InputError("--sensor-frame is for bags and for --urdf", where=path)

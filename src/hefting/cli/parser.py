@@ -48,9 +48,7 @@ class Parser(argparse.ArgumentParser):
     """Reports bad usage as an `InputError`, in one line."""
 
     def __init__(self, **settings: Any):
-        super().__init__(
-            formatter_class=HelpFormatter, allow_abbrev=False, **settings
-        )
+        super().__init__(formatter_class=HelpFormatter, allow_abbrev=False, **settings)
         self._positionals.title = "input"
         self._optionals.title = "common options"
 

@@ -34,9 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting predict``."""
     from hefting.plots.style import FORMATS
 
-    parser.add_argument(
-        "estimate", metavar="ESTIMATE.json", help=ESTIMATE
-    )
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     log = add_recording(
         parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench"
     )
@@ -116,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report.prediction import prediction_report
     from hefting.cli.report.printing import print_report
 
-    print_report(prediction_report(found), render)
+    print_report(prediction_report(found, a.verbose), render)
     for path in a.output:
         print(f"wrote {path}")
     return exit_status(found.verdict)
