@@ -12,10 +12,10 @@ from hefting.cli.options import (
     add_verbose,
     check_output,
     gravity_of,
-    progress,
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
 EXAMPLES = (
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
             "choose a name that ends in .json",
         )
     check_output(a.output, a.log, a.map, a.urdf)
-    with progress("calibrating ..."):
+    with progress("calibrating"):
         tool = calibrate(
             read_recording(a),
             gravity=gravity_of(a),

@@ -3,7 +3,8 @@
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import add_verbose, progress
+from hefting.cli.options import add_verbose
+from hefting.cli.progress import progress
 
 EXAMPLES = ("hefting demo", "hefting demo --output /tmp/hammer")
 
@@ -24,9 +25,7 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.estimate import estimate_report, print_lines
     from hefting.simulation.demo import run
 
-    with progress(
-        "simulating a robot arm that wields a hammer, and identifying it ..."
-    ):
+    with progress("simulating a robot arm that wields a hammer"):
         shown = run(arguments.output)
     report = estimate_report(
         shown.estimate, shown.truth, shown.errors, arguments.verbose

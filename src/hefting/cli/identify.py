@@ -21,11 +21,11 @@ from hefting.cli.options import (
     either,
     gravity_of,
     numbers,
-    progress,
     quantities,
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.core.errors import InputError
 
@@ -220,7 +220,7 @@ def run(arguments: argparse.Namespace) -> int:
     pose, flange = _pose(a.object_pose), _pose(a.sensor_pose_in_flange)
     known = _truth(a.truth) if a.truth else None
 
-    with progress("identifying ..."):
+    with progress("identifying", a.json):
         recording = read_recording(a)
         shape = _shape(a, pose)
         reading = _reading(a, gravity, recording)

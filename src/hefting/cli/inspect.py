@@ -10,9 +10,9 @@ from hefting.cli.options import (
     add_recording,
     add_verbose,
     gravity_of,
-    progress,
     read_recording,
 )
+from hefting.cli.progress import progress
 
 EXAMPLES = (
     "hefting inspect log.csv",
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Print the findings."""
     from hefting.inspection import inspect
 
-    with progress("inspecting ..."):
+    with progress("inspecting", arguments.json):
         found = inspect(read_recording(arguments), gravity_of(arguments))
     if arguments.json:
         import json

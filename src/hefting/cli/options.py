@@ -2,9 +2,7 @@
 options describe."""
 
 import argparse
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -110,18 +108,6 @@ def quantities(
         )
     except InputError as error:
         raise InputError(error.what, option, error.fix) from None
-
-
-@contextmanager
-def progress(what: str) -> Iterator[None]:
-    """A line on standard error while something long goes on, in a terminal."""
-    if not sys.stderr.isatty():
-        yield
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(what):
-        yield
 
 
 def add_recording(

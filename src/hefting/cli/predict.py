@@ -16,11 +16,11 @@ from hefting.cli.options import (
     check_output,
     either,
     gravity_of,
-    progress,
     read_estimate,
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
 EXAMPLES = (
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
     gravity = gravity_of(a)
     estimate = read_estimate(a.estimate)
-    with progress("predicting ..."):
+    with progress("predicting", a.json):
         recording = read_recording(a, wrench_needed=False)
         found = predict(
             estimate,

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import POSE, numbers, progress
+from hefting.cli.options import POSE, numbers
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -228,7 +229,7 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(a, truth)
     mujoco_version()  # say at once when it is missing
     scenario = _scenario(a)
-    with progress("simulating ..."):
+    with progress("simulating", stages={"simulating": 1.0}):
         made = scenario.run()
         lost = write_log(made.recording, output)
         write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")

@@ -14,6 +14,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
@@ -127,6 +128,7 @@ def identify(
     )
     require_object(found, shape)
     estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    report("identifying")
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))

@@ -7,8 +7,10 @@ from typing import Any
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.logs.registry import (
+    READING,
     Format,
     find_format,
     find_writer,
@@ -68,6 +70,7 @@ def read_log(
             raise _unknown_format(path)
         check_readable(path)
         _check_options(found, path, column_map, given)
+        report(READING)
         if found.read is not None:
             return found.read(path, **given, wrench_needed=wrench_needed)
         from hefting.logs.table_file import read_table_file

@@ -157,7 +157,11 @@ def _wrench(found: "Inspection", verbose: bool) -> Iterable["str | Table"]:
 def _outliers(c: "Conditioned") -> str:
     if not c.rejected.any():
         return "outliers: none"
-    names = {"contact": "in contact", "spike": "single spikes", "saturation": "saturated"}
+    names = {
+        "contact": "in contact",
+        "spike": "single spikes",
+        "saturation": "saturated",
+    }
     what = ", ".join(
         f"{number} {names[reason]}" for reason, number in c.reasons.items() if number
     )
