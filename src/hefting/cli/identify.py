@@ -1,7 +1,6 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import option_of, render
 from hefting.cli.options import (
-    POSE,
     add_accept,
     add_gravity,
     add_json,
@@ -27,6 +25,7 @@ from hefting.cli.options import (
 )
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
+from hefting.cli.shapes import add_shape, add_shape_details, shape_of
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
     _add_common(parser)
-    _add_shape(parser.add_argument_group("more on the object's shape"))
+    add_shape_details(parser.add_argument_group("more on the object's shape"))
     log = add_recording(parser)
     _add_reading(log)
     _add_methods(parser.add_argument_group("methods"))
@@ -67,31 +66,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     """What most people need."""
     from hefting.estimators import default_method
 
-    parser.add_argument(
-        "--shape",
-        metavar="FILE",
-        help="mesh, point cloud or labelled parts; or box:X0,X1,Y0,Y1,Z0,Z1 in the "
-        "sensor frame [m]",
-    )
-    parser.add_argument(
-        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
-    )
-    parser.add_argument(
-        "--object-pose",
-        metavar="POSE",
-        help=f"the file's frame in the sensor frame: {POSE}",
-    )
-    parser.add_argument(
-        "--box",
-        metavar="X,Y,Z",
-        help="instead of a file: the sides [m] of a box that holds the object, its "
-        "centre at --object-pose, else at the sensor; --box 10cm,20cm,5cm works too",
-    )
-    parser.add_argument(
-        "--hull",
-        action="store_true",
-        help="take the convex hull of the shape's file, as where its mesh has holes",
-    )
+    add_shape(parser)
     parser.add_argument(
         "--tool",
         metavar="FILE",
@@ -117,34 +92,6 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser)
     add_verbose(parser)
-
-
-def _add_shape(group: argparse._ActionsContainer) -> None:
-    """How well the shape is known, and of how many points it is made."""
-    from hefting.estimators import methods_with
-
-    pose, shape = (", ".join(methods_with(name)) for name in ("pose_std", "shape_std"))
-    group.add_argument(
-        "--pose-std",
-        metavar="LENGTH,ANGLE",
-        help=f"{pose}: how well --object-pose is known, as in 5mm,5deg; 0mm,0deg: "
-        "exactly; default perhaps exactly, perhaps some 5 mm and 5° off",
-    )
-    group.add_argument(
-        "--shape-std",
-        metavar="SHARE",
-        help=f"{shape}: how well the shape is known, as in 20%%; default exactly, "
-        "20%% for a hull, less for a mesh with holes; a box only holds the object",
-    )
-    group.add_argument(
-        "--points",
-        type=int,
-        metavar="N",
-        help="about how many point masses; default 56",
-    )
-    group.add_argument(
-        "--points-per-cm3", type=float, metavar="D", help="their density instead"
-    )
 
 
 def _add_reading(log: argparse._ActionsContainer) -> None:
@@ -222,7 +169,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with progress("identifying", a.json):
         recording = read_recording(a)
-        shape = _shape(a, pose)
+        shape = shape_of(a, pose)
         reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
@@ -331,37 +278,6 @@ def _tool(path: str) -> "Estimate":
     from hefting.ingest.tool import load_tool
 
     return load_tool(path)
-
-
-def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape | None":
-    """The shape that was given, if one was."""
-    if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
-        raise InputError("whose convex hull?", "--hull", "give --shape FILE")
-    if a.box is not None:
-        return _box(a, pose)
-    if a.shape is None:
-        return None
-    from hefting.shapes import load_shape
-
-    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
-
-
-def _box(a: argparse.Namespace, pose: "Array | None") -> "Shape":
-    """The box whose sides were given, about the origin of a pose."""
-    from hefting.shapes import Shape
-
-    for option, given in (("--shape", a.shape), ("--unit", a.unit)):
-        if given is not None:
-            what, fix = "is given beside --box", "leave one of them out"
-            raise InputError(what, option, fix)
-    in_metres = re.sub(r"(?<=[\d.])\s*(?=,|$)", "m", a.box)
-    sides = quantities(in_metres, ("length",) * 3, "--box", "0.1,0.2,0.3 [m]")
-    if not min(sides) > 0.0:
-        raise InputError(f"'{a.box}' is not three sides above zero", "--box")
-    low_to_high = [sign * side / 2 for side in sides for sign in (-1, 1)]
-    return Shape.from_box(
-        *low_to_high, points=a.points, points_per_cm3=a.points_per_cm3, pose=pose
-    )
 
 
 def _write(

@@ -5,7 +5,6 @@ import argparse
 import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from difflib import get_close_matches
 from shutil import get_terminal_size
 from typing import IO, Any, NoReturn
 
@@ -90,6 +89,8 @@ class Parser(argparse.ArgumentParser):
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """``" (did you mean --shape?)"`` where a choice resembles `word`, dashes aside;
     else an empty string."""
+    from difflib import get_close_matches
+
     by_letters = {choice.lstrip("-"): choice for choice in choices}
     letters = word.lower().replace("_", "-").strip("-")
     found = get_close_matches(letters, by_letters, n=1, cutoff=0.6)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "hefting simulate log.csv --mesh hammer.stl",
     "hefting simulate held.mcap --object tee --arm xarm7 --motion random",
-    "hefting simulate log.csv --object mug.stl --density 700 --unit mm",
     "hefting simulate bad.csv --bias 20 --offset 0.03 --spikes 0.02 --seed 3",
 )
 
@@ -54,12 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="POSE",
         help=f"the object's frame in the sensor frame: {POSE}",
     )
-    scene.add_argument(
-        "--arm",
-        metavar="ur5|xarm7|FILE.urdf",
-        default="ur5",
-        help="default %(default)s",
-    )
+    arms = "ur5|xarm7|FILE.urdf"
+    scene.add_argument("--arm", metavar=arms, default="ur5", help="default ur5")
     scene.add_argument(
         "--sensor-frame", metavar="NAME", help="of a URDF: link that carries the sensor"
     )

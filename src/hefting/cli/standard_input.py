@@ -2,11 +2,9 @@
 
 import contextlib
 import os
-import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from hefting.core.errors import InputError
 
@@ -37,6 +35,8 @@ def input_file(path: str) -> Iterator[str]:
         return
     if sys.stdin is None or sys.stdin.isatty():
         raise InputError("is a terminal", NAME, "pipe a file into it, or name the file")
+    from tempfile import TemporaryDirectory
+
     with TemporaryDirectory(prefix="hefting-") as folder:
         file = _copy(Path(folder))
         try:
@@ -60,4 +60,4 @@ def _copy(folder: Path) -> Path:
     if not count:
         raise InputError("is empty", NAME)
     ending = next((end for mark, end in KINDS if begin.startswith(mark)), ".csv")
-    return Path(shutil.move(copy, folder / f"input{ending}"))
+    return copy.rename(folder / f"input{ending}")

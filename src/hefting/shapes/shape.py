@@ -330,11 +330,8 @@ class Shape:
         seed: int = 0,
         pose: ArrayLike | None = None,
     ) -> Self:
-        """Points inside a box from (x0, y0, z0) to (x1, y1, z1) [m], which the object
-        is somewhere inside: its own shape is not known.
-
-        The corners are in the sensor frame, or in one whose `pose` (4, 4) in the sensor
-        frame is given.
+        """Points inside a box from (x0, y0, z0) to (x1, y1, z1) [m] in the sensor frame,
+        or in one of that `pose` (4, 4); the object is somewhere inside, of any shape.
         """
         solid = box_solid((x0, y0, z0), (x1, y1, z1))
         shape = cls._from_solid(
