@@ -93,7 +93,7 @@ def test_calibrate_then_subtract(run, tmp_path):
     )
     assert found["provenance"]["wrench"] == "on-sensor"
     np.testing.assert_allclose(found["provenance"]["tool"], TOOL.vector, atol=2e-3)
-    assert "kg was subtracted" in run("identify", held, "--tool", tool)
+    assert "kg, which was subtracted" in run("identify", held, "--tool", tool)
     # its bias as well, in the sensor's own sign: then none is looked for
     known = identified(run, held, "--tool", tool, "--bias", tool)
     assert known["bias"] is None

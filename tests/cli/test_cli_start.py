@@ -62,6 +62,8 @@ def test_only_the_chosen_command_is_imported():
     assert set(out.splitlines()[-1].split()[1:]) == {
         "hefting.cli.export",
         "hefting.cli.options",
+        "hefting.cli.parser",
+        "hefting.cli.standard_input",
     }
 
 

@@ -11,7 +11,14 @@ from hefting.core.spatial import STANDARD_GRAVITY
 from registries import PACKAGE, Copy
 
 ROOT = Path(__file__).parents[2]
-NOT_COMMANDS = {"__init__", "options"}
+NOT_COMMANDS = {
+    "__init__",
+    "options",
+    "parser",
+    "progress",
+    "shapes",
+    "standard_input",
+}
 
 TOY = '''"""hefting toy: say so."""
 

@@ -233,7 +233,7 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     (tmp_path / "folder.csv").mkdir()
     fails(tmp_path / "folder.csv", "is not a file")
     os.mkfifo(tmp_path / "pipe.csv")
-    fails(tmp_path / "pipe.csv", "is not a file")
+    fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".bag", ".mcap", ".db3"):
         fails(log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"), "'.xlsx'", suffix)
     fails(tmp_path / "log", "does not exist")

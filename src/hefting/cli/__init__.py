@@ -23,6 +23,7 @@ COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
     "inspect": "say what a log holds, its conventions, and what can be found from it.",
     "identify": "find mass, COM and inertia of the object in a recording.",
+    "map": "guess a column map from the names and numbers of a log, to be checked.",
     "methods": "list the methods, what each needs and what it guarantees.",
     "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
     "convert": "read a log of any known format, and write it in another.",

@@ -53,7 +53,7 @@ class Display:
         self._timer.start()
 
     def __call__(self, stage: str, share: float | None) -> None:
-        """So much of a stage is done; see `hefting.core.progress.Listener`."""
+        """So much of a stage is done; see `Listener` of `hefting.core.progress`."""
         begin, length = self._parts.get(stage, (0.0, 0.0))
         with self._lock:
             self._stage = stage

@@ -2,7 +2,7 @@
 was not measured."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
@@ -33,16 +33,19 @@ EXPECTED = (
 )
 """Canonical names that a misspelled column may stand for; of joints, the first."""
 
+MAPPED = "say which columns hold them in a column map (`column_map`=FILE)"
+"""What else can be done about columns with other names."""
+
 REQUIRED = (
     (
         "wrench",
         (),
-        "name its columns fx fy fz tx ty tz, or say which they are in a column map (`column_map`=FILE)",
+        "name the wrench's columns fx fy fz tx ty tz",
     ),
     (
         "orientation",
         ("q1",),
-        "give columns qx qy qz qw, or joint angles q1..qn, or a column map (`column_map`=FILE)",
+        "give the orientation in columns qx qy qz qw, or joint angles in q1..qn",
     ),
 )
 """Streams of which one must be there: its name, columns that serve instead, and the fix
@@ -89,8 +92,7 @@ def known_columns(
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]
 
-    for columns in groups.values():
-        _check_whole(columns, present, unknown, source)
+    _check_whole(groups, present, unknown, source)
     _check_misspelled(unknown, absent, source)
     _check_required(present, unknown, source, wrench_needed)
     found = {
@@ -118,38 +120,51 @@ def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
 
 
 def _check_whole(
-    columns: Sequence[str],
+    groups: Mapping[str, Sequence[str]],
     present: set[str],
     unknown: Sequence[str],
     source: str | Path,
 ) -> None:
-    """`InputError` for a stream of which only some `columns` are there."""
-    missing = [column for column in columns if column not in present]
-    if not missing or len(missing) == len(columns):
+    """`InputError` that names all columns which are missing beside others of their
+    stream."""
+    partly = [
+        columns
+        for columns in groups.values()
+        if present & set(columns) and not set(columns) <= present
+    ]
+    if not partly:
         return
-    there = " ".join(column for column in columns if column in present)
-    resembling = (
-        f"; unknown: {quote_name(name)}{guess}"
+    missing = [c for columns in partly for c in columns if c not in present]
+    there = [c for columns in partly for c in columns if c in present]
+    resembling = [
+        f"{quote_name(name)}{guess}"
         for name in unknown
         if (guess := nearest(name, missing))
-    )
-    what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
-    raise InputError(what, source, f"give all of {' '.join(columns)}")
+    ]
+    plural = ("s", "are") if len(missing) > 1 else ("", "is")
+    names = summarize_list([f"'{name}'" for name in missing])
+    what = f"column{plural[0]} {names} {plural[1]} missing beside {' '.join(there)}"
+    if resembling:
+        what += f"; unknown: {summarize_list(resembling)}"
+    whole = ", and ".join(" ".join(columns) for columns in partly)
+    raise InputError(what, source, f"give all of {whole}")
 
 
 def _check_misspelled(
     unknown: Sequence[str], absent: Sequence[str], source: str | Path
 ) -> None:
-    """`InputError` for an unknown column that surely stands for an absent one."""
-    for name in unknown:
-        if match := _guess_column(name, absent):
-            unit = ", in seconds" if match == "time" else ""
-            what = f"unknown column {quote_name(name)} (did you mean '{match}'?)"
-            raise InputError(
-                what,
-                source,
-                f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)",
-            )
+    """`InputError` that names all unknown columns which surely stand for absent
+    ones."""
+    matches = {name: _guess_column(name, absent) for name in unknown}
+    meant = {name: match for name, match in matches.items() if match}
+    if not meant:
+        return
+    names = [f"{quote_name(n)} (did you mean '{match}'?)" for n, match in meant.items()]
+    what = f"unknown column{'s' if len(meant) > 1 else ''} {summarize_list(names)}"
+    it = "them" if len(meant) > 1 else f"it '{next(iter(meant.values()))}'"
+    unit = ", time in seconds" if "time" in meant.values() else ""
+    fix = f"rename {it}{unit}, or give a column map (`column_map`=FILE)"
+    raise InputError(what, source, fix)
 
 
 def _check_required(
@@ -158,17 +173,22 @@ def _check_required(
     source: str | Path,
     wrench_needed: bool,
 ) -> None:
-    """`InputError` where a stream is absent that must be there."""
-    for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
-        if not present & {FIXED[stream][0], *others}:
-            guesses = summarize_list(
-                [quote_name(name) + nearest(name, FIXED[stream]) for name in unknown]
-            )
-            raise InputError(
-                f"there is no {stream}{guesses and '; unknown columns: '}{guesses}",
-                source,
-                fix,
-            )
+    """`InputError` that names all streams which must be there and are absent."""
+    needed = REQUIRED if wrench_needed else REQUIRED[1:]
+    lacking = [
+        (stream, fix)
+        for stream, others, fix in needed
+        if not present & {FIXED[stream][0], *others}
+    ]
+    if not lacking:
+        return
+    known = [column for stream, _ in lacking for column in FIXED[stream]]
+    guesses = summarize_list([quote_name(n) + nearest(n, known) for n in unknown])
+    what = f"there is no {' and no '.join(stream for stream, _ in lacking)}"
+    if guesses:
+        what += f"; unknown columns: {guesses}"
+    fixes = "; ".join(fix for _, fix in lacking)
+    raise InputError(what, source, f"{fixes}; or {MAPPED}")
 
 
 def _warn_about_ignored(

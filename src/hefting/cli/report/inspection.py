@@ -42,8 +42,7 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
         Text(f"{found.log}: {lasts}", style="bold"),
         _streams_table(found),
     ]
-    if verbose:
-        lines += [Text(f"note: {line}") for line in found.notes]
+    lines += [Text(f"note: {line}") for line in found.notes]
     for title, said in (
         ("motion", _motion(found, verbose)),
         ("wrench", _wrench(found, verbose)),
