@@ -25,6 +25,7 @@ COMMANDS = {
     "identify": "find mass, COM and inertia of the object in a recording.",
     "map": "guess a column map from the names and numbers of a log, to be checked.",
     "methods": "list the methods, what each needs and what it guarantees.",
+    "completion": "print what a shell needs to complete commands and options.",
     "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
     "convert": "read a log of any known format, and write it in another.",
     "export": "write an estimate for a simulator or a robot controller.",
@@ -111,6 +112,24 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
             add_command(command, name)
             command.check_options(words[place + 1 :])
     return parser
+
+
+def build_whole_parser() -> argparse.ArgumentParser:
+    """The parser of ``hefting`` with the arguments of every command."""
+    parser = build_parser(())
+    for name, command in commands_of(parser).items():
+        add_command(command, name)
+    return parser
+
+
+def commands_of(
+    parser: argparse.ArgumentParser,
+) -> "dict[str, argparse.ArgumentParser]":
+    """The parsers of the commands, by name."""
+    (action,) = (
+        a for a in parser._actions if a.dest == argparse.SUPPRESS and a.choices
+    )
+    return dict(action.choices)  # type: ignore[arg-type]
 
 
 def add_command(parser: argparse.ArgumentParser, name: str) -> None:

@@ -18,6 +18,10 @@ WORDINGS = (
     (r"argument (\S+): invalid float value: (.*)", r"\1: \2 is not a number"),
     (r"argument (\S+): expected one argument", r"\1: its value is missing"),
     (r"argument (\S+): ignored explicit argument .*", r"\1 takes no value"),
+    (
+        r"argument (\S+): invalid choice: (.*) \(choose from (.*)\)",
+        r"\1: use \3, not \2",
+    ),
     (r"the following arguments are required: (.*)", r"\1: missing"),
 )
 """What `argparse` says, and what is said in its place."""
