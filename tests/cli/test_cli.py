@@ -63,7 +63,7 @@ def test_identify_prints_a_table_with_units_and_truth(run, folder):
         "mm",
         "truth",
         "errors: mass",
-        "that on the object (found",
+        "wrench on the object, found from gravity",
         "95 % from",
     ):
         assert text in out

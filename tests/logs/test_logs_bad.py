@@ -133,11 +133,11 @@ def test_quaternions(tmp_path):
         ),
         (
             HEADER.replace("fy", "f_y"),
-            ("'fy' is missing", "'f_y'", "did you mean 'fy'"),
+            ("unknown column 'f_y'", "did you mean 'fy'", "rename it 'fy'"),
         ),
         (
             HEADER.replace("qw", "q_w"),
-            ("'qw' is missing", "'q_w'", "did you mean 'qw'"),
+            ("unknown column 'q_w'", "did you mean 'qw'", "rename it 'qw'"),
         ),
         (HEADER + ",px,py", ("'pz' is missing beside px py",)),
         (HEADER + ",q1,q2,q4", ("'q3' is missing beside q1 q2 q4",)),

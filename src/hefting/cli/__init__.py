@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from textwrap import wrap
 
-from hefting.cli.parser import WIDTH, Parser, did_you_mean
+from hefting.cli.parser import WIDTH, Parser, did_you_mean, say
 from hefting.core.errors import HeftingError, InputError
 
 STATUS_STOPPED = 130
@@ -240,5 +240,5 @@ def _drop_output() -> None:
 
 
 def _fail(message: str, status: int) -> None:
-    print("hefting: " + " ".join(message.split()), file=sys.stderr)
+    say(message)
     sys.exit(status)

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Identify what the empty gripper is, save it, and say how to use it; returns the
     exit status."""
-    from hefting.cli.report.estimate import estimate_report, print_lines
+    from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.cli.report.verdict import exit_status
     from hefting.identification import calibrate
 
@@ -61,9 +61,11 @@ def run(arguments: argparse.Namespace) -> int:
             sensor_accuracy=sensor_accuracy_of(a),
         )
     tool.save(a.output)
-    print_lines(estimate_report(tool, verbose=a.verbose), render)
-    print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
-    print(
-        f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}"
+    next_steps = (
+        f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}",
+        "to use its wrench bias as well, where the sensor was not zeroed since: "
+        f"--bias {a.output}",
     )
+    report = estimate_report(tool, verbose=a.verbose)
+    print_lines([*report, *map(Line, next_steps)], render)
     return exit_status(tool.verdict)

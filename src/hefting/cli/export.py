@@ -1,7 +1,6 @@
 """hefting export: write an estimate for a simulator or a robot controller."""
 
 import argparse
-import sys
 
 from hefting.cli import render
 from hefting.cli.options import (
@@ -12,6 +11,7 @@ from hefting.cli.options import (
     either,
     read_estimate,
 )
+from hefting.cli.parser import say
 
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> None:
         read_estimate(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
     )
     for line in exported.warnings:
-        print(f"hefting: warning: {render(line)}", file=sys.stderr)
+        say(f"warning: {render(line)}")
     if a.output:
         write_atomically(a.output, exported.text)
         print(f"wrote {a.output} ({exported.frame} axes)")

@@ -1,7 +1,6 @@
 """hefting identify: find mass, COM and inertia of the object in a recording."""
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from hefting.cli.options import (
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details, shape_of
@@ -201,10 +201,9 @@ def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
     ]
     for path in a.output:
         if path not in kept:
-            print(
-                f"hefting: {path} was not written: the estimate is not to be used; "
-                "--accept writes it",
-                file=sys.stderr,
+            say(
+                f"{path} was not written: the estimate is not to be used; "
+                "--accept writes it"
             )
     return kept
 

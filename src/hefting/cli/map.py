@@ -2,8 +2,8 @@
 checked."""
 
 import argparse
-import sys
 
+from hefting.cli.parser import say
 from hefting.cli.standard_input import input_file
 
 EXAMPLES = (
@@ -28,5 +28,4 @@ def run(arguments: argparse.Namespace) -> None:
     print(found.text, end="")
     for line in found.missing:
         key = line.partition(" ")[0]
-        what = f"no column seems to hold the {key}; add it to the map by hand"
-        print(f"hefting: warning: {what}", file=sys.stderr)
+        say(f"warning: no column seems to hold the {key}; add it to the map by hand")

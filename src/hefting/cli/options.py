@@ -98,7 +98,7 @@ def quantities(
     parts = text.split(",")
     if len(parts) != len(kinds):
         raise InputError(
-            f"'{text}' is not {len(kinds)} of them",
+            f"'{text}' is not {len(kinds)} numbers with units",
             where=option,
             fix=f"as in {example}",
         )

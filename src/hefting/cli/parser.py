@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from shutil import get_terminal_size
+from textwrap import fill
 from typing import IO, Any, NoReturn
 
 from hefting.core.errors import InputError
@@ -20,7 +21,7 @@ WORDINGS = (
     (r"argument (\S+): ignored explicit argument .*", r"\1 takes no value"),
     (
         r"argument (\S+): invalid choice: (.*) \(choose from (.*)\)",
-        r"\1: use \3, not \2",
+        r"\1: use one of \3, not \2",
     ),
     (r"the following arguments are required: (.*)", r"\1: missing"),
 )
@@ -55,6 +56,14 @@ class Parser(argparse.ArgumentParser):
         self._positionals.title = "input"
         self._optionals.title = "common options"
 
+    def parse_known_args(self, args=None, namespace=None):  # pyright: ignore
+        """As that of `argparse`, but for what is too much: it is reported by the
+        command it was given to."""
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            self.error(f"too many arguments: {' '.join(rest)[:80]}")
+        return found, rest
+
     def format_help(self) -> str:
         """The help, its usage in one line: what must be given, and ``[options]``."""
         if self.usage is None:
@@ -88,6 +97,22 @@ class Parser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: IO[str] | None = None) -> None:
         """Print help or version; that of `argparse` says nothing where it cannot."""
         (file or sys.stdout).write(message)
+
+
+def say(message: str) -> None:
+    """Print a message for a person on standard error: in one line, or wrapped where
+    that is a terminal."""
+    text = "hefting: " + " ".join(message.split())
+    if sys.stderr.isatty():
+        columns = max(get_terminal_size().columns, 20)
+        text = fill(
+            text,
+            columns - 1,
+            subsequent_indent="  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    print(text, file=sys.stderr)
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:

@@ -3,6 +3,9 @@ published figures."""
 
 import argparse
 from pathlib import Path
+from textwrap import fill
+
+from hefting.cli.parser import WIDTH
 
 EXAMPLES = (
     "hefting reproduce --list",
@@ -46,7 +49,8 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     if a.list:
         for experiment in EXPERIMENTS.values():
-            print(f"{experiment.name:<14} {experiment.title} ({experiment.source})")
+            text = f"{experiment.name:<14}{experiment.title} ({experiment.source})"
+            print(fill(text, WIDTH - 1, subsequent_indent=14 * " "))
         return
     path = reproduce(a.names, Path(a.output), a.quick, a.jobs, a.scheduler, show=True)
     print(f"wrote {path}")

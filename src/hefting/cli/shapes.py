@@ -91,9 +91,13 @@ def _box(a: argparse.Namespace, pose: "Array | None") -> "Shape":
             what, fix = "is given beside --box", "leave one of them out"
             raise InputError(what, option, fix)
     in_metres = re.sub(r"(?<=[\d.])\s*(?=,|$)", "m", a.box)
-    sides = quantities(in_metres, ("length",) * 3, "--box", "0.1,0.2,0.3 [m]")
+    try:
+        sides = quantities(in_metres, ("length",) * 3, "--box", "")
+    except InputError:
+        sides = (0.0,)
     if not min(sides) > 0.0:
-        raise InputError(f"'{a.box}' is not three sides above zero", "--box")
+        what, fix = f"'{a.box}' is not three lengths", "as in 0.1,0.2,0.3 in metres"
+        raise InputError(what, "--box", fix)
     low_to_high = [sign * side / 2 for side in sides for sign in (-1, 1)]
     return Shape.from_box(
         *low_to_high, points=a.points, points_per_cm3=a.points_per_cm3, pose=pose

@@ -134,9 +134,8 @@ def _unknown_format(path: str | Path) -> InputError:
     folders = "".join(
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
-    return InputError(
-        f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}{folders}"
-    )
+    what = f"'{suffix}' is not a log format" if suffix else "is no log"
+    return InputError(what, path, f"use {known}{folders}")
 
 
 def _check_options(

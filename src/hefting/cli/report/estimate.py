@@ -237,7 +237,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
     if "wrench" in made:
         side = "object" if made["wrench"] == "on-object" else "sensor"
         how = "found from gravity" if made.get("wrench_found") else "as given"
-        text += f"; the wrench is that on the {side} ({how})"
+        text += f"; wrench on the {side}, {how}"
     yield text
     if made.get("tool"):
         yield f"without the tool of {made['tool'][0]:.4g} kg, which was subtracted"

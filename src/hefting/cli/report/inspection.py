@@ -116,7 +116,7 @@ def _gravity(found: "Inspection") -> str:
     )
     if hint is None:
         return f"{vector}, as given"
-    angle, std = f"{np.degrees(hint.angle):.1f}°", f"{np.degrees(hint.std):.1f}°"
+    angle, std = f"{np.degrees(hint.angle):.1f}°", f"{np.degrees(hint.std):.1g}°"
     if hint.adopted:
         return f"{vector}, as found: {angle} ± {std} from straight down"
     if hint.angle < 3.0 * hint.std or np.degrees(hint.angle) < 0.05:
@@ -203,7 +203,7 @@ def _drift(bias: "Drift", verbose: bool) -> str:
 
 def _channels_table(f: "WrenchFacts") -> Table:
     table = _table(
-        "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise ratio"
+        "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise"
     )
     for name, channels in f.channels.items():
         noise = channels.noise[:1] if np.ptp(channels.noise) == 0.0 else channels.noise
@@ -269,7 +269,8 @@ def _table(first: str, *others: str) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column(first, no_wrap=True)
     for name in others:
-        table.add_column(name, justify="right" if name else "left", no_wrap=True)
+        side = "right" if name else "left"
+        table.add_column(name, justify=side, no_wrap=False, overflow="fold")
     return table
 
 
