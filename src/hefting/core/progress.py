@@ -4,7 +4,7 @@ A part that may take more than a second reports its stage, and how much of it is
 where that is known. Nothing happens unless somebody listens; the command line does.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TypeVar
@@ -33,7 +33,7 @@ def each(stage: str, items: Sequence[T]) -> Iterable[T]:
 
 
 @contextmanager
-def listening(listener: Listener) -> Iterator[None]:
+def listening(listener: Listener) -> Generator[None, None, None]:
     """Reports go to `listener` while this is entered."""
     token = _listener.set(listener)
     try:

@@ -39,6 +39,7 @@ def read_table_file(
 
 
 def check_size(path: str | Path) -> None:
+    """`InputError` unless there is a file that is neither empty nor too large."""
     if not Path(path).is_file():
         raise InputError(
             "is not a file" if Path(path).exists() else "does not exist", where=path

@@ -4,6 +4,7 @@ each other."""
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 FEWEST, MOST = 0, 9
 """Decimals that are printed."""
@@ -31,13 +32,14 @@ def fixed(value: float, decimals: int) -> str:
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
-def with_reach(values: Sequence[float], reach: float | None) -> str:
+def with_reach(values: ArrayLike, reach: float | None) -> str:
     """``"1.4, 172.2, 60.0 ± 0.8"``, with one digit of how far each may be off at most;
     the values alone where nobody says."""
-    if not np.isfinite(values).all() or (reach is not None and not np.isfinite(reach)):
+    numbers = np.asarray(values, dtype=float)
+    if not np.isfinite(numbers).all() or (reach is not None and not np.isfinite(reach)):
         return "open"
-    decimals = decimals_of(float(np.abs(values).max()), reach, 1)
-    text = ", ".join(fixed(value, decimals) for value in values)
+    decimals = decimals_of(float(np.abs(numbers).max()), reach, 1)
+    text = ", ".join(fixed(value, decimals) for value in numbers)
     return text if reach is None else f"{text} ± {fixed(reach, decimals)}"
 
 
