@@ -39,6 +39,8 @@ class Given:
     recording: Recording
     shape: Shape
     truth: InertialParameters
+    others: tuple[InertialParameters, ...] = ()
+    """bodies that are held at another time"""
     options: dict[str, Any] = field(default_factory=dict)
     """arguments of `hefting.identify` besides"""
     body: Body | None = None
@@ -91,7 +93,7 @@ def correct(seed: int, imu: bool = False, noise: str = "moderate") -> Given:
     )
     rates = Rates(imu=RATE if imu else 0.0)
     recording = record(wielding, wrong, rates, seed)
-    return Given(recording, body.shape, thing, {}, body, wielding.measurements)
+    return Given(recording, body.shape, thing, body=body, exact=wielding.measurements)
 
 
 Change = Callable[[Given, np.random.Generator], Given]

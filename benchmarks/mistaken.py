@@ -251,7 +251,7 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "quantised",
-        named("quantised", "unexplained"),
+        named("wrench-quantised"),
         {f"{s:g} N": quantised(s) for s in (0.5, 2.0)},
     )
     add(
@@ -261,12 +261,12 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "cable",
-        named("unexplained", "base-tilted", "hysteresis"),
+        named("cable-force", "unexplained"),
         {f"{k:g} N/m": cable(k) for k in (1.0, 5.0, 20.0)},
     )
     add(
         "sloshing",
-        named("unexplained", "sloshing"),
+        named("sloshing"),
         {f"{s:.0%}": sloshing(s) for s in (0.1, 0.3)},
     )
     events = named(
@@ -293,17 +293,14 @@ def mistakes() -> list[Mistake]:
     )
     add(
         "gripper not mentioned",
-        named(
-            "com-outside-shape", "mass-moved-by-shape", "misfit", "shape-contradicted"
-        ),
+        UNSEEN,
         {"0.8 kg": gripper(0.8)},
     )
     wrong_shape = named(
         "com-outside-shape",
         "mass-moved-by-shape",
         "misfit",
-        "shape-contradicted",
-        "shape-doubtful",
+        "shape-contradicts-wrench",
     )
     add(
         "mesh moved",

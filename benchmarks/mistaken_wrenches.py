@@ -172,25 +172,25 @@ def cable(stiffness: float) -> Change:
 
 
 def sloshing(share: float) -> Change:
-    """A share of the mass swings along two axes at 1.5 Hz, driven by gravity's
-    change."""
+    """A share of the mass swings freely at 1.5 Hz, as the specific force drives it."""
 
     def make(given: Given, rng: np.random.Generator) -> Given:
-        g = gravity_of(given)
-        frequency, damping = 2.0 * np.pi * 1.5, 0.05
-        x, v, dt = np.zeros(3), np.zeros(3), 1.0 / RATE
-        moved = np.empty_like(g)
-        stiffness = frequency**2
-        x = g[0] / stiffness
-        for k in range(len(g)):
-            a = g[k] - stiffness * x - 2.0 * damping * frequency * v
+        unit = np.zeros(10)
+        unit[0] = 1.0
+        specific = -given.wrench_of(unit)[:, :3]
+        frequency, damping, dt = 2.0 * np.pi * 1.5, 0.05, 1.0 / RATE
+        x, v = specific[0] / frequency**2, np.zeros(3)
+        places, accelerations = np.empty_like(specific), np.empty_like(specific)
+        for k, s in enumerate(specific):
+            a = s - frequency**2 * x - 2.0 * damping * frequency * v
+            places[k], accelerations[k] = x, a
             v = v + dt * a
             x = x + dt * v
-            moved[k] = x
         mass = share * given.truth.mass
-        torque = np.cross(moved - g / stiffness, -mass * g)
-        force = mass * (stiffness * moved - g)
-        return given.wrench(lambda _, w: w - np.hstack((force, -torque)))
+        moved = places - specific / frequency**2
+        torque = np.cross(moved, -mass * specific)
+        extra = np.hstack((mass * accelerations, torque))
+        return given.wrench(lambda _, w: w + extra)
 
     return make
 
@@ -201,20 +201,24 @@ def dropped_while_moving(kind: str, size: float) -> Change:
     def make(given: Given, rng: np.random.Generator) -> Given:
         exact = given.wrench_of(given.truth.vector)
         when = rng.uniform(0.35, 0.65) * DURATION
-        slip = size * np.array((0.0, 0.0, 1.0))
+        other = None
+        if kind == "swapped":
+            other = InertialParameters(size * given.truth.vector)
+        elif kind == "slipped":
+            place = given.truth.center_of_mass + size * np.array((0.0, 0.0, 1.0))
+            mass, inertia = given.truth.mass, given.truth.inertia_at_com
+            other = InertialParameters.from_com(mass, place, inertia)
 
         def change(t: Array, w: Array) -> Array:
             share = np.clip((t - t[0] - when) / 0.05, 0.0, 1.0)[:, None]
             if kind == "picked-up":
                 return w - (1.0 - share) * exact
-            if kind == "put-down":
+            if other is None:
                 return w - share * exact
-            if kind == "swapped":
-                return w + share * (size - 1.0) * exact
-            moved = np.hstack((np.zeros((len(w), 3)), np.cross(slip, exact[:, :3])))
-            return w + share * moved
+            return w + share * (given.wrench_of(other.vector) - exact)
 
-        return given.wrench(change)
+        changed = given.wrench(change)
+        return changed if other is None else replace(changed, others=(other,))
 
     return make
 

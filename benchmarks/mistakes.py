@@ -64,12 +64,12 @@ def table(said: Sequence[Said]) -> Iterable[str]:
     rows: dict[tuple[str, str], list[Said]] = defaultdict(list)
     for each in said:
         rows[each.mistake, each.strength].append(each)
-    yield "| mistake | strength | named | good | care | do not use (refused) | wrong | good but wrong |"
+    yield "| mistake | strength | named, of tellable | good | care | do not use (refused) | wrong | good but wrong |"
     yield "|---|---|---|---|---|---|---|---|"
     for (name, strength), some in rows.items():
-        n = len(some)
         levels = [each.verdict for each in some]
-        named = _percent(sum(s.named for s in some), n) if some[0].tellable else "-"
+        told = [s.named for s in some if s.tellable]
+        named = f"{sum(told)} of {len(told)}"
         refused = sum(s.refused for s in some)
         yield (
             f"| {name} | {strength} | {named} | {levels.count('good')} | "
@@ -83,10 +83,14 @@ def totals(said: Sequence[Said]) -> Iterable[str]:
     """What the table comes to."""
     tellable = [s for s in said if s.tellable]
     matter = [s for s in tellable if s.matters]
-    wrong = [s for s in said if s.is_wrong or s.refused]
+    wrong = [s for s in tellable if s.is_wrong or s.refused]
     yield f"{len(said)} identifications"
-    bad = sum(s.beyond and s.verdict == "good" for s in said)
-    yield f"good, but beyond twice its interval: {bad}"
+    bad = [s for s in said if s.beyond and s.verdict == "good"]
+    untold = sum(not s.tellable for s in bad)
+    yield (
+        f"good, but beyond twice its interval: {len(bad)}, {untold} of which no data "
+        "can tell"
+    )
     yield f"named, of those that data can tell: {_share(s.named for s in tellable)}"
     yield f"named, of those that change the answer: {_share(s.named for s in matter)}"
     stopped = _share(s.verdict == "do not use" for s in wrong)

@@ -88,6 +88,7 @@ demo --help
 simulate --help
 reproduce --help
 completion --help
+check --help
 """
 
 ERRORS = """
@@ -145,7 +146,9 @@ export estimate.json --to urdff
 export log.csv --to urdf
 export pipe.json --to urdf
 export estimate.json --to urdf --into pipe.urdf --link tool0
-predict estimate.json
+check pipe.urdf
+check none.urdf
+identify poses.csv --output mug.xml
 predict estimate.json log.csv --gravity estimate
 convert log.csv log.xlsx
 map words.csv
@@ -271,7 +274,8 @@ def take(command: str, folder: Path) -> str:
     size = mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"})
     with _inside(folder), size, contextlib.ExitStack() as stack:
         if source:
-            stack.enter_context(mock.patch("sys.stdin", open(source)))  # noqa: SIM115
+            given = stack.enter_context(open(source))
+            stack.enter_context(mock.patch("sys.stdin", given))
         stack.enter_context(mock.patch("sys.argv", words))
         stack.enter_context(mock.patch("hefting.cli.progress.PATIENCE", 1e3))
         stack.enter_context(contextlib.redirect_stdout(out))

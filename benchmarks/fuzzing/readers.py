@@ -120,6 +120,14 @@ READERS = {
             "predict {folder}/estimate.json {folder}/joints.csv --urdf {file} --sensor-frame tool0",
         ),
     ),
+    "inertials": Reader(
+        XML * 8 + TEXT,
+        (
+            "check {file} --json",
+            "check {file} --diff",
+            "check {file} --repair {out}.urdf --diff",
+        ),
+    ),
     "into-urdf": _into("urdf", "tool0"),
     "into-mjcf": _into("mjcf", "object"),
     "into-sdf": _into("sdf", "object"),

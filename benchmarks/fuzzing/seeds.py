@@ -42,6 +42,7 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "pose": _read(folder, "pose.json", "matrix.json"),
         "toml": _read(folder, "robot.toml"),
         "urdf": _read(folder, "robot.urdf"),
+        "inertials": [Seed("robot.urdf", INERTIALS.encode())],
         "into-urdf": _read(folder, "robot.urdf"),
         "into-mjcf": _read(folder, "body.xml"),
         "into-sdf": _read(folder, "body.sdf"),
@@ -121,6 +122,20 @@ def _make_logs(folder: Path) -> None:
     ):
         (folder / f"{name}.json").write_text(json.dumps(content))
     (folder / "box.stl").write_bytes(_box().export(file_type="stl"))
+
+
+INERTIALS = """\
+<robot name="r">
+  <link name="a"><inertial><origin xyz="0 0 0.1" rpy="0 0.3 0"/><mass value="2"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.3"/></inertial></link>
+  <link name="b"><inertial><mass value="1"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+  <link name="c"/>
+  <joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>
+  <joint name="k" type="fixed"><parent link="b"/><child link="c"/></joint>
+</robot>
+"""
+"""A robot of which one link's inertial no body can have."""
 
 
 COLUMN_MAP = """\

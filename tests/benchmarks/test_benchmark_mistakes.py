@@ -14,7 +14,7 @@ def test_half_a_turn_is_named_and_not_to_be_used():
     halves = [each for each in said if each.strength == "180°"]
     assert {each.verdict for each in halves} == {"do not use"}
     text = "\n".join((*mistakes.table(said), *mistakes.totals(said)))
-    assert "| turned about x | 180° | 100.0 % |" in text
+    assert "| turned about x | 180° | 2 of 2 |" in text
     assert "named, of those that data can tell: 100.0 % of 4" in text
 
 

@@ -37,8 +37,8 @@ def test_help_names_all_commands_and_one_has_its_options(run):
     words = " ".join(out.split())
     for name, text in COMMANDS.items():
         assert f"{name} {text}" in words
-    assert "--object-pose" in run("identify", "--help")[1]
-    assert "--object-pose" not in run("export", "--help")[1]
+    assert "--pose-std" in run("identify", "--help")[1]
+    assert "--pose-std" not in run("export", "--help")[1]
 
 
 def test_bad_usage(run):
@@ -103,7 +103,7 @@ def test_the_options_exist():
 
 def test_nothing_printed_names_an_argument(run, tmp_path):
     (tmp_path / "log.csv").write_text("time,qx,qy,qz,qw\n0,0,0,0,1\n")
-    assert refused(run("identify", tmp_path / "log.csv"), "column map (--map FILE)")
+    assert refused(run("identify", tmp_path / "log.csv"), "column map (--map FILE;")
     assert refused(
         run("convert", tmp_path / "log.csv", tmp_path / "a.csv", "--imu-topic", "/i"),
         "--imu-topic is for bags",

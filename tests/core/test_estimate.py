@@ -14,6 +14,7 @@ from hefting.core.estimate_json import SCHEMA
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import note, warning
 from hefting.core.spatial import tensor_to_vector
+from hefting.core.undetermined import Undetermined
 from hefting.estimators import OLS, PMD
 from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
@@ -49,11 +50,12 @@ KEYS = {
         "intervals",
         "accuracy",
         "sufficient",
+        "undetermined",
         "verdict",
         "reasons",
     ),
 }
-"""What the command line documents, and the last ten, of which `load` needs some."""
+"""What the command line documents, and the last eleven, of which `load` needs some."""
 
 
 @pytest.fixture
@@ -79,6 +81,8 @@ def estimate(z) -> Estimate:
 def same(first, second) -> bool:
     if isinstance(first, InertialParameters):
         first, second = first.vector, second.vector
+    if isinstance(first, Undetermined):
+        return first.to_dict() == second.to_dict()
     if isinstance(first, np.ndarray):
         return first.shape == second.shape and np.array_equal(first, second)
     if isinstance(first, dict) and isinstance(second, dict):

@@ -17,8 +17,11 @@ from test_export_bodies import (
     CASES,
     CONTROLLERS,
     DOUBLE,
+    IN_ANY_AXES,
+    IN_SENSOR_AXES,
     KINDS,
     POSE,
+    PRINCIPAL_STEPS,
     SIMULATORS,
     SINGLE,
     check,
@@ -108,7 +111,8 @@ def test_usd(kind, seed):
         m[1]: ast.literal_eval(m[2]) for m in re.finditer(r"physics:(\w+) = (.+)", text)
     }
     tensor = from_principal(value["diagonalInertia"], value["principalAxes"])
-    check(truth, value["mass"], value["centerOfMass"], tensor, DOUBLE, kind)
+    mass, com = value["mass"], value["centerOfMass"]
+    check(truth, mass, com, tensor, DOUBLE, kind, PRINCIPAL_STEPS)
 
 
 @pytest.mark.parametrize("name", ["object", "2 drill-bits", "é"])
@@ -141,6 +145,7 @@ def test_usd_in_openusd(kind, name):
         tensor,
         SINGLE,
         kind,
+        PRINCIPAL_STEPS,
     )
 
 
@@ -184,7 +189,7 @@ def test_arguments():
     assert (
         set(SUFFIXES.values())
         <= set(TARGETS)
-        == {*SIMULATORS, *CONTROLLERS, "json", "csv"}
+        == {*SIMULATORS, *CONTROLLERS, *IN_SENSOR_AXES, *IN_ANY_AXES, "json", "csv"}
     )
     with pytest.raises(InputError, match="did you mean 'urdf'"):
         export(estimate, "urfd")

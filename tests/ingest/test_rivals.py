@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
 from hefting.ingest.path import path_of, static_path
-from hefting.ingest.rivals import axes_turned, lever_arm
+from hefting.ingest.rivals import axes_turned, force_unit, lever_arm, sloshing
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
@@ -39,6 +39,10 @@ CLEAR = {
     ("pose clock fast", "3.0%"): "clock-rate",
     ("base tilted", "15°"): "base-tilted",
     ("gravity", "upwards"): "gravity-reversed",
+    ("gain of one axis", "10%"): "gain-uneven",
+    ("cross-talk", "3%"): "cross-talk",
+    ("cable", "5 N/m"): "cable-force",
+    ("sloshing", "30%"): "sloshing",
 }
 """Mistakes that leave no doubt, and the code that names each."""
 
@@ -78,6 +82,33 @@ def test_a_clear_mistake_is_named(name, strength):
 @pytest.mark.parametrize("noise", ["low", "high"])
 def test_of_a_correct_recording_nothing_is_said(seed, noise):
     assert doubt_of(case_of(correct(seed, noise=noise))) is None
+
+
+def test_a_swinging_mass_obeys_its_equation():
+    """x'' + 2 z w x' + w² x = s, by differences of the places found: they are off by
+    (w dt)² / 12 = 7e-4 of the swing, and the trapezoidal rule as much again."""
+    time = np.arange(0.0, 5.0, 0.01)
+    specific = np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)])
+    frequency, damping = 1.5, 0.1
+    place, acceleration = sloshing.swing(time, specific, frequency, damping)
+    w = 2.0 * np.pi * frequency
+    rate = np.gradient(place, time, axis=0)
+    bend = np.gradient(rate, time, axis=0)
+    left = bend + 2.0 * damping * w * rate + w**2 * place - specific
+    inner = slice(2, -2)
+    assert np.abs(left[inner]).max() < 5e-3 * np.abs(bend).max()
+    assert np.abs(bend - acceleration)[inner].max() < 5e-3 * np.abs(bend).max()
+
+
+def test_a_force_unit_gives_the_object_in_newtons():
+    """In lbf the mass is 4.448 times as large; COM and inertia come from the torque."""
+    given = mistake("unit of force", "lbf").make(correct(0), np.random.default_rng(1))
+    found = force_unit.explain(case_of(given))
+    assert found is not None
+    vector = found.vector / np.sign(found.vector[0])
+    # noise of 0.1 N of some 5 N in 1,000 samples, and motion that is not exact
+    assert vector[0] == pytest.approx(given.truth.mass, rel=0.02)
+    assert vector[1:4] == pytest.approx(given.truth.vector[1:4], abs=0.01)
 
 
 @pytest.mark.parametrize("seed", range(8))

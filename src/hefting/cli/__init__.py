@@ -29,6 +29,7 @@ COMMANDS = {
     "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
     "convert": "read a log of any known format, and write it in another.",
     "export": "write an estimate for a simulator or a robot controller.",
+    "check": "find links of a URDF with inertials that no body can have, and repair them.",
     "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "simulate": "write the log of a simulated robot that wields an object, and the truth beside it.",
@@ -69,7 +70,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
             "sensor_frame",
         ),
         *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
-        *("sensor_pose_in_log", "sensor_turned", "accept"),
+        *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

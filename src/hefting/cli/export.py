@@ -5,10 +5,13 @@ import argparse
 from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
+    POSE,
     add_accept,
+    add_fill_inertia,
     add_sensor_pose,
     check_output,
     either,
+    fill_inertia_of,
     read_estimate,
 )
 from hefting.cli.parser import say
@@ -39,6 +42,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_sensor_pose(parser)
     add_accept(parser)
+    add_fill_inertia(parser)
+    parser.add_argument(
+        "--shape",
+        metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
+        help="the object's, for --fill-inertia shape",
+    )
+    parser.add_argument("--unit", metavar="m|cm|mm|in", help="of its file; default m")
+    parser.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
     parser.add_argument(
         "--output", metavar="FILE", help="write there instead of printing"
     )
@@ -48,14 +63,24 @@ def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
     from hefting.core.files import write_atomically
     from hefting.export import export
-    from hefting.shapes import parse_pose
+    from hefting.shapes import load_shape, parse_pose
 
     a = arguments
     if a.output:
-        check_output(a.output, a.estimate, a.into, a.sensor_pose_in_flange)
+        inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
+        check_output(a.output, *inputs)
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    pose = parse_pose(a.object_pose) if a.object_pose else None
+    shape = load_shape(a.shape, a.unit, pose) if a.shape else None
+    fill = fill_inertia_of(a.fill_inertia, shape)
     exported = export(
-        read_estimate(a.estimate), a.to, flange, a.into, a.link, accept=a.accept
+        read_estimate(a.estimate),
+        a.to,
+        flange,
+        a.into,
+        a.link,
+        accept=a.accept,
+        fill_inertia=fill,
     )
     for line in exported.warnings:
         say(f"warning: {render(line)}")

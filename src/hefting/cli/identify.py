@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import option_of, render
 from hefting.cli.options import (
     add_accept,
+    add_fill_inertia,
     add_gravity,
     add_json,
     add_recording,
@@ -16,13 +17,14 @@ from hefting.cli.options import (
     add_verbose,
     check_output,
     either,
+    fill_inertia_of,
     gravity_of,
     numbers,
     quantities,
     read_recording,
     sensor_accuracy_of,
 )
-from hefting.cli.parser import say
+from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details, shape_of
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
     from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
-    from hefting.export import Exported
     from hefting.identification.compare import Comparison
     from hefting.identification.truth import Truth
     from hefting.shapes import Shape
@@ -60,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     results = parser.add_argument_group("results")
     add_sensor_pose(results)
     add_accept(results)
+    add_fill_inertia(results)
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -170,6 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
     with progress("identifying", a.json):
         recording = read_recording(a)
         shape = shape_of(a, pose)
+        fill = fill_inertia_of(a.fill_inertia, shape)
         reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
@@ -179,33 +182,18 @@ def run(arguments: argparse.Namespace) -> int:
         else {}
     )
     best = comparison.recommended if comparison else next(iter(estimates))
-    written = _write(_wanted(a, estimates[best]), estimates[best], flange)
+    outputs = wanted(a, estimates[best])
+    written = write(outputs, estimates[best], flange, a.accept, fill)
     truth = known.parameters if known else None
     results = Results(estimates, best, comparison, truth, errors, written)
     if a.json:
         print_json(results, render)
     else:
         print_results(results, render, a.verbose)
-    return exit_status(estimates[best].verdict)
-
-
-def _wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write: of an estimate that is not to be used those alone that hold
-    the verdict, unless it is accepted."""
-    if estimate.verdict.usable or a.accept:
-        return a.output
-    from hefting.export import REGISTRY, SUFFIXES
-
-    kept = [
-        path for path in a.output if REGISTRY[SUFFIXES[Path(path).suffix]].is_read_back
-    ]
-    for path in a.output:
-        if path not in kept:
-            say(
-                f"{path} was not written: the estimate is not to be used; "
-                "--accept writes it"
-            )
-    return kept
+    left_out = len(outputs) < len(a.output)
+    return exit_status(estimates[best].verdict) or (
+        STATUS_NOT_WRITTEN if left_out else 0
+    )
 
 
 def _reading(
@@ -277,22 +265,6 @@ def _tool(path: str) -> "Estimate":
     from hefting.ingest.tool import load_tool
 
     return load_tool(path)
-
-
-def _write(
-    paths: list[str], estimate: "Estimate", flange: "Array | None"
-) -> "list[tuple[str, Exported]]":
-    """Write the estimate to each path, in the form of its suffix; nothing is written
-    unless all can be made."""
-    from hefting.core.files import write_atomically
-    from hefting.export import SUFFIXES, export
-
-    texts = [
-        (path, export(estimate, SUFFIXES[Path(path).suffix], flange)) for path in paths
-    ]
-    for path, exported in texts:
-        write_atomically(path, exported.text)
-    return texts
 
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from hefting.core.quantity import Kind
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
+    from hefting.export.known import Fill
+    from hefting.shapes import Shape
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
@@ -59,6 +61,30 @@ def add_accept(parser: argparse._ActionsContainer) -> None:
         help="write files for simulators and robots even where the verdict is not to "
         "use the estimate",
     )
+
+
+def add_fill_inertia(parser: argparse._ActionsContainer) -> None:
+    """What to write in place of an inertia that is not known."""
+    parser.add_argument(
+        "--fill-inertia",
+        metavar="shape|point",
+        help="where the recording leaves the inertia open, write that of the shape "
+        "with the mass evenly spread, or of a point: simulators need one",
+    )
+
+
+def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
+    """What `export` takes for it; `InputError` for another word, and where the shape is
+    not given."""
+    if text == "shape":
+        if shape is None:
+            raise InputError("which shape?", "--fill-inertia shape", "give --shape")
+        return shape
+    if text not in (None, "point"):
+        raise InputError(
+            f"'{text}' is neither shape nor point", "--fill-inertia", "use one of them"
+        )
+    return text
 
 
 def either(words: Sequence[str]) -> str:

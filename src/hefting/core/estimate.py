@@ -16,7 +16,11 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.undetermined import Undetermined
 from hefting.core.verdict import Verdict, verdict_of
+
+NORMAL_95 = 1.96
+"""Half-width of a 95 % interval over the standard deviation, of a normal variable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,10 @@ class Estimate:
     hull_margin: float | None = None
     """Depth of the COM in the shape's convex hull over its largest side; None where no
     shape is known."""
+    undetermined: Undetermined = None  # type: ignore[assignment]
+    """Which numbers neither the data nor a shape determine, and what the values that
+    stand in their place follow from; by default what `intervals` leave without an
+    end."""
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
@@ -66,6 +74,28 @@ class Estimate:
         for name in ("covariance", "bias", "point_masses", "residual"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
+        if self.undetermined is None:
+            found = Undetermined.without_end(self._ends())
+            object.__setattr__(self, "undetermined", found)
+
+    def _ends(self) -> dict[str, Array] | None:
+        """Ends of the intervals; of an infinite covariance its deviations."""
+        if self.intervals is not None or self.covariance is None:
+            return self.intervals
+        std = self.std if np.isinf(self.covariance.diagonal()).any() else None
+        return None if std is None else {k: v[None] for k, v in std.items()}
+
+    @property
+    def half_widths(self) -> dict[str, Array]:
+        """Half the widths of the 95 % intervals of ``mass`` (), ``center_of_mass`` (3,)
+        and ``inertia_at_com`` (3, 3); infinite where there is none."""
+        sizes = {"mass": (), "center_of_mass": (3,), "inertia_at_com": (3, 3)}
+        if self.intervals is not None:
+            ends = {name: self.intervals[name] for name in sizes}
+            return {name: 0.5 * (end[1] - end[0]) for name, end in ends.items()}
+        if self.std is not None:
+            return {name: NORMAL_95 * self.std[name] for name in sizes}
+        return {name: np.full(shape, np.inf) for name, shape in sizes.items()}
 
     @property
     def verdict(self) -> Verdict:
@@ -132,6 +162,7 @@ class Estimate:
                 "intervals": self.intervals,
                 "accuracy": None if self.accuracy is None else asdict(self.accuracy),
                 "sufficient": self.sufficient,
+                "undetermined": self.undetermined.to_dict(),
                 "std": self.std
                 or {"mass": None, "center_of_mass": None, "inertia_at_com": None},
                 "physically_consistent": self.physically_consistent,

@@ -16,6 +16,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE
 from hefting.core.messages import Message, Severity
 from hefting.core.spatial import Array, frozen
+from hefting.core.undetermined import Undetermined
 
 SCHEMA = "hefting.estimate/1"
 """Name and version of the form, under the key ``schema``."""
@@ -54,6 +55,7 @@ def fields_of(data: Json) -> dict[str, Any]:
         intervals=_intervals(data.get("intervals")),
         accuracy=_accuracy(data.get("accuracy")),
         sufficient=sufficient,
+        undetermined=_undetermined(data.get("undetermined")),
         certificate=_certificate(data.get("certificate")),
         bias=_array(data, "bias", 6),
         point_masses=_array(data, "point_masses", None),
@@ -173,6 +175,11 @@ def _accuracy(data: Json | None) -> Accuracy | None:
     ):
         raise ValueError("an accuracy is not a positive number")
     return Accuracy(*(np.inf if limit is None else float(limit) for limit in limits))
+
+
+def _undetermined(data: Json | None) -> Undetermined | None:
+    """None for a file that does not say, whose intervals then tell."""
+    return None if data is None else Undetermined.from_dict(data)
 
 
 def _hull_margin(consistency: Json | None) -> float | None:

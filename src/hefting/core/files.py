@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +24,9 @@ smaller."""
 
 MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read: more would only fill memory."""
+
+TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
+"""A tag with its attributes, whose values may hold what ends a tag."""
 
 
 def check_readable(path: str | Path) -> None:
@@ -124,6 +128,13 @@ def parse_xml(
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise InputError(f"is not well-formed XML ({error})", where=path) from error
+
+
+def tag_end(data: bytes, start: int) -> int:
+    """Where the tag ends [bytes] that `parse_xml` found at `start`."""
+    tag = TAG.match(data, start)
+    assert tag is not None  # expat found a tag here
+    return tag.end()
 
 
 def check_replaceable(path: str | Path, *inputs: str | Path | None) -> None:

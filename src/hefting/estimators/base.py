@@ -96,6 +96,9 @@ class Estimator:
     assumes: ClassVar[str] = "the shape"
     """What its estimate follows from where the motion leaves something open, if it
     needs a shape."""
+    fills_in: ClassVar[str] = "the method"
+    """What its estimate follows from where neither the motion nor a shape determines
+    it."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False

@@ -41,6 +41,7 @@ class LMI(PointEstimator):
     rank = 50
     role = "free"
     takes_shape: ClassVar = {"ellipsoid": "a bounding box"}
+    fills_in = "a compact body"
     consistent = True
     source = "Wensing, Kim & Slotine, IEEE RA-L 3(1), 2018"
     best_for = "an object of unknown shape"

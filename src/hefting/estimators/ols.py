@@ -28,6 +28,7 @@ class OLS(PointEstimator):
     role = "free"
     covariance_of_white_noise = True
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
+    fills_in = "the smallest values that fit"
     best_for = "fast motion; an uncertainty for every parameter"
     invariances = frozenset(INVARIANCES)
     variants: ClassVar = {

@@ -34,6 +34,7 @@ class RTLS(PointEstimator):
 
     rank = 70
     source = "Kubus, Kröger & Wahl, IROS 2008"
+    fills_in = "the smallest values that fit"
     best_for = "long, fast, clean recordings with known noise of the accelerations"
     invariances = frozenset(
         {"world frame", "sample order", "merging", "sensor rotation", "units"}

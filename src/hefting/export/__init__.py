@@ -9,7 +9,7 @@ and what is done with one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
@@ -18,7 +18,10 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, warning
-from hefting.export.body import THINNEST, Body
+from hefting.export.body import Body
+from hefting.export.known import Fill, inertia_messages, known_body
+from hefting.export.notes import with_comment
+from hefting.export.principal import THINNEST
 from hefting.export.splice import put_inertial
 from hefting.export.target import Target
 
@@ -35,6 +38,12 @@ FILES = (
     "kuka",
     "abb",
     "fanuc",
+    "ur_ros",
+    "franka_desk",
+    "xarm_ft",
+    "kinova",
+    "doosan",
+    "ros2_control",
     "json_file",
     "csv_file",
 )
@@ -89,8 +98,13 @@ def export(
     name: str = "object",
     *,
     accept: bool = False,
+    fill_inertia: Fill = None,
 ) -> Exported:
     """Text of an estimate for a target; nothing is written.
+
+    Numbers have as many digits as their intervals are worth (`hefting.core.rounding`);
+    comments repeat the verdict and the warnings. An inertia that neither the recording
+    nor a shape determines is left out where a controller takes mass and COM alone.
 
     Parameters
     ----------
@@ -107,10 +121,13 @@ def export(
     name : name of the body in a file of its own; one printable line.
     accept : whether to write an estimate whose verdict is not to use it. JSON holds the
         verdict, and is written anyway.
+    fill_inertia : what takes the place of an inertia that is open, as simulators need
+        one: ``"point"`` the smallest that they take, or a shape in sensor axes, whose
+        mass is then evenly spread. JSON and CSV are never filled in.
 
     Raises `InputError` for an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
-    have.
+    have, a mass or a COM that is open, and an open inertia where one is needed.
     """
     if target not in REGISTRY:
         raise InputError(
@@ -132,16 +149,15 @@ def export(
             () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
         )
 
-    body = Body.from_parameters(estimate.parameters, name, "sensor")
+    body = known_body(estimate, name, fill_inertia, accept)
+    warnings = inertia_messages(estimate, chosen, body, fill_inertia)
     if sensor_pose_in_flange is not None:
-        body = body.moved(sensor_pose_in_flange, "flange")
-    body = replace(body, verdict=estimate.verdict.level)
-    if chosen.needs_inertia and body.is_point:
-        raise InputError(
-            "the estimate is a point mass, and a simulator needs an inertia",
-            fix="identify it from a motion that rotates, or with a shape",
-        )
-    warnings = _body_warnings(chosen, body)
+        if chosen.in_sensor_axes:
+            warnings.append(_pose_unused(chosen))
+        else:
+            body = body.moved(sensor_pose_in_flange, "flange")
+    body = body.rounded()
+    warnings += _body_warnings(chosen, body)
     if into is None:
         assert chosen.write is not None  # as there is no `write_estimate`
         return Exported(chosen.write(body), body.frame, tuple(warnings))
@@ -199,7 +215,8 @@ def _put_into(
     it."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
-    text, replaced = put_inertial(into, link, target.inertial(body), target.place)
+    element = with_comment(target.inertial(body), body.notes)
+    text, replaced = put_inertial(into, link, element, target.place)
     warnings = [
         warning(
             "link-frame-assumed",

@@ -36,11 +36,7 @@ def warnings(body: Body) -> list[Message]:
     """A warning where the body is a point mass."""
     if not body.is_point:
         return []
-    return [
-        warning(
-            "point-mass", "the estimate is a point mass: the three moments are zero"
-        )
-    ]
+    return [warning("point-mass", "the three moments are zero: a point mass")]
 
 
 TARGET = Target(

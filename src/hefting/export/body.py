@@ -1,9 +1,9 @@
 """Body: what every simulator and controller is told, in one frame and ready to be
 written."""
 
-import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,27 +11,48 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
+from hefting.core.rounding import decimals, rounded
 from hefting.core.spatial import Array, check_pose, frozen
-
-THINNEST = 1e-6
-"""Least second moment of mass along any axis, as a share of the sum over the three
-principal axes: a thickness of a thousandth of the body's size. A flat or rod-like body
-is on the boundary of what can exist, and rounding alone makes simulators refuse it
-(MuJoCo wants A + B >= C and positive moments, exactly)."""
+from hefting.export.principal import (
+    angle_decimals,
+    principal,
+    rounded_inertia,
+    with_thickness,
+)
 
 ROUNDING = 1e-12
 """Inertia at the COM below this share of that about the origin is rounding: the body is
 a point mass."""
+LEAST_DIGITS = 2
+"""Significant digits of the mass, and of the largest moment, that are kept however wide
+their intervals are."""
 
-SIGNED_PERMUTATIONS = np.array(
-    [
-        np.diag(signs)[:, order]
-        for order in itertools.permutations(range(3))
-        for signs in itertools.product((1.0, -1.0), repeat=3)
-    ]
-)
-RENAMINGS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0]
-"""The 24 right-handed ways (24, 3, 3) to rename and reverse three axes."""
+
+@dataclass(frozen=True)
+class HalfWidths:
+    """Half the widths of the 95 % intervals of a body's numbers; infinite where there
+    are none."""
+
+    mass: float = np.inf
+    center_of_mass: Array = field(default_factory=lambda: np.full(3, np.inf))
+    inertia: Array = field(default_factory=lambda: np.full((3, 3), np.inf))
+
+    def turned(self, rotation: Array) -> Self:
+        """Along other axes (3, 3), where errors of different components are
+        independent."""
+        share = np.square(rotation)
+        share[share < ROUNDING] = 0.0
+        com, inertia = self.center_of_mass, self.inertia
+        lost = share @ np.isinf(com) > 0.0
+        lost_entry = share @ np.isinf(inertia) @ share.T > 0.0
+        com = np.sqrt(share @ np.square(np.where(np.isinf(com), 0.0, com)))
+        square = np.square(np.where(np.isinf(inertia), 0.0, inertia))
+        inertia = np.sqrt(share @ square @ share.T)
+        return replace(
+            self,
+            center_of_mass=np.where(lost, np.inf, com),
+            inertia=np.where(lost_entry, np.inf, inertia),
+        )
 
 
 @dataclass(frozen=True)
@@ -49,12 +70,16 @@ class Body:
     """COM (3,) [m]."""
     inertia: Array
     """Inertia tensor (3, 3) [kg m²] about the COM: positive definite, or zero for a
-    point mass."""
-    verdict: str = "good"
-    """Level of the estimate's verdict, for a comment."""
+    point mass and where it is not known."""
+    half_widths: HalfWidths = field(default_factory=HalfWidths)
+    """How well the numbers are known."""
+    notes: tuple[str, ...] = ("estimate: good",)
+    """What a comment says of the estimate: its verdict, and what gives doubt."""
     thickened: bool = False
-    """Whether second moments were raised to `THINNEST`, which changes the inertia by
-    about as much."""
+    """Whether second moments were raised to `hefting.export.principal.THINNEST`, which
+    changes the inertia by about as much."""
+    inertia_places: int = 300
+    """Decimal places to which the inertia is rounded."""
 
     def __post_init__(self):
         object.__setattr__(self, "center_of_mass", frozen(self.center_of_mass))
@@ -77,17 +102,27 @@ class Body:
                 f"no body has these parameters: {consistency}",
                 fix="identify with a method that assures consistency (LMI, PMD), or export json or csv",
             )
-        inertia, thickened = (
-            (np.zeros((3, 3)), False) if is_point else with_thickness(inertia)
-        )
-        return cls(
-            name,
-            frame,
-            parameters.mass,
-            parameters.center_of_mass,
-            inertia,
-            thickened=thickened,
-        )
+        point = cls.without_inertia(parameters, name, frame)
+        return point if is_point else point.with_inertia(inertia)
+
+    @classmethod
+    def without_inertia(
+        cls, parameters: InertialParameters, name: str, frame: str
+    ) -> Self:
+        """The mass at the COM; `InputError` where it is not positive."""
+        if not parameters.mass > 0.0:
+            raise InputError(
+                "no body has these parameters: the mass is not positive",
+                fix="check the wrench's sign and gravity",
+            )
+        com = parameters.center_of_mass
+        return cls(name, frame, parameters.mass, com, np.zeros((3, 3)))
+
+    def with_inertia(self, inertia: Array) -> Self:
+        """The same mass with an inertia tensor (3, 3) [kg m²] about the COM, thick
+        enough for simulators."""
+        tensor, thickened = with_thickness(inertia)
+        return replace(self, inertia=tensor, thickened=thickened)
 
     def moved(self, pose_old_in_new: ArrayLike, frame: str) -> Self:
         """The same body in another frame; `pose_old_in_new` (4, 4) is this frame's pose
@@ -109,11 +144,27 @@ class Body:
             frame=frame,
             center_of_mass=rotation @ self.center_of_mass + pose[:3, 3],
             inertia=inertia,
+            half_widths=self.half_widths.turned(rotation),
         )
+
+    def rounded(self) -> Self:
+        """The same body with as many digits as its intervals are worth
+        (`hefting.core.rounding`), and more of the inertia where a body can have it only
+        so."""
+        half, com = self.half_widths, self.center_of_mass
+        mass = rounded(self.mass, decimals(half.mass, self.mass, LEAST_DIGITS))
+        com = rounded(com, decimals(half.center_of_mass, float(np.abs(com).max())))
+        own = replace(self, mass=float(mass), center_of_mass=com)
+        if self.is_point:
+            return own
+        size = float(np.abs(self.inertia).max())
+        places = decimals(half.inertia, size, LEAST_DIGITS)
+        inertia, most = rounded_inertia(self.inertia, places)
+        return replace(own, inertia=inertia, inertia_places=most)
 
     @property
     def is_point(self) -> bool:
-        """Whether the body has no inertia about its COM."""
+        """Whether the body has no inertia about its COM, or none that is known."""
         return not self.inertia.any()
 
     @property
@@ -129,36 +180,37 @@ class Body:
         by underscores."""
         return "".join(c if c.isascii() and c.isalnum() else "_" for c in self.name)
 
+    @property
+    def inertia_step(self) -> float:
+        """What the last digit of the inertia stands for [kg m²]."""
+        return 10.0**-self.inertia_places
+
+    @cached_property
+    def _principal(self) -> tuple[Array, Array]:
+        moments, axes = principal(self.inertia, self.inertia_step)
+        if self.is_point:
+            return moments, axes
+        places = np.full((3, 3), self.inertia_places)
+        return rounded_inertia(np.diag(moments), places)[0].diagonal(), axes
+
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3,
-        3).
+        3), each called after the frame's axis it is nearest to; see
+        `hefting.export.principal`."""
+        return self._principal
 
-        Each axis is called x, y or z after the frame's axis it is nearest to: of the 24
-        right-handed ways to name them, the one least turned from the frame.
-        """
-        moments, axes = np.linalg.eigh(self.inertia)
-        axes[:, 2] *= np.sign(np.linalg.det(axes))
-        renaming = RENAMINGS[np.einsum("ij,kji->k", axes, RENAMINGS).argmax()]
-        return np.abs(renaming.T) @ moments, axes @ renaming
+    @property
+    def angle_places(self) -> int:
+        """Decimal places of an angle [deg] of the principal axes."""
+        return angle_decimals(self._principal[0], self.inertia_step)
 
     def quaternion(self) -> Array:
         """Quaternion (4,) **w, x, y, z**, w >= 0: from principal coordinates to the
-        frame's."""
+        frame's; nine places, so that it stays one."""
         from scipy.spatial.transform import Rotation
 
-        x, y, z, w = Rotation.from_matrix(self.principal()[1]).as_quat(canonical=True)
-        return np.array((w, x, y, z))
-
-
-def with_thickness(inertia: Array) -> tuple[Array, bool]:
-    """Inertia tensor (3, 3) whose every second moment is at least `THINNEST`, and
-    whether that changed it."""
-    second, axes = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
-    raised = np.maximum(second, THINNEST * second.sum())
-    if np.array_equal(raised, second):
-        return inertia, False
-    tensor = inertia + (axes * ((raised - second).sum() - (raised - second))) @ axes.T
-    return 0.5 * (tensor + tensor.T), True
+        x, y, z, w = Rotation.from_matrix(self._principal[1]).as_quat(canonical=True)
+        return rounded((w, x, y, z), 9)
 
 
 def number(value: float) -> str:

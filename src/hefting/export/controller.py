@@ -10,12 +10,19 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.export.body import Body
+from hefting.export.notes import wrapped
+
+DIGITS = 12
+"""Significant digits of a double: more would show the rounding of a change of unit."""
 
 
 def in_double(values: Array | float) -> list[str]:
-    """Shortest decimals, without exponents, that read back as the same doubles."""
+    """Shortest decimals, without exponents, that read back as the same doubles to
+    `DIGITS` digits."""
     return [
-        np.format_float_positional(v + 0.0, unique=True, trim="0")
+        np.format_float_positional(
+            v + 0.0, precision=DIGITS, unique=True, fractional=False, trim="0"
+        )
         for v in np.atleast_1d(values)
     ]
 
@@ -38,13 +45,19 @@ def named(values: list[str], names: str) -> str:
 
 
 def comment(mark: str, body: Body, *lines: str) -> str:
-    """Lines that start with a controller's comment mark: the frame, what is meant, and
-    `lines`."""
+    """Lines that start with a controller's comment mark: the frame, what is meant, what
+    is said of the estimate, and `lines`."""
     where = f"{body.frame} axes, from the {body.frame} origin"
     if body.frame != "flange":
         where += (
             " - NOT flange axes: the pose of the sensor in the flange was not given"
         )
+    return remarks(mark, body, where, *lines)
+
+
+def remarks(mark: str, body: Body, where: str, *lines: str) -> str:
+    """The same for a target that does not want flange axes; `where` says whose axes the
+    numbers are in."""
     what = "what the sensor carries; the mass of the sensor itself and of an adapter is not in it"
-    how = f"estimate: {body.verdict}"
-    return "".join(f"{mark} {line}\n" for line in (where, what, how, *lines))
+    said = (where, what, *wrapped(body.notes), *lines)
+    return "".join(f"{mark} {line}\n" for line in said)

@@ -14,10 +14,12 @@ COLUMNS = (
     *("name", "method", "frame", *AT_COM),
     *(f"J{e}" for e in ENTRIES),
     *(f"std_{column}" for column in AT_COM),
-    *("samples", "duration", "physically_consistent"),
+    *("samples", "duration", "physically_consistent", "open"),
 )
 """Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one
-standard deviation, is empty where the method has none; duration in s."""
+standard deviation, is empty where the method has none; duration in s; open names the
+columns at the COM that neither the recording nor a shape determines, with spaces
+between."""
 
 
 def write(estimate: Estimate, name: str) -> str:
@@ -40,9 +42,18 @@ def write(estimate: Estimate, name: str) -> str:
             *(name, estimate.method, "sensor"),
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
+            " ".join(_open(estimate)),
         )
     )
     return stream.getvalue()
+
+
+def _open(estimate: Estimate) -> list[str]:
+    """Names of the columns at the COM that are open."""
+    found = estimate.undetermined
+    entries = tensor_to_vector(found.inertia_at_com)
+    flags = (found.mass, *found.center_of_mass, *entries)
+    return [name for name, flag in zip(AT_COM, flags, strict=True) if flag]
 
 
 TARGET = Target(

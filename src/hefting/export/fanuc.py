@@ -3,6 +3,7 @@
 import numpy as np
 
 from hefting.core.messages import Message, warning
+from hefting.core.rounding import rounded
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.export.body import Body
 from hefting.export.controller import comment, in_single
@@ -18,7 +19,9 @@ def write(body: Body) -> str:
     no place for products of inertia.
     """
     com = in_single(1e2 * body.center_of_mass)
-    moments = in_single(np.diag(body.inertia) / KGF_CM_S2)
+    # the unit is about 0.1 kg m²: a digit less of it is as fine
+    places = body.inertia_places - 1
+    moments = in_single(rounded(np.diag(body.inertia) / KGF_CM_S2, places))
     rows = [
         ("PAYLOAD           [kg]", in_single(body.mass)[0]),
         *(

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hefting.core.rounding import rounded
 from hefting.core.spatial import Array
 from hefting.export.body import Body
 from hefting.export.controller import comment, in_single, named
@@ -18,7 +19,8 @@ def write(body: Body) -> str:
     """
     moments, axes = body.principal()
     com = named(in_single(1e3 * body.center_of_mass), "XYZ")
-    angles = named(in_single(np.degrees(zyx_angles(axes))), "ABC")
+    degrees = rounded(np.degrees(zyx_angles(axes)), body.angle_places)
+    angles = named(in_single(degrees), "ABC")
     return (
         comment(
             ";",

@@ -9,6 +9,7 @@ import re
 
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body, number, numbers, quoted
+from hefting.export.notes import xml_comment
 from hefting.export.splice import Place
 from hefting.export.target import Target
 
@@ -24,7 +25,9 @@ def inertial(body: Body) -> str:
 def write(body: Body) -> str:
     """A whole model: the body, free in the world."""
     name = quoted(body.name)
-    return f"""<!-- body frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict} -->
+    frame = f"body frame: {body.frame}; SI units; inertia about the centre of mass"
+    said = (frame, *body.notes)
+    return f"""{xml_comment(said)}
 <mujoco model={name}>
   <worldbody>
     <body name={name}>

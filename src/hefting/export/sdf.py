@@ -5,6 +5,7 @@ pose, here the link's; products of inertia are those of the tensor, -∫ x y dm.
 """
 
 from hefting.export.body import Body, number, numbers, quoted
+from hefting.export.notes import xml_comment
 from hefting.export.splice import Place
 from hefting.export.target import Target
 
@@ -26,9 +27,11 @@ def inertial(body: Body) -> str:
 def write(body: Body) -> str:
     """A whole model of one link."""
     name = quoted(body.name)
+    frame = f"link frame: {body.frame}; SI units; inertia about the centre of mass"
+    said = (frame, *body.notes)
     content = inertial(body).replace("\n", "\n      ")
     return f"""<?xml version="1.0"?>
-<!-- link frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict} -->
+{xml_comment(said)}
 <sdf version="1.7">
   <model name={name}>
     <link name={name}>

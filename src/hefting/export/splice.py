@@ -6,14 +6,11 @@ hostile: a document type declaration is refused, so no entity is ever expanded o
 fetched, and the size is bounded.
 """
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.files import parse_xml, read_xml
-
-TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
+from hefting.core.files import parse_xml, read_xml, tag_end
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ def put_inertial(
     if holder.inertial is not None:
         start, end = holder.inertial
         return (data[:start] + block + data[end:]).decode(), True
-    end = _tag_end(data, holder.start)
+    end = tag_end(data, holder.start)
     if data[end - 2 : end] == b"/>":
         closing = newline + margin + b"</" + place.element.encode() + b">"
         opening = data[: end - 2].rstrip() + b">"
@@ -91,12 +88,6 @@ def _only(
         else f"the file has no <{place.element}> with a name"
     )
     raise InputError(what, where=path, fix=fix)
-
-
-def _tag_end(data: bytes, start: int) -> int:
-    tag = TAG.match(data, start)
-    assert tag is not None  # expat found a tag here
-    return tag.end()
 
 
 def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
@@ -144,7 +135,7 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             and holder.inertial is not None
         ):
             start = holder.inertial[0]
-            first = _tag_end(data, start)
+            first = tag_end(data, start)
             empty = data[first - 2 : first] == b"/>"
             holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
 

@@ -43,6 +43,10 @@ class Target:
     any frame will do."""
     needs_inertia: bool = False
     """Whether a point mass cannot be written."""
+    takes_inertia: bool = True
+    """Whether an inertia has a place in the text at all."""
+    in_sensor_axes: bool = False
+    """Whether its numbers are in sensor axes, wherever the sensor is on the flange."""
     place: Place | None = None
     """Where in an existing file of the format an inertial goes; None: it cannot be put
     into one."""

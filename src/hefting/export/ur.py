@@ -10,7 +10,8 @@ from hefting.export.target import Target
 
 def write(body: Body) -> str:
     """URScript set_target_payload: kg, m, kg m² as Ixx, Iyy, Izz, Ixy, Ixz, Iyz about
-    the COM.
+    the COM;
+    the controller takes an inertia that is left out for zero.
 
     https://www.universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm
     """
@@ -18,6 +19,7 @@ def write(body: Body) -> str:
         ", ".join(in_double(v))
         for v in (body.mass, body.center_of_mass, np.array(list(body.tensor.values())))
     )
+    inertia = "" if body.is_point else f", [{tensor}]"
     return (
         comment(
             "#",
@@ -25,7 +27,7 @@ def write(body: Body) -> str:
             "kg, m, kg m^2: inertia [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] about the centre of mass",
             "setting the payload zeroes the force-torque measurement: hold the robot still",
         )
-        + f"set_target_payload({mass}, [{com}], [{tensor}])\n"
+        + f"set_target_payload({mass}, [{com}]{inertia})\n"
     )
 
 

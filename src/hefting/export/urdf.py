@@ -5,6 +5,7 @@ origin, here the link's.
 """
 
 from hefting.export.body import Body, number, numbers, quoted
+from hefting.export.notes import xml_comment
 from hefting.export.splice import Place
 from hefting.export.target import Target
 
@@ -29,9 +30,11 @@ def write(body: Body) -> str:
     KDL).
     """
     name = quoted(body.name)
+    frame = f"link frame: {body.frame}; SI units; inertia about the centre of mass"
+    said = (frame, *body.notes)
     content = inertial(body).replace("\n", "\n    ")
     return f"""<?xml version="1.0"?>
-<!-- link frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict} -->
+{xml_comment(said)}
 <robot name={name}>
   <link name="world"/>
   <link name={name}>

@@ -7,6 +7,7 @@ attributes are floats.
 """
 
 from hefting.export.body import Body, number, numbers
+from hefting.export.notes import wrapped
 from hefting.export.target import Target
 
 
@@ -15,10 +16,13 @@ def write(body: Body) -> str:
     name = (
         body.identifier if not body.identifier[0].isdigit() else f"_{body.identifier}"
     )
+    frame = f"prim frame: {body.frame}; SI units; inertia about the centre of mass"
+    said = "\n".join(wrapped((frame, *body.notes)))
+    doc = said.replace("\\", "/").replace('"', "'")
     return f"""#usda 1.0
 (
     defaultPrim = "{name}"
-    doc = "prim frame: {body.frame}; SI units; inertia about the centre of mass; estimate: {body.verdict}"
+    doc = \"\"\"{doc}\"\"\"
     kilogramsPerUnit = 1
     metersPerUnit = 1
     upAxis = "Z"

@@ -24,4 +24,5 @@ TARGET = Target(
     description="UFACTORY xArm: Python set_tcp_load (mass and COM only)",
     write=write,
     wants_flange=True,
+    takes_inertia=False,
 )

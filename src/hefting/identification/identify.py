@@ -28,6 +28,7 @@ from hefting.estimators import (
 from hefting.estimators.base import Known
 from hefting.identification.checks import Checked, warnings_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
+from hefting.identification.undetermined import undetermined_by
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import inflated
 from hefting.ingest.ingest import Ingested, ingest
@@ -312,6 +313,9 @@ def with_diagnostics(
         hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
+    )
+    estimate = replace(
+        estimate, undetermined=undetermined_by(estimate, estimator, found, shape)
     )
     checked = Checked(estimate, rms, estimator, found, shape)
     return replace(estimate, warnings=warnings_of(checked))

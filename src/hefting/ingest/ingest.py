@@ -30,6 +30,7 @@ from hefting.ingest.gravity import (
 )
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.poses import without_faulty_poses
+from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
@@ -88,8 +89,8 @@ def ingest(
     found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
     doubt = _doubt(recording, found, may_be_biased=may_be_biased)
     changes, asked = found.changes, bool(start) or duration is not None
-    if doubt is not None and doubt.names_mistake and doubt.is_fatal:
-        changes = None  # what explains the whole recording needs none
+    if doubt is not None and doubt.needs_no_change:
+        changes = None
     if changes is not None and not asked:
         part = changes.chosen
         recording = recording.slice(part.start, part.duration)
@@ -131,6 +132,10 @@ def ingest(
         *bias_warnings,
         *change_warnings(changes, chosen=not asked),
     ]
+    steps = quantisation_message(recording)
+    notes = [*recording.notes, *measured.notes]
+    if steps is not None:
+        (warnings if steps.severity == "warning" else notes).append(steps)
     gravity_errors = errors_of_estimated_gravity(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
@@ -174,7 +179,7 @@ def ingest(
         gravity_std=assumed.std,
         gravity_error=gravity_error,
         warnings=tuple(warnings),
-        read_notes=(*recording.notes, *measured.notes),  # type: ignore[arg-type]
+        read_notes=tuple(notes),  # type: ignore[arg-type]
         changes=changes,
     )
 

@@ -160,7 +160,7 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
 
     A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its
     extreme value and the prediction (K, 6) exceeds it by five times `scale` (6,), the
-    spread of the residuals.
+    spread of the residuals; or where no other value is shared so often.
     """
     out = np.zeros(len(wrench), dtype=bool)
     for c in range(6):
@@ -168,13 +168,21 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
             y, p = side * wrench[:, c], side * predicted[:, c]
             limit = y.max()
             at = y == limit
-            if (
-                at.sum() >= FEWEST_SATURATED_SAMPLES
-                and np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES
-            ):
+            if at.sum() < FEWEST_SATURATED_SAMPLES:
+                continue
+            if np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES:
                 out |= p > limit - 3.0 * scale[c]
                 out |= at
+            elif _never_rests(y[~at & (y > y.min())]):
+                out |= at
     return out
+
+
+def _never_rests(values: Array) -> bool:
+    """Whether no value of (K,) is shared by as many samples as a limit is: those of a
+    wrench without noise, or in coarse steps, are."""
+    _, counts = np.unique(values, return_counts=True)
+    return bool(counts.max(initial=0) < FEWEST_SATURATED_SAMPLES)
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:

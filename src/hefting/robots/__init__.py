@@ -1,7 +1,16 @@
 """Robots: a robot's URDF turns recorded joint positions into poses of the sensor
-frame."""
+frame, and is checked for inertials that no body can have."""
 
+from hefting.robots.inertia_check import LinkCheck, check_inertias
+from hefting.robots.inertia_repair import Repaired, repair_inertias
 from hefting.robots.joint_log import with_poses
 from hefting.robots.robot import Robot
 
-__all__ = ["Robot", "with_poses"]
+__all__ = [
+    "LinkCheck",
+    "Repaired",
+    "Robot",
+    "check_inertias",
+    "repair_inertias",
+    "with_poses",
+]

@@ -91,13 +91,13 @@ def read_urdf(path: str | Path) -> Tree:
 
     def start(tag: str, attributes: dict[str, str], _: int):
         if tag.startswith("xacro:"):
-            raise _is_xacro(path)
+            raise is_xacro(path)
         if not inside and tag != "robot":
             raise InputError(
                 f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=path
             )
         if len(inside) == 1 and tag == "link":
-            links.append(_name(attributes, "name", "a <link>", path))
+            links.append(read_name(attributes, "name", "a <link>", path))
         elif len(inside) == 1 and tag == "joint":
             raw.append((attributes, {}))
         elif len(inside) == 2 and inside[1] == "joint" and tag in PARTS:
@@ -111,8 +111,8 @@ def read_urdf(path: str | Path) -> Tree:
 
     parse_xml(read_xml(path), path, start, end)
     joints = [_joint(attributes, parts, path) for attributes, parts in raw]
-    _check_repeated(links, "links", path)
-    _check_repeated([joint.name for joint in joints], "joints", path)
+    check_repeated(links, "links", path)
+    check_repeated([joint.name for joint in joints], "joints", path)
     return Tree(
         str(path),
         _root(links, joints, path),
@@ -129,7 +129,8 @@ def listed(names: Iterable[str], most: int = 40) -> str:
     )
 
 
-def _is_xacro(path: str | Path) -> InputError:
+def is_xacro(path: str | Path) -> InputError:
+    """The error of a file whose macros have not been expanded."""
     return InputError(
         "is xacro, not URDF",
         where=path,
@@ -137,10 +138,17 @@ def _is_xacro(path: str | Path) -> InputError:
     )
 
 
-def _name(attributes: dict[str, str], key: str, what: str, where: object) -> str:
+def check_expanded(text: str, where: str | Path) -> None:
+    """`InputError` for text that xacro would replace."""
+    if "${" in text or "$(" in text:
+        raise is_xacro(where)
+
+
+def read_name(attributes: dict[str, str], key: str, what: str, where: object) -> str:
+    """An attribute that names something; `InputError` where it is missing or too
+    long."""
     name = attributes.get(key, "")
-    if "${" in name or "$(" in name:
-        raise _is_xacro(str(where))
+    check_expanded(name, str(where))
     if not name.strip() or len(name) > LONGEST_NAME:
         raise InputError(
             f"{what} has {'too long a' if name.strip() else 'no'} {key}", where=where
@@ -148,9 +156,10 @@ def _name(attributes: dict[str, str], key: str, what: str, where: object) -> str
     return name
 
 
-def _numbers(text: str, count: int, what: str, where: str) -> list[float]:
-    if "${" in text or "$(" in text:
-        raise _is_xacro(where)
+def read_numbers(text: str, count: int, what: str, where: str) -> list[float]:
+    """`count` finite numbers separated by blanks; `InputError` names `what` they are
+    otherwise."""
+    check_expanded(text, where)
     parts = text.split(maxsplit=count)
     try:
         numbers = [float(part.replace("_", "x")) for part in parts]
@@ -165,7 +174,7 @@ def _numbers(text: str, count: int, what: str, where: str) -> list[float]:
 def _joint(
     attributes: dict[str, str], parts: dict[str, dict[str, str]], path: str | Path
 ) -> Joint:
-    name = _name(attributes, "name", "a <joint>", path)
+    name = read_name(attributes, "name", "a <joint>", path)
     where = f"{path}, joint '{name}'"
     kind = attributes.get("type", "")
     if kind not in KINDS:
@@ -174,11 +183,11 @@ def _joint(
             where,
             f"use {', '.join(KINDS)}",
         )
-    position, orientation = _origin(parts.get("origin", {}), where)
+    position, orientation = read_origin(parts.get("origin", {}), where)
     axis = np.array((1.0, 0.0, 0.0))
     if "axis" in parts and kind not in ("fixed", "floating"):
         axis = np.array(
-            _numbers(parts["axis"].get("xyz", "1 0 0"), 3, "the axis", where)
+            read_numbers(parts["axis"].get("xyz", "1 0 0"), 3, "the axis", where)
         )
         largest = np.abs(axis).max()
         if largest == 0.0:
@@ -186,25 +195,25 @@ def _joint(
         axis = axis / largest
     mimic, limits = None, None
     if "mimic" in parts and kind in SCALAR:
-        other = _name(parts["mimic"], "joint", "the mimic", where)
-        (multiplier,) = _numbers(
+        other = read_name(parts["mimic"], "joint", "the mimic", where)
+        (multiplier,) = read_numbers(
             parts["mimic"].get("multiplier", "1"), 1, "the mimic's multiplier", where
         )
-        (offset,) = _numbers(
+        (offset,) = read_numbers(
             parts["mimic"].get("offset", "0"), 1, "the mimic's offset", where
         )
         mimic = (other, multiplier, offset)
     if "limit" in parts and kind == "revolute":
         low, high = (
-            _numbers(parts["limit"].get(key, "0"), 1, key, where)[0]
+            read_numbers(parts["limit"].get(key, "0"), 1, key, where)[0]
             for key in ("lower", "upper")
         )
         limits = (low, high) if low < high else None
     return Joint(
         name,
         kind,
-        _name(parts.get("parent", {}), "link", "its <parent>", where),
-        _name(parts.get("child", {}), "link", "its <child>", where),
+        read_name(parts.get("parent", {}), "link", "its <parent>", where),
+        read_name(parts.get("child", {}), "link", "its <child>", where),
         frozen(position),
         frozen(orientation),
         frozen(axis / np.linalg.norm(axis)),
@@ -213,22 +222,22 @@ def _joint(
     )
 
 
-def _origin(attributes: dict[str, str], where: str) -> tuple[Array, Array]:
+def read_origin(attributes: dict[str, str], where: str) -> tuple[Array, Array]:
     """Position (3,) and unit quaternion (4,); roll, pitch, yaw turn about the fixed
     axes x, y, z in that order."""
     position = np.array(
-        _numbers(attributes.get("xyz", "0 0 0"), 3, "the origin's xyz", where)
+        read_numbers(attributes.get("xyz", "0 0 0"), 3, "the origin's xyz", where)
     )
     if "quat_xyzw" in attributes:  # URDF 1.2
         quaternion = np.array(
-            _numbers(attributes["quat_xyzw"], 4, "the origin's quat_xyzw", where)
+            read_numbers(attributes["quat_xyzw"], 4, "the origin's quat_xyzw", where)
         )
         norm = np.linalg.norm(np.clip(quaternion, -2.0, 2.0))
         if abs(norm - 1.0) > 1e-3:
             raise InputError("the origin's quat_xyzw is not of unit norm", where=where)
         return position, quaternion / norm
     half = 0.5 * np.array(
-        _numbers(attributes.get("rpy", "0 0 0"), 3, "the origin's rpy", where)
+        read_numbers(attributes.get("rpy", "0 0 0"), 3, "the origin's rpy", where)
     )
     (cr, cp, cy), (sr, sp, sy) = np.cos(half), np.sin(half)
     quaternion = (
@@ -240,7 +249,8 @@ def _origin(attributes: dict[str, str], where: str) -> tuple[Array, Array]:
     return position, np.array(quaternion)
 
 
-def _check_repeated(names: list[str], what: str, path: str | Path) -> None:
+def check_repeated(names: list[str], what: str, path: str | Path) -> None:
+    """`InputError` for a name that occurs twice."""
     seen = set()
     for name in names:
         if name in seen:

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import WIDTH
-from hefting.cli.report.digits import aligned, decimals_of, fixed
+from hefting.cli.report.digits import aligned
 from hefting.cli.report.verdict import other_warnings, verdict_lines
+from hefting.cli.report.worth import Worth
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
@@ -76,12 +77,12 @@ def _numbers(
         columns["truth"] = _values(truth)
     names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
     units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
-    decimals = [
-        decimals_of(columns["estimate"][i], reach)
-        for i, reach in enumerate(_reach(columns))
-    ]
+    worth = Worth.of(estimate)
     cells = [
-        [fixed(column[i], decimals[i]) for column in columns.values()]
+        [
+            worth.text(column[i], i, name == "estimate")
+            for name, column in columns.items()
+        ]
         for i in range(len(names))
     ]
     groups = (cells[:1], cells[1:4], cells[4:])
@@ -100,14 +101,6 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
     if (std := estimate.std) is not None:
         return {"± std": _ten(*(std[k] for k in keys))}
     return {}
-
-
-def _reach(columns: dict[str, list[float]]) -> list[float | None]:
-    """How far each of the ten numbers may be off, where that is known."""
-    if "to" in columns:
-        ends = zip(columns["95 % from"], columns["to"], strict=True)
-        return [0.5 * (high - low) for low, high in ends]
-    return list(columns.get("± std", [None] * 10))
 
 
 def _describe_errors(errors: "Errors", verbose: bool) -> str:
@@ -137,7 +130,13 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
         text = render(line.text) if unicode else render(line.text).translate(ASCII)
         if len(text) > width and not line.whole:
             text = "\n".join(
-                wrap(text, width, subsequent_indent="  ", break_on_hyphens=False)
+                wrap(
+                    text,
+                    width,
+                    subsequent_indent="  ",
+                    break_long_words=False,
+                    break_on_hyphens=False,
+                )
             )
         style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
         print(f"{style}{text}\x1b[0m" if style else text)

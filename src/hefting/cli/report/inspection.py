@@ -116,7 +116,8 @@ def _gravity(found: "Inspection") -> str:
     )
     if hint is None:
         return f"{vector}, as given"
-    angle, std = f"{np.degrees(hint.angle):.1f}°", f"{np.degrees(hint.std):.1g}°"
+    angle, degrees = f"{np.degrees(hint.angle):.1f}°", float(np.degrees(hint.std))
+    std = f"{degrees:.1f}°" if degrees >= 0.1 else f"{degrees:.1g}°"
     if hint.adopted:
         return f"{vector}, as found: {angle} ± {std} from straight down"
     if hint.angle < 3.0 * hint.std or np.degrees(hint.angle) < 0.05:

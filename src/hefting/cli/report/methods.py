@@ -1,7 +1,6 @@
 """Methods, and the estimates of several of them side by side, as tables a person can
 read."""
 
-from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,9 +15,8 @@ from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
-from hefting.estimators import METHODS, VARIANTS, describe_methods, method_named
+from hefting.estimators import METHODS, VARIANTS, describe_methods
 from hefting.estimators.base import INVARIANCES
-from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
@@ -70,7 +68,6 @@ def comparison_report(
     methods and what was assumed."""
     best = comparison.results[comparison.recommended]
     names = _shown(comparison, verbose)
-    open_ = comparison.ingested.fit.open_parameters(TYPICAL_SIZE)
     lines: list[RenderableType] = [
         *verdict_texts(best.verdict),
         *warning_lines(other_warnings(best.warnings, best.verdict)),
@@ -78,7 +75,7 @@ def comparison_report(
             f"recommended: {comparison.recommended}, as {comparison.reason}",
             style="bold",
         ),
-        _answers(comparison, names, open_),
+        _answers(comparison, names),
     ]
     if any(not comparison.results[name].physically_consistent for name in names):
         lines.append(Text("! no body has these numbers"))
@@ -103,9 +100,7 @@ def _shown(comparison: "Comparison", verbose: bool) -> list[str]:
     return [name for name in names if name not in VARIANTS]
 
 
-def _answers(
-    comparison: "Comparison", names: list[str], open_parameters: Collection[str]
-) -> Table:
+def _answers(comparison: "Comparison", names: list[str]) -> Table:
     """What each method found, and how sure it is."""
     table = _table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
     for name, following in zip(names, [*names[1:], None], strict=True):
@@ -118,7 +113,7 @@ def _answers(
             f"[bold]{name}[/bold]{mark}" if mark else f"{name}{doubt}",
             with_reach([e.parameters.mass], reach and reach[0]),
             with_reach(com, reach and reach[1]),
-            _moments(name, e, open_parameters, reach and reach[2]),
+            _moments(e, reach and reach[2]),
             end_section=following in VARIANTS and name not in VARIANTS,
         )
     return table
@@ -135,13 +130,9 @@ def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
     return float(halves["mass"]), 1e3 * float(com.max()), 1e3 * float(moments.max())
 
 
-def _moments(
-    name: str, e: "Estimate", open_parameters: Collection[str], reach: float | None
-) -> str:
-    """Moments of inertia at the COM, or that the data leave them open."""
-    kind = method_named(name)[0]
-    unaided = kind.needs == "nothing" and kind.role != "posterior"
-    if unaided and {"Jxx", "Jyy", "Jzz"} & set(open_parameters):
+def _moments(e: "Estimate", reach: float | None) -> str:
+    """Moments of inertia at the COM, or that nothing determines them."""
+    if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
     return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
 

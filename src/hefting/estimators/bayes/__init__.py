@@ -84,6 +84,7 @@ class Bayes(Estimator):
 
     rank = 10
     role = "posterior"
+    fills_in = "an object of any shape near the sensor"
     consistent = True
     gives_covariance = True
     source = "this project, docs/bayes.md"

@@ -10,15 +10,16 @@ from hefting.ingest.rivals import (
     base_axes,
     base_tilted,
     bias_wrong,
+    cable,
+    calibration_matrix,
     clock_rate,
-    cross_talk,
     force_unit,
-    gain_uneven,
     hysteresis,
     lever_arm,
     pose_inverse,
     position_unit,
     quaternion_order,
+    sloshing,
     wrench_compensated,
     wrench_filtered,
 )
@@ -33,9 +34,10 @@ EXPLANATIONS = (
     wrench_compensated.explain,
     wrench_filtered.explain,
     clock_rate.explain,
-    gain_uneven.explain,
-    cross_talk.explain,
+    calibration_matrix.explain,
     hysteresis.explain,
+    cable.explain,
+    sloshing.explain,
 )
 """Mistakes that are always looked for."""
 LARGE_EXPLANATIONS = (

@@ -12,6 +12,8 @@ from hefting.ingest.rivals.explanation import Explanation, over_offsets
 CODE = "base-tilted"
 STEPS = 8
 """Gauss-Newton steps of gravity's direction from each start."""
+LIKELIEST_STARTS = 2
+"""Starts along the axes from which gravity is found, besides the one given."""
 LARGEST_STEP = 4.0
 """[m/s²] Largest change of gravity along each tangent in one of them."""
 REVERSED = np.radians(175.0)
@@ -27,7 +29,14 @@ def explain(case: Case) -> Explanation | None:
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
     _, offset = over_offsets(case, lambda m: _rows(case, m, case.gravity))
-    found = [_from(case, np.array(start), offset) for start in starts]
+    motion = case.motion_at(case.time[None] - offset)
+    likely = [
+        float(fit_rows(case, _rows(case, motion, start)).likelihood[0])
+        for start in starts[1:]
+    ]
+    best = np.argsort(likely)[-LIKELIEST_STARTS:]
+    chosen = [starts[0]] + [starts[1 + i] for i in best]
+    found = [_from(case, np.array(start), offset) for start in chosen]
     gravity, _, _ = max(found, key=lambda each: each[1].likelihood[0])
     # the clock offset was that of the gravity given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))

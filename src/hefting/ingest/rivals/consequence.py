@@ -19,10 +19,10 @@ GRAVE_MASS_CHANGE = 0.1
 """The same of a mistake that is possible, and not beyond doubt."""
 GRAVE_COM_CHANGE = 0.010
 """[m] The same."""
-LARGE_UNEXPLAINED = 0.5
+LARGE_UNEXPLAINED = 0.3
 """Residual beyond noise over the wrench's changes from which on no answer is to be
 used."""
-NOTICED_UNEXPLAINED = 0.2
+NOTICED_UNEXPLAINED = 0.15
 """The same from which on the answer is in doubt. On recordings of three real sensors it
 is at most 0.09."""
 SUPERSEDED = frozenset(
@@ -53,11 +53,19 @@ class Doubt:
     message: Message
     names_mistake: bool
     """whether it names a mistake; else much is unexplained"""
+    is_whole: bool = False
+    """whether the mistake is beyond doubt, and leaves next to nothing unexplained"""
 
     @property
     def is_fatal(self) -> bool:
         """Whether the answer is wrong."""
         return self.message.severity == "error"
+
+    @property
+    def needs_no_change(self) -> bool:
+        """Whether a mistake explains the whole recording, so that no change of the
+        object is to be looked for in it."""
+        return self.names_mistake and (self.is_fatal or self.is_whole)
 
 
 def doubt_of(case: Case) -> Doubt | None:
@@ -65,7 +73,7 @@ def doubt_of(case: Case) -> Doubt | None:
     is."""
     judged = judge(case)
     if judged.named is not None:
-        return Doubt(_named(judged, judged.named), True)
+        return Doubt(_named(judged, judged.named), True, judged.whole)
     share = judged.unexplained
     if share <= NOTICED_UNEXPLAINED:
         return None

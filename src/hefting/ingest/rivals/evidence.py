@@ -14,6 +14,7 @@ from hefting.core.spatial import Array, Mask
 from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.robust_rows import (
+    DAMPING,
     RobustRows,
     fit_each,
     normal_equations,
@@ -150,3 +151,25 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
     inverse = np.linalg.inv(scaled[0]) / length[0] / length[0, :, None]
     change = (inverse @ right[0])[p:]
     return Step(change, inverse[p:, p:] * correlation(fitted, index))
+
+
+def beside_linear(fitted: Fitted, index: int, columns: Array) -> tuple[Array, Array]:
+    """Normal matrix (q, q) and right-hand side (q,) of more unknowns of one alternative,
+    with all its linear unknowns eliminated.
+
+    Columns (K, 6, q) are derivatives of the wrench; samples count as if they were
+    independent.
+    """
+    rows, K, q = fitted.rows, len(columns), columns.shape[2]
+    weights = np.sqrt(fitted.weights[index])[:, None] / np.repeat(
+        fitted.scale[index], 3
+    )
+    base = rows.known[index] @ rows.maps.reshape(rows.known.shape[2], -1)
+    A = (base.reshape(K, 6, -1) * weights[:, :, None]).reshape(6 * K, -1)
+    B = (columns * weights[:, :, None]).reshape(6 * K, q)
+    r = (fitted.residual[index] * weights).ravel()
+    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    N = A.T @ A + DAMPING * np.eye(A.shape[1])
+    AB = A.T @ B
+    S = B.T @ B - AB.T @ np.linalg.solve(N, AB)
+    return S, B.T @ r - AB.T @ np.linalg.solve(N, A.T @ r)

@@ -29,6 +29,9 @@ class Explanation:
     fitted: Fitted
     unknowns: int
     """unknowns besides those of a recording as given"""
+    cost: float | None = None
+    """log-likelihood that the unknowns cost, where their usual size is known; None for
+    Schwarz's criterion"""
     rarity: float = 0.0
     """negative log of how common the mistake is, over that of the most common ones"""
     argument: str | None = None

@@ -13,19 +13,19 @@ from hefting.ingest.rivals.evidence import Fitted, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Build, Explanation, over_offsets
 
 CODE = "force-unit"
-RATIOS = {
-    "the force seems to be in kgf": 9.80665,
-    "the force seems to be in lbf": 4.4482216,
-    "the force seems to be in grams-force": 9.80665e-3,
-    "the force seems to be in kN": 1e3,
-    "the torque seems to be in N mm": 1e-3,
-    "the torque seems to be in N cm": 1e-2,
-    "the torque seems to be in lbf in": 0.1129848,
-    "the torque seems to be in lbf ft": 1.3558179,
-    "the torque seems to be in kgf m": 9.80665,
-    "the torque seems to be in kgf cm": 0.0980665,
+UNITS = {
+    "the force seems to be in kgf": (9.80665, 1.0),
+    "the force seems to be in lbf": (4.4482216, 1.0),
+    "the force seems to be in grams-force": (9.80665e-3, 1.0),
+    "the force seems to be in kN": (1e3, 1.0),
+    "the torque seems to be in N mm": (1.0, 1e-3),
+    "the torque seems to be in N cm": (1.0, 1e-2),
+    "the torque seems to be in lbf in": (1.0, 0.1129848),
+    "the torque seems to be in lbf ft": (1.0, 1.3558179),
+    "the torque seems to be in kgf m": (1.0, 9.80665),
+    "the torque seems to be in kgf cm": (1.0, 0.0980665),
 }
-"""Unit of force [N] or torque [N m], where the other quantity is in SI units."""
+"""Units of force [N] and torque [N m]."""
 LEVERS = (0.005, 0.5)
 """[m] Distances of a held object's COM from the sensor that are usual; others count
 against a unit."""
@@ -35,7 +35,7 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest pair of units."""
     if not case.path.moves or case.path.kind == "orientation":
         return None
-    found = {what: _ratio(what) for what in RATIOS}
+    found = {what: torque / force for what, (force, torque) in UNITS.items()}
     quick = {what: _quick(case, ratio) for what, ratio in found.items()}
     usual = {
         what: fitted.likelihood.max()
@@ -46,6 +46,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     what = max(usual, key=lambda name: usual[name])
     fitted = over_offsets(case, _builder(case, found[what]))[0]
+    force, torque = UNITS[what]
     return Explanation(
         CODE,
         what,
@@ -53,13 +54,8 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         0,
         rarity=1.0,
+        parameters=fitted.solution[fitted.best, :10] * ((force,) + (torque,) * 9),
     )
-
-
-def _ratio(what: str) -> float:
-    """SI units of torque over those of force, of the recorded numbers."""
-    size = RATIOS[what]
-    return 1.0 / size if what.startswith("the force") else size
 
 
 def _lever(fitted: Fitted, ratio: float) -> float:

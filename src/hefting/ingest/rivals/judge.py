@@ -17,7 +17,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, correlation
+from hefting.ingest.rivals.evidence import Fitted, beside_linear, correlation
 from hefting.ingest.rivals.explanation import (
     Explanation,
     as_given,
@@ -37,7 +37,7 @@ CLEAR_UNEXPLAINED = 0.5
 explanations are tried."""
 CLEAR_CORRELATION = 1.5
 """Samples that count as one from which on residuals are no white noise."""
-CLEAR_SCORE = 25.0
+CLEAR_SCORE = 15.0
 """Improvement of the weighted square by small mistakes, in independent samples, from
 which on all explanations are tried."""
 NOISE_ALLOWANCE = 1.3
@@ -73,6 +73,8 @@ class Judged:
     """the recording as given, where mistakes were tried"""
     certain: bool = False
     """whether the mistake is beyond doubt"""
+    whole: bool = False
+    """whether it is, and leaves next to nothing unexplained"""
 
 
 def judge(case: Case) -> Judged:
@@ -97,7 +99,8 @@ def judge(case: Case) -> Judged:
     if not _is_told(case, given, best):
         return Judged(share, None, given)
     certain = evidence(case, given, best) > CLEAR_EVIDENCE
-    return Judged(share, best, given, certain)
+    whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
+    return Judged(share, best, given, certain, whole)
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
@@ -117,7 +120,10 @@ def evidence(case: Case, given: Explanation, other: Explanation) -> float:
     fitted = other.fitted
     samples = max(len(case.time) / correlation(fitted, fitted.best), 2.0)
     gain = samples * (other.likelihood - given.likelihood)
-    return gain - 0.5 * other.unknowns * float(np.log(samples)) - other.rarity
+    cost = other.cost
+    if cost is None:
+        cost = 0.5 * other.unknowns * float(np.log(samples))
+    return gain - cost - other.rarity
 
 
 def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
@@ -160,21 +166,18 @@ def _score(case: Case, fitted: Fitted) -> float:
     """Largest improvement of the weighted square, over the samples that count as one,
     by a first step of any of the small mistakes."""
     columns, groups = _small_mistakes(case, fitted)
-    K, _, q = columns.shape
-    weights = np.sqrt(fitted.weights[0])[:, None] / np.repeat(fitted.scale[0], 3)
-    rows, z = fitted.rows, fitted.rows.known.shape[2]
-    base = (rows.known[0] @ rows.maps.reshape(z, -1)).reshape(K, 6, -1)
-    A = (base * weights[:, :, None]).reshape(6 * K, -1)
-    B = (columns * weights[:, :, None]).reshape(6 * K, q)
-    r = (fitted.residual[0] * weights).ravel()
-    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    B = B / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
-    N = A.T @ A + 1e-9 * np.eye(A.shape[1])
-    AB = A.T @ B
-    S = B.T @ B - AB.T @ np.linalg.solve(N, AB) + 1e-6 * np.eye(q)
-    g = B.T @ r - AB.T @ np.linalg.solve(N, A.T @ r)
+    S, g = beside_linear(fitted, 0, columns)
+    # as for columns of length one, so that none is divided by zero
+    length = np.sqrt(np.einsum("kcq,kcq,kc->q", columns, columns, _precision(fitted)))
+    length = np.maximum(length, 1e-300)
+    S, g = S / length / length[:, None] + 1e-6 * np.eye(len(g)), g / length
     scores = [g[part] @ np.linalg.solve(S[part, part], g[part]) for part in groups]
     return max(scores) / correlation(fitted, 0)
+
+
+def _precision(fitted: Fitted) -> Array:
+    """(K, 6) weight of each residual over its variance."""
+    return fitted.weights[0][:, None] / np.repeat(np.square(fitted.scale[0]), 3)
 
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:

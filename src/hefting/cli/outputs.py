@@ -1,0 +1,82 @@
+"""Files of an estimate that hefting identify writes, and why some are not written."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hefting.cli.parser import say
+
+if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
+    from hefting.core.spatial import Array
+    from hefting.export import Exported, Target
+    from hefting.export.known import Fill
+
+STATUS_NOT_WRITTEN = 2
+"""Exit status where an output that was asked for was left out, and nothing worse is to
+be told."""
+
+
+def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
+    """The outputs to write, without those that must not be: each is told on standard
+    error."""
+    from hefting.export import REGISTRY, SUFFIXES
+
+    kept: list[str] = []
+    for path in a.output:
+        why = _why_not(a, estimate, REGISTRY[SUFFIXES[Path(path).suffix]])
+        if why is None:
+            kept.append(path)
+        else:
+            say(f"{path} was not written: {why}")
+    return kept
+
+
+def _why_not(
+    a: argparse.Namespace, estimate: "Estimate", target: "Target"
+) -> str | None:
+    """Why an estimate is not written for a target, and what writes it; None where it
+    is."""
+    if not (estimate.verdict.usable or a.accept or target.is_read_back):
+        return "the estimate is not to be used; --accept writes it"
+    if target.write_estimate is not None:
+        return None
+    open_ = estimate.undetermined
+    if open_.position and not a.accept:
+        return f"the recording leaves {open_.position} open; --accept writes it"
+    if open_.inertia and target.needs_inertia and a.fill_inertia is None:
+        return (
+            "the recording leaves the inertia open; --fill-inertia point, or shape, "
+            "writes one that is not measured"
+        )
+    return None
+
+
+def write(
+    paths: list[str],
+    estimate: "Estimate",
+    flange: "Array | None",
+    accept: bool,
+    fill: "Fill",
+) -> "list[tuple[str, Exported]]":
+    """Write the estimate to each path, in the form of its suffix; nothing is written
+    unless all can be made."""
+    from hefting.core.files import write_atomically
+    from hefting.export import SUFFIXES, export
+
+    texts = [
+        (
+            path,
+            export(
+                estimate,
+                SUFFIXES[Path(path).suffix],
+                flange,
+                accept=accept,
+                fill_inertia=fill,
+            ),
+        )
+        for path in paths
+    ]
+    for path, exported in texts:
+        write_atomically(path, exported.text)
+    return texts

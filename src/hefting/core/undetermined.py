@@ -1,0 +1,116 @@
+"""Undetermined: which of an estimate's numbers neither the data nor a shape determine.
+
+Such a number is printed as ``open`` and goes to no controller or simulator. The
+estimate holds a value all the same, as its method fills it in.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from hefting.core.spatial import PARAMETERS, own, vector_to_tensor
+
+LONGEST_ORIGIN = 200
+"""Characters of `Undetermined.filled_from` that are read."""
+
+
+Mask = npt.NDArray[np.bool_]
+
+
+def _nothing(*shape: int) -> Mask:
+    return np.zeros(shape, dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class Undetermined:
+    """What is open of mass, COM and inertia at the COM."""
+
+    mass: bool = False
+    center_of_mass: Mask = field(default_factory=lambda: _nothing(3))
+    """(3,) whether each coordinate is open"""
+    inertia_at_com: Mask = field(default_factory=lambda: _nothing(3, 3))
+    """(3, 3) whether each entry is open"""
+    filled_from: str | None = None
+    """What the values that stand in their place follow from; None where nothing is
+    open."""
+
+    def __post_init__(self):
+        for name in ("center_of_mass", "inertia_at_com"):
+            mask = np.array(getattr(self, name), dtype=bool)
+            object.__setattr__(self, name, own(mask))
+
+    @classmethod
+    def of_parameters(cls, names: Collection[str], filled_from: str) -> Self:
+        """From the names of the parameters about the sensor origin that are open
+        (`hefting.core.spatial.PARAMETERS`).
+
+        The inertia at the COM follows from that at the origin, the mass and the COM:
+        its entry is open where one of those that it needs is.
+        """
+        if not names:
+            return cls()
+        mass = "m" in names
+        com = np.array([mass or name in names for name in PARAMETERS[1:4]])
+        at_origin = vector_to_tensor([float(name in names) for name in PARAMETERS[4:]])
+        moved = com[:, None] | com[None, :]
+        # Jxx at the COM needs y and z of the COM, and so on
+        np.fill_diagonal(moved, [com[1] or com[2], com[0] or com[2], com[0] or com[1]])
+        inertia = (at_origin > 0.0) | moved | mass
+        return cls(mass, com, inertia, filled_from)
+
+    @classmethod
+    def without_end(cls, ends: Mapping[str, np.ndarray] | None) -> Self:
+        """What intervals leave open, whose lower and upper ends (2, ...) may be
+        infinite."""
+        if ends is None:
+            return cls()
+        names = ("mass", "center_of_mass", "inertia_at_com")
+        mass, com, inertia = (
+            np.logical_or.reduce(np.isinf(ends[name]), axis=0) for name in names
+        )
+        found = cls(bool(mass), np.array(com), np.array(inertia), "the method")
+        return found if found else cls()
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """From JSON values; `ValueError` or `KeyError` for what is none."""
+        mass, origin = data["mass"], data.get("filled_from")
+        com = np.array(data["center_of_mass"], dtype=object)
+        inertia = np.array(data["inertia_at_com"], dtype=object)
+        values = [mass, *com.ravel(), *inertia.ravel()]
+        if com.shape != (3,) or inertia.shape != (3, 3):
+            raise ValueError("undetermined has another shape")
+        if not all(type(value) is bool for value in values):
+            raise ValueError("undetermined is neither true nor false")
+        if not (origin is None or isinstance(origin, str)):
+            raise ValueError("filled_from is no text")
+        origin = None if origin is None else origin[:LONGEST_ORIGIN]
+        return cls(mass, com.astype(bool), inertia.astype(bool), origin)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready values."""
+        return {
+            "mass": self.mass,
+            "center_of_mass": self.center_of_mass.tolist(),
+            "inertia_at_com": self.inertia_at_com.tolist(),
+            "filled_from": self.filled_from,
+        }
+
+    @property
+    def inertia(self) -> bool:
+        """Whether any entry of the inertia is open."""
+        return bool(self.inertia_at_com.any())
+
+    @property
+    def position(self) -> str:
+        """Mass and coordinates of the COM that are open, in words; empty if none."""
+        axes = [a for a, o in zip("xyz", self.center_of_mass, strict=True) if o]
+        com = ["the COM"] if len(axes) == 3 else [f"COM {a}" for a in axes]
+        return " and ".join((["the mass"] if self.mass else []) + com)
+
+    def __bool__(self) -> bool:
+        """Whether anything is open."""
+        return self.mass or bool(self.center_of_mass.any()) or self.inertia

@@ -1,0 +1,55 @@
+"""Franka Desk: the JSON file of an end effector, ``endeffector-config.json``.
+
+JSON has no comments: what there is to say of the estimate is a warning of the export.
+"""
+
+import json
+
+import numpy as np
+
+from hefting.core.messages import Message, warning
+from hefting.export.body import Body
+from hefting.export.notes import GOOD
+from hefting.export.target import Target
+
+
+def write(body: Body) -> str:
+    """Mass [kg], centre of mass [m] in flange axes, inertia about it [kg m²] as nine
+    numbers column by column, and the pose of the end effector in the flange as sixteen,
+    which is not known: the identity.
+
+    Keys as in the file of github.com/frankaemika/external_gripper_example, and as
+    "End effector commissioning" of Franka's RIDE documentation describes them. It asks
+    also for an id, a name and a colour in an archive; Desk's upload takes the file
+    without. That the inertia is about the centre of mass is libfranka's convention
+    (`RobotState::I_ee`).
+    """
+    config = {
+        "mass": body.mass,
+        "centerOfMass": body.center_of_mass.tolist(),
+        "transformation": np.eye(4).ravel(order="F").tolist(),
+        "inertia": body.inertia.ravel(order="F").tolist(),
+    }
+    return json.dumps(config, indent=1) + "\n"
+
+
+def warnings(body: Body) -> list[Message]:
+    """What cannot stand in the file."""
+    what = (
+        "the file says that the tool's centre is at the flange (transformation): set "
+        "it in Desk"
+    )
+    found = [warning("transformation-unknown", what)]
+    if body.notes == GOOD:
+        return found
+    what = f"the file has no place for comments: {'; '.join(body.notes)}"
+    return [*found, warning("no-comments", what)]
+
+
+TARGET = Target(
+    name="franka-desk",
+    description="Franka Desk: JSON of an end effector",
+    write=write,
+    wants_flange=True,
+    warnings=warnings,
+)

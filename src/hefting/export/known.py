@@ -1,0 +1,106 @@
+"""Known: what of an estimate may be told to a simulator or a controller.
+
+What neither the recording nor a shape determines is not exported, unless the caller
+says what to put in its place.
+"""
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.messages import Message, warning
+from hefting.core.spatial import Array
+from hefting.export.body import Body, HalfWidths
+from hefting.export.notes import notes_of, plain
+from hefting.export.target import Target
+from hefting.shapes import Shape
+
+Fill = Shape | Literal["point"] | None
+"""What takes the place of an inertia that is open: that of the shape with its mass
+evenly spread, or the smallest one that simulators take."""
+
+POINT_RADIUS = 1e-3
+"""[m] Radius of gyration of a point: far below that of anything a robot holds, and far
+above what simulators refuse (MuJoCo: moments of 1e-15 kg m²)."""
+
+
+def known_body(estimate: Estimate, name: str, fill: Fill, accept: bool) -> Body:
+    """Mass, COM and inertia of an estimate in sensor axes, with what a comment says.
+
+    An inertia that is open is left out, or filled in. Raises `InputError` where the
+    mass or the COM is open and it is not accepted, and for what no body can have.
+    """
+    open_ = estimate.undetermined
+    if open_.position and not accept:
+        raise InputError(
+            f"the recording leaves {open_.position} open",
+            fix="turn the sensor about two axes, or give a shape; or give `accept` to "
+            "write what the method filled in",
+        )
+    make = Body.without_inertia if open_.inertia else Body.from_parameters
+    body = make(estimate.parameters, name, "sensor")
+    half = estimate.half_widths
+    widths = HalfWidths(
+        float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]
+    )
+    body = replace(body, half_widths=widths, notes=notes_of(estimate))
+    if open_.position:
+        origin = f"{open_.position}: open, filled in from {open_.filled_from}"
+        body = replace(body, notes=(*body.notes, plain(origin)))
+    return _filled(body, fill) if body.is_point else body
+
+
+def _filled(body: Body, fill: Fill) -> Body:
+    """The body with an inertia in place of one that is open, and what is said of it."""
+    if fill is None:
+        said = "inertia: open, the recording does not determine it; left out"
+        return replace(body, notes=(*body.notes, said))
+    inertia, how = _inertia_of(body.mass, fill)
+    said = f"inertia: open, the recording does not determine it; filled in as {how}"
+    widths = replace(body.half_widths, inertia=np.full((3, 3), np.inf))
+    body = replace(body, half_widths=widths, notes=(*body.notes, said))
+    return body.with_inertia(inertia)
+
+
+def _inertia_of(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, str]:
+    """The tensor (3, 3) [kg m²] that is filled in, and what it is."""
+    if isinstance(fill, Shape):
+        how = "that of the given shape with the mass evenly spread"
+        return mass * fill.homogeneous.inertia_at_com, how
+    if fill != "point":
+        raise InputError(f"cannot fill in '{fill}'", fix="give a shape, or 'point'")
+    how = f"that of a point (radius of gyration {1e3 * POINT_RADIUS:g} mm)"
+    return mass * POINT_RADIUS**2 * np.eye(3), how
+
+
+def inertia_messages(
+    estimate: Estimate, target: Target, body: Body, fill: Fill
+) -> list[Message]:
+    """What to know of an inertia that is open. Raises `InputError` where the target
+    needs one."""
+    if body.is_point and target.needs_inertia:
+        open_ = estimate.undetermined.inertia
+        what = (
+            "the recording leaves the inertia open"
+            if open_
+            else "the estimate is a point mass"
+        )
+        raise InputError(
+            f"{what}, and {target.name} needs an inertia",
+            fix="identify it from a motion that rotates, or with a shape; "
+            "`fill_inertia`=point or `fill_inertia`=shape writes one that is not measured",
+        )
+    if not (estimate.undetermined.inertia and target.takes_inertia):
+        return []
+    if body.is_point:
+        what = (
+            "the recording leaves the inertia open: written without it, mass and "
+            "COM only"
+        )
+        return [warning("inertia-left-out", what, "fill_inertia")]
+    how = "as of a point" if fill == "point" else "from the shape"
+    what = f"the recording leaves the inertia open: filled in {how}, not measured"
+    return [warning("inertia-filled", what, "fill_inertia")]

@@ -1,0 +1,53 @@
+"""Universal Robots in ROS: requests of the service ur_msgs/SetPayload, as YAML for
+``ros2 service call``."""
+
+from hefting.export.body import Body
+from hefting.export.controller import comment, in_double
+from hefting.export.target import Target
+
+SERVICE = "/io_and_status_controller/set_payload"
+
+
+def write(body: Body) -> str:
+    """The request of ur_msgs/srv/SetPayload: kg, m, kg m² about the COM, from the tool
+    flange in its axes.
+
+    The service has three forms, and a distribution knows one of them: mass and
+    center_of_gravity (to ur_msgs 2.4, the only form of ROS 1); the same with ixx to iyz
+    (ur_msgs 2.5, pull request 43); geometry_msgs/Inertia (ur_msgs 3.0, pull request
+    42). The YAML is the first; the others stand in comments where the inertia is known.
+    Units: REP 103, and Universal_Robots_ROS2_Driver issue 428.
+    """
+    mass = in_double(body.mass)[0]
+    x, y, z = in_double(body.center_of_mass)
+    vector = f"{{x: {x}, y: {y}, z: {z}}}"
+    text = comment(
+        "#",
+        body,
+        "kg, m; ros2 service call with this file as one argument:",
+        f'  ros2 service call {SERVICE} ur_msgs/srv/SetPayload "$(cat FILE)"',
+        "setting the payload zeroes the force-torque measurement: hold the robot still",
+    )
+    text += f"mass: {mass}\ncenter_of_gravity: {vector}\n"
+    return text if body.is_point else text + _with_inertia(body, mass, vector)
+
+
+def _with_inertia(body: Body, mass: str, vector: str) -> str:
+    """The later forms of the request, as comments, kg m² about the COM."""
+    entries = ", ".join(
+        f"{name}: {in_double(value)[0]}" for name, value in body.tensor.items()
+    )
+    return (
+        "# or with inertia, kg m^2 about the centre of mass, ur_msgs 2.5:\n"
+        f"# {{mass: {mass}, center_of_gravity: {vector}, {entries}}}\n"
+        "# or ur_msgs 3.0:\n"
+        f"# {{payload: {{m: {mass}, com: {vector}, {entries}}}, transition_time: 0.0}}\n"
+    )
+
+
+TARGET = Target(
+    name="ur-ros",
+    description="Universal Robots in ROS: ur_msgs/SetPayload as YAML",
+    write=write,
+    wants_flange=True,
+)

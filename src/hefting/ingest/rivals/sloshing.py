@@ -1,0 +1,144 @@
+"""A part of the object swings in it, such as a liquid or something loose.
+
+A mass on an isotropic damped spring follows the specific force s of its container: its
+place x obeys x'' + 2 z w x' + w² x = s. Against a rigid mass the wrench lacks m x'' and
+has the torque of its weight about another place.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.spatial import Array, skew
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    beside_linear,
+    fit_rows,
+    with_bias,
+)
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    at_offset,
+    newton_euler,
+)
+
+CODE = "sloshing"
+FREQUENCIES = np.geomspace(0.6, 4.0, 20)
+"""[Hz] Frequencies that are tried."""
+USUAL_DAMPING = 0.1
+"""Damping ratio beside which they are."""
+WIDTHS = (1.08, 1.02)
+"""Factors of frequency about the best that are tried next; of damping their eighth
+powers."""
+RATE = 100.0
+"""[Hz] Rate at which the motion of the loose mass is computed."""
+MOST_INSTANTS = 12_000
+"""Largest number of instants of that motion."""
+UNKNOWNS = 6
+"""Mass, place, frequency and damping."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The likeliest frequency and damping: by the score of a loose mass beside the fit
+    of a rigid body."""
+    if not case.path.moves:
+        return None
+    driven = _Driven.of(case)
+    rigid = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
+    pairs = [(frequency, USUAL_DAMPING) for frequency in FREQUENCIES]
+    best = max(pairs, key=lambda pair: _score(rigid, driven.swinging(*pair)))
+    for width in WIDTHS:
+        near = [
+            (best[0] * width**i, best[1] * width ** (8 * j))
+            for i in (-1.0, -0.5, 0.0, 0.5, 1.0)
+            for j in (-1, 0, 1)
+        ]
+        best = max(near, key=lambda pair: _score(rigid, driven.swinging(*pair)))
+    fitted = fit_rows(case, _rows(case, driven.swinging(*best)))
+    what = (
+        f"some of the object seems to swing at {best[0]:.2g} Hz, as a liquid or a loose "
+        "part does"
+    )
+    fix = "fix it or empty the object, or move slower and wait between moves"
+    return Explanation(CODE, what, fix, fitted, UNKNOWNS, rarity=2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Driven:
+    """The specific force that drives a loose mass."""
+
+    time: Array
+    """(K,) [s] of the wrench, on the clock of the motion"""
+    grid: Array
+    """(G,) [s]"""
+    specific: Array
+    """(G, 3) in sensor axes [m/s²]"""
+
+    @classmethod
+    def of(cls, case: Case) -> "_Driven":
+        time = case.time - case.offset
+        count = int(np.clip((time[-1] - time[0]) * RATE, 8, MOST_INSTANTS)) + 2
+        grid = np.linspace(time[0], time[-1], count)
+        features = case.motion_at(grid[None]).features(case.modelled_gravity)
+        return cls(time, grid, -features[0, :, :3])
+
+    def swinging(self, frequency: float, damping: float) -> Array:
+        """(K, 6) acceleration of a loose mass, and torque of its weight by its
+        displacement, per kilogram."""
+        place, acceleration = swing(self.grid, self.specific, frequency, damping)
+        torque = np.cross(place, self.specific)
+        both = np.hstack((acceleration, torque))
+        return np.column_stack([np.interp(self.time, self.grid, x) for x in both.T])
+
+
+def _score(rigid: Fitted, swinging: Array) -> float:
+    """Improvement of the weighted square of a rigid body's fit by a loose mass."""
+    columns = swinging @ _maps().reshape(6, -1)
+    S, g = beside_linear(rigid, 0, columns.reshape(len(swinging), 6, 4))
+    length = np.sqrt(np.maximum(S.diagonal(), 1e-300))
+    S, g = S / length / length[:, None] + 1e-9 * np.eye(4), g / length
+    return float(g @ np.linalg.solve(S, g))
+
+
+def _rows(case: Case, swinging: Array) -> Rows:
+    """Rows of a body, a bias and a loose mass."""
+    motion = case.motion_at(case.time[None] - case.offset)
+    features = motion.features(case.modelled_gravity)
+    known = np.concatenate((features, swinging[None]), axis=2)
+    maps = np.zeros((FEATURES + 6, 6, 14))
+    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
+    maps[FEATURES:, :, 10:] = _maps()
+    return with_bias(case, known, maps, motion.known)
+
+
+def swing(
+    time: Array, specific: Array, frequency: float, damping: float
+) -> tuple[Array, Array]:
+    """Place (K, 3) [m] and acceleration (K, 3) of a loose mass that was at rest at
+    first, by the trapezoidal rule."""
+    from scipy.signal import bilinear, lfilter
+
+    w = 2.0 * np.pi * frequency
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    poles = [1.0, 2.0 * damping * w, w * w]
+    change = specific - specific[0]
+    b, a = bilinear([1.0], poles, rate)
+    place = np.asarray(lfilter(b, a, change, axis=0))
+    b, a = bilinear([1.0, 0.0, 0.0], poles, rate)
+    acceleration = np.asarray(lfilter(b, a, change, axis=0))
+    return specific[0] / w**2 + place, acceleration
+
+
+def _maps() -> Array:
+    """(6, 6, 4) columns of a loose mass, and of that times its place, per unit of its
+    acceleration and of the torque of its weight."""
+    maps = np.zeros((6, 6, 4))
+    for axis, unit in enumerate(np.eye(3)):
+        maps[axis, axis, 0] = -1.0
+        # c x (-e) is [e]x c
+        maps[axis, 3:, 1:] = skew(unit)
+        maps[3 + axis, 3 + axis, 0] = 1.0
+    return maps

@@ -1,0 +1,54 @@
+"""Steps of a coarsely recorded wrench, and a sensor at its limit."""
+
+import numpy as np
+import pytest
+from benchmarks.given import correct
+
+from hefting.ingest.outliers import saturated
+from hefting.ingest.quantisation import quantisation_message, step_beyond_noise
+
+
+def in_steps(values, step):
+    return step * np.round(values / step)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.123])
+def test_a_step_is_found_beside_any_constant(offset):
+    """A motion over 40 steps, with noise of a tenth of one."""
+    rng = np.random.default_rng(1)
+    motion = 5.0 * np.sin(np.linspace(0.0, 20.0, 2000)) + 0.025 * rng.normal(size=2000)
+    assert step_beyond_noise(in_steps(motion, 0.25) + offset) == pytest.approx(0.25)
+
+
+def test_no_step_is_found_where_noise_is_larger_or_values_are_exact():
+    rng = np.random.default_rng(2)
+    motion = 5.0 * np.sin(np.linspace(0.0, 20.0, 2000))
+    noisy = motion + 0.5 * rng.normal(size=2000)
+    assert step_beyond_noise(in_steps(noisy, 0.25)) == 0.0
+    assert step_beyond_noise(noisy) == 0.0
+    assert step_beyond_noise(np.full(10, 3.0)) == 0.0
+
+
+@pytest.mark.parametrize(("step", "severity"), [(0.4, "note"), (2.0, "warning")])
+def test_coarse_steps_are_told_and_large_ones_give_doubt(step, severity):
+    steps = np.repeat((step, 0.05 * step), 3)
+    given = correct(0).wrench(lambda _, w: in_steps(w, steps))
+    message = quantisation_message(given.recording)
+    assert message is not None
+    assert (message.code, message.severity) == ("wrench-quantised", severity)
+    assert f"{step:g} N" in message
+    assert quantisation_message(correct(0).recording) is None
+
+
+def test_a_limit_that_the_fit_explains_is_found():
+    """Noise makes every other value unique; the fit follows the limit."""
+    rng = np.random.default_rng(3)
+    free = 5.0 * np.sin(np.linspace(0.0, 20.0, 2000))[:, None] * np.ones(6)
+    free = free + 0.05 * rng.normal(size=free.shape)
+    clipped = np.clip(free, -3.0, 3.0)
+    assert (saturated(clipped, clipped, np.ones(6)) == (clipped != free).any(1)).all()
+
+
+def test_a_wrench_that_rests_without_noise_is_at_no_limit():
+    steps = np.repeat(np.arange(10.0), 100)[:, None] * np.ones(6)
+    assert not saturated(steps, steps, np.ones(6)).any()
