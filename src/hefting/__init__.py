@@ -10,6 +10,7 @@ _HOME = {
     "Consistency": "core.inertia",
     "Recording": "core.recording",
     "Stream": "core.recording",
+    "as_recording": "logs.given",
     "read_log": "logs",
     "write_log": "logs",
     "with_sensor_pose": "logs.sensor_pose",
@@ -35,10 +36,16 @@ _HOME = {
     "identify": "identification",
     "calibrate": "identification",
     "Identification": "identification",
+    "Comparison": "identification",
+    "Live": "identification.live",
+    "LiveState": "identification.live",
     "predict": "prediction",
     "Prediction": "prediction",
     "HeftingError": "core.errors",
     "InputError": "core.errors",
+    "NeedError": "core.errors",
+    "NotIdentifiableError": "core.errors",
+    "MissingDependencyError": "core.errors",
 }
 """Where each public name is; the estimators are those of
 `hefting.estimators.METHODS`."""

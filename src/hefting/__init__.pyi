@@ -2,6 +2,9 @@
 
 from hefting.core.errors import HeftingError as HeftingError
 from hefting.core.errors import InputError as InputError
+from hefting.core.errors import MissingDependencyError as MissingDependencyError
+from hefting.core.errors import NeedError as NeedError
+from hefting.core.errors import NotIdentifiableError as NotIdentifiableError
 from hefting.core.estimate import Certificate as Certificate
 from hefting.core.estimate import Estimate as Estimate
 from hefting.core.gravity import Gravity as Gravity
@@ -17,12 +20,16 @@ from hefting.core.recording import Recording as Recording
 from hefting.core.recording import Stream as Stream
 from hefting.core.sensor_accuracy import SensorAccuracy as SensorAccuracy
 from hefting.estimators.methods import *  # noqa: F403
+from hefting.identification import Comparison as Comparison
 from hefting.identification import Identification as Identification
 from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify
+from hefting.identification.live import Live as Live
+from hefting.identification.live import LiveState as LiveState
 from hefting.ingest import condition as condition
 from hefting.logs import read_log as read_log
 from hefting.logs import write_log as write_log
+from hefting.logs.given import as_recording as as_recording
 from hefting.logs.sensor_pose import with_sensor_pose as with_sensor_pose
 from hefting.motion import PoseFilter as PoseFilter
 from hefting.motion import measure as measure

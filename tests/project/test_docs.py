@@ -8,6 +8,7 @@ import pytest
 
 from hefting.cli import build_parser
 from hefting.logs.column_map import load_map
+from hefting.simulation import demo
 
 DOCS = sorted((Path(__file__).parents[2] / "docs").glob("*.md"))
 
@@ -31,3 +32,29 @@ def test_maps_commands_and_links(path, tmp_path):
 
 def test_there_are_docs():
     assert any(blocks(path, "toml") and blocks(path, "sh") for path in DOCS)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in DOCS if blocks(path, "python")],
+    ids=lambda path: path.stem,
+)
+def test_python_runs_as_written(path, tmp_path, monkeypatch, capsys):
+    """One block after the other, where the demo has written its files; what the page
+    shows as printed is printed."""
+    demo.run(tmp_path / "demo", pictures=False)
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for code in blocks(path, "python"):
+        exec(compile(code, path.name, "exec"), names)
+    printed = capsys.readouterr().out
+    for shown in re.findall(r"```\n\n```\n(.*?)```", path.read_text(), flags=re.DOTALL):
+        assert _masked(shown) in _masked(printed)
+    if path.stem == "python":
+        assert names["found"].sufficient
+        assert abs(names["found"].mass / names["compared"].mass - 1.0) < 0.01
+
+
+def _masked(text: str) -> str:
+    """Without numbers, whose last digits depend on the machine."""
+    return re.sub(r"-?\d[\d.]*", "#", text)

@@ -55,10 +55,10 @@ def test_python(folder, monkeypatch, capsys):
     exec(compile(code, str(README), "exec"), names)
     # the whole demo's answer, and one that was sure enough before its end, to 1 %: the
     # same object
-    whole, live = names["body"], names["estimate"]
+    whole, live = names["found"], names["estimate"]
     assert live.sufficient
     assert live.samples < 1000
-    assert abs(live.parameters.mass - whole.mass) < 0.01 * whole.mass
+    assert abs(live.mass - whole.mass) < 0.01 * whole.mass
     assert "<robot" in capsys.readouterr().out
 
 

@@ -43,7 +43,7 @@ def option_of(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-OPTIONS = {"pose": "--object-pose", "column_map": "--map"} | {
+OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} | {
     name: option_of(name)
     for name in (
         *(

@@ -10,6 +10,11 @@ class Certificate:
 
     For every admissible answer the objective is at least ``bound``; so ``gap`` =
     objective - bound limits what a perfect solver could still gain.
+
+    Examples
+    --------
+    >>> hefting.Certificate(objective=2.5, bound=2.25).gap
+    0.25
     """
 
     objective: float

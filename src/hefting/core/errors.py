@@ -12,7 +12,16 @@ def printable(text: str) -> str:
 
 
 class HeftingError(Exception):
-    """Root of every error this library raises on purpose."""
+    """Root of every error this library raises on purpose.
+
+    Examples
+    --------
+    >>> try:
+    ...     hefting.identify("missing.csv")
+    ... except hefting.HeftingError as error:
+    ...     print(error)
+    missing.csv: does not exist
+    """
 
 
 class InputError(HeftingError):
@@ -26,6 +35,14 @@ class InputError(HeftingError):
 
     ``str(error)`` is one line: ``where: what; fix``. Characters that control a terminal
     are question marks in it.
+
+    Examples
+    --------
+    >>> try:
+    ...     hefting.identify("demo/log.csv", method="OSL")
+    ... except hefting.InputError as error:
+    ...     print(error.what)
+    unknown method 'OSL'
     """
 
     def __init__(self, what: str, where: object = None, fix: str | None = None):
@@ -37,7 +54,13 @@ class InputError(HeftingError):
 
 class MissingDependencyError(HeftingError):
     """An optional library is not installed; the message holds the command that installs
-    it."""
+    it.
+
+    Examples
+    --------
+    >>> print(hefting.MissingDependencyError("mujoco", "sim"))
+    mujoco is not installed; run: pip install 'hefting[sim]'
+    """
 
     def __init__(self, module: str, extra: str):
         super().__init__(
@@ -46,7 +69,31 @@ class MissingDependencyError(HeftingError):
 
 
 class NotIdentifiableError(InputError):
-    """The recording cannot determine what was asked for."""
+    """The recording cannot determine what was asked for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> held = np.tile([0.0, 0.0, 0.0, 1.0], (100, 1))
+    >>> try:
+    ...     hefting.identify(orientation=held, wrench=np.ones((100, 6)), bias="estimate")
+    ... except hefting.NotIdentifiableError as error:
+    ...     print(error.fix)
+    turn the sensor to other orientations, or give `bias` none
+    """
+
+
+class NeedError(InputError):
+    """A method needs to know more of the object than is given.
+
+    Examples
+    --------
+    >>> try:
+    ...     hefting.identify("demo/log.csv", method="PMD")
+    ... except hefting.NeedError as error:
+    ...     print(error.what)
+    PMD needs a shape
+    """
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:

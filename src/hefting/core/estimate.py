@@ -1,5 +1,7 @@
 """Estimate: what an estimator found, how sure it is, and how it can be checked."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -10,12 +12,13 @@ import numpy as np
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate as Certificate
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.summary import body_lines, warning_lines
 from hefting.core.undetermined import Undetermined
 from hefting.core.verdict import Verdict, verdict_of
 
@@ -23,10 +26,22 @@ NORMAL_95 = 1.96
 """Half-width of a 95 % interval over the standard deviation, of a normal variable."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate:
     """Inertial parameters found from measurements, in sensor axes about the sensor
-    origin."""
+    origin.
+
+    Examples
+    --------
+    >>> estimate = hefting.identify("demo/log.csv").estimate
+    >>> estimate.save("found.json")
+    >>> again = hefting.Estimate.load("found.json")
+    >>> again.mass == estimate.mass, again.center_of_mass.shape, again.inertia.shape
+    (True, (3,), (3, 3))
+    >>> low, high = again.interval("mass")
+    >>> bool(low < again.mass < high)
+    True
+    """
 
     method: str
     """Name of the estimator."""
@@ -96,6 +111,68 @@ class Estimate:
         if self.std is not None:
             return {name: NORMAL_95 * self.std[name] for name in sizes}
         return {name: np.full(shape, np.inf) for name, shape in sizes.items()}
+
+    def __repr__(self) -> str:
+        return self.summary("Estimate")
+
+    def summary(self, title: str) -> str:
+        """The estimate in some ten lines and fewer than 1500 characters."""
+        extent = "" if self.duration is None else f", {self.duration:.4g} s"
+        return "\n".join(
+            (
+                f"{title} by {self.method}, verdict: {self.verdict}",
+                *body_lines(self.parameters, self.intervals),
+                f"  from           {self.samples} samples{extent}",
+                *warning_lines(self.warnings),
+            )
+        )
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.parameters.mass
+
+    @property
+    def center_of_mass(self) -> Array:
+        """Centre of mass (3,) [m] in the sensor frame."""
+        return self.parameters.center_of_mass
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia tensor (3, 3) [kg m²] about the centre of mass, in sensor axes."""
+        return self.parameters.inertia_at_com
+
+    def interval(self, name: str) -> Array:
+        """Lower and upper ends of the 95 % interval of a quantity.
+
+        Parameters
+        ----------
+        name : str
+            ``"mass"``, ``"center_of_mass"``, ``"inertia"`` (about the COM), or another
+            key of `intervals`.
+
+        Returns
+        -------
+        Array
+            (2,), (2, 3) or (2, 3, 3); infinite where the quantity is open.
+
+        Raises
+        ------
+        InputError
+            For another name, and where the method has no intervals.
+        """
+        known = self.intervals
+        if known is None:
+            fix = "use another method, such as Bayes"
+            raise InputError(
+                f"this estimate by {self.method} has no intervals", fix=fix
+            )
+        key = "inertia_at_com" if name == "inertia" else name
+        if key not in known:
+            names = ("inertia", *known)
+            what = f"there is no interval of '{name}'{nearest(str(name), names)}"
+            raise InputError(what, fix=f"use {', '.join(names)}")
+        return known[key]
 
     @property
     def verdict(self) -> Verdict:

@@ -8,6 +8,8 @@ World Geodetic System 1984*, 2000): on the ellipsoid the closed form of Somiglia
 (4-1), and above it the expansion in the altitude, eq. (4-3).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self
 
@@ -50,7 +52,15 @@ ALTITUDES = (-500.0, 9000.0)
 @dataclass(frozen=True)
 class Gravity:
     """Gravity in world axes, and how well it is known. Serves wherever three numbers
-    do."""
+    do.
+
+    Examples
+    --------
+    >>> gravity = hefting.Gravity.at(latitude=59.9, altitude=20.0)
+    >>> round(-gravity.vector[2], 3)
+    9.819
+    >>> found = hefting.identify("demo/log.csv", gravity=gravity)
+    """
 
     vector: tuple[float, float, float]
     """[m/s²]"""
@@ -60,7 +70,7 @@ class Gravity:
     """whether the direction is to be estimated, for a robot on a tilted base"""
 
     @classmethod
-    def of(cls, value: "Gravity | ArrayLike | Literal['estimate']") -> "Gravity":
+    def of(cls, value: Gravity | ArrayLike | Literal["estimate"]) -> Gravity:
         """From three numbers, which are exact, or ``"estimate"``: somewhere on the
         Earth, in a direction that is to be found. Raises `InputError` for anything
         else."""
@@ -86,7 +96,7 @@ class Gravity:
         return cls((0.0, 0.0, -size), LATITUDE_STD if altitude is None else PLACE_STD)
 
     @property
-    def in_unknown_direction(self) -> "Gravity":
+    def in_unknown_direction(self) -> Gravity:
         """The same, its direction to be estimated."""
         return replace(self, direction="estimate")
 

@@ -1,6 +1,8 @@
 """Inertial parameters of a rigid body: conversions, frame moves, sums and physical
 consistency."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Self
 
@@ -26,6 +28,14 @@ class Consistency:
     The margins are dimensionless. The pseudo-inertia condition (Wensing et al. 2018)
     implies those before it; they are kept apart because they say what is wrong in
     words.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> J = np.diag([3.0, 1.0, 1.0])
+    >>> needle = hefting.InertialParameters.from_com(1.0, np.zeros(3), J)
+    >>> needle.consistency().violated
+    'triangle'
     """
 
     margins: dict[str, float]
@@ -80,6 +90,16 @@ class InertialParameters:
     ``vector`` (10,) is [m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz] in kg, kg m, kg m²
     (`spatial.PARAMETERS`). Nothing is assumed of the values: a least-squares result may
     be unphysical, which `consistency` tells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> J = 0.01 * np.eye(3)
+    >>> body = hefting.InertialParameters.from_com(0.5, [0.0, 0.0, 0.1], J)
+    >>> body.inertia_at_origin.diagonal().round(3).tolist()
+    [0.015, 0.015, 0.01]
+    >>> (body + body).mass
+    1.0
     """
 
     vector: Array
@@ -214,10 +234,10 @@ class InertialParameters:
         pose = check_pose(pose_old_in_new)
         return type(self).from_pseudo_inertia(pose @ self.pseudo_inertia @ pose.T)
 
-    def __add__(self, other: "InertialParameters") -> "InertialParameters":
+    def __add__(self, other: InertialParameters) -> InertialParameters:
         """Two bodies rigidly joined, both given in this frame."""
         return InertialParameters(self.vector + other.vector)
 
-    def __sub__(self, other: "InertialParameters") -> "InertialParameters":
+    def __sub__(self, other: InertialParameters) -> InertialParameters:
         """What remains when `other`, given in this frame, is taken away."""
         return InertialParameters(self.vector - other.vector)

@@ -1,6 +1,8 @@
 """Measurements: motion, gravity and wrench at K instants, all in sensor axes: what
 every estimator works from."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from math import isfinite
@@ -14,7 +16,13 @@ from hefting.core.spatial import Array, frozen, move_motion, move_wrench
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of zero-mean noise, per axis. Zero means exact."""
+    """Standard deviations of zero-mean noise, per axis. Zero means exact.
+
+    Examples
+    --------
+    >>> hefting.NOISE_LEVELS["moderate"] == hefting.Noise(0.1, 0.005, 0.05, 0.5)
+    True
+    """
 
     force: float = 0.0
     """Force [N]."""
@@ -29,7 +37,13 @@ class Noise:
 @dataclass(frozen=True)
 class MotionNoise:
     """Errors of accelerations that were found from poses or measured: their size and
-    how long they last."""
+    how long they last.
+
+    Examples
+    --------
+    >>> hefting.MotionNoise(linear=0.05, angular=0.5).memory
+    0.0
+    """
 
     linear: float
     """Standard deviation of the errors of the linear acceleration, per axis [m/s²]."""
@@ -72,7 +86,18 @@ DIMENSIONS |= {"force": 2, "torque": 2, "weights": 1}
 @dataclass(frozen=True, eq=False)
 class Measurements:
     """K samples of motion and wrench in sensor axes; see `hefting.core.spatial` for
-    signs and frames."""
+    signs and frames.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> zero = np.zeros((2, 3))
+    >>> down = np.tile([0.0, 0.0, -9.81], (2, 1))
+    >>> time = [0.0, 0.1]
+    >>> z = hefting.Measurements(time, down, zero, zero, zero, -down, zero)
+    >>> len(z), z.wrench.shape
+    (2, (2, 6))
+    """
 
     time: Array
     """(K,) [s]"""

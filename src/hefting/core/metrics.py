@@ -1,6 +1,8 @@
 """How far an estimate is from the truth: the paper's three errors and a distance on the
 manifold of bodies."""
 
+from __future__ import annotations
+
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -46,6 +48,13 @@ def errors_between(
     `axes` (3, 3), the axes of the shape's own file in that frame (identity by default):
     differences are rotated into them first. Raises `InputError` when the extents are
     not positive.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv").estimate.parameters
+    >>> errors = hefting.errors_between(found, found, extents=[0.1, 0.3, 0.05])
+    >>> errors.mass
+    0.0
     """
     a = np.asarray(extents, dtype=float)
     if a.shape != (3,) or not (a >= SMALLEST_LENGTH).all():

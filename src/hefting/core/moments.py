@@ -9,6 +9,8 @@ updated by orthogonal transformations and X'X is never formed, which keeps full
 precision (Golub & Van Loan, *Matrix Computations*, sec. 6.5).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -68,6 +70,12 @@ class Moments:
 
     Immutable: `fold` and `merge` return new values. Folding costs the same however many
     samples went before.
+
+    Examples
+    --------
+    >>> moments = hefting.Moments.of(measurements[:500])
+    >>> moments.merge(hefting.Moments.of(measurements[500:])).samples
+    1000
     """
 
     factor: Array
@@ -113,7 +121,7 @@ class Moments:
         start, end = min(self.start, first), max(self.end, last)
         return type(self)(factor, self.samples + len(time), start, end)
 
-    def merge(self, other: "Moments") -> Self:
+    def merge(self, other: Moments) -> Self:
         """Moments of both sets of samples together, in whichever order and on whichever
         machine they were folded."""
         factor = triangular(np.vstack((self.factor, other.factor)))

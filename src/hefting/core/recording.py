@@ -1,6 +1,8 @@
 """Recording: what a log says, as streams that keep their own clocks; nothing is
 interpolated."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -57,7 +59,15 @@ def column_names(stream: str, width: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """N samples of one quantity. `InputError` unless the shapes agree and N > 0."""
+    """N samples of one quantity. `InputError` unless the shapes agree and N > 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> wrench = hefting.Stream(time=np.arange(3.0), values=np.zeros((3, 6)))
+    >>> len(wrench), len(wrench[1:])
+    (3, 2)
+    """
 
     time: Array
     """(N,) [s]"""
@@ -127,6 +137,16 @@ class Recording:
     naming source, row and column, for an unknown stream, a wrong width, a value that is
     not finite or beyond `hefting.core.magnitudes`, a time that does not increase within
     its stream, a quaternion that is not of unit norm, and joint names of another number than the joints.
+
+    Examples
+    --------
+    >>> recording = hefting.read_log("demo/log.csv")
+    >>> sorted(recording.streams)
+    ['orientation', 'position', 'wrench']
+    >>> recording["wrench"].values.shape
+    (1000, 6)
+    >>> recording.slice(start=2.0, duration=3.0).duration
+    2.99
     """
 
     streams: Mapping[str, Stream]

@@ -50,6 +50,12 @@ class SensorAccuracy:
 
     Raises `InputError` for limits that are negative or not finite, a share above one,
     and a lever that is not positive.
+
+    Examples
+    --------
+    >>> hefting.SensorAccuracy.of("0.5% 0.3N 0.01Nm").force
+    0.3
+    >>> found = hefting.identify("demo/log.csv", sensor_accuracy="0.5% 0.3N 0.01Nm")
     """
 
     share: float = 0.0

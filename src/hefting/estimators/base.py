@@ -19,6 +19,8 @@ meaning in every method that has them: `bias` (all have it), `noise` of the wren
     2"})
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal

@@ -1,6 +1,8 @@
 """GEO: least squares pulled towards a homogeneous body, along the manifold of bodies
 (Lee, Wensing & Park 2020)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -57,6 +59,12 @@ class GEO(PointEstimator):
     on the prior's shape and pose. The sensor's origin and units do not matter where the
     noise is given; nor does the wrench's scale where gamma is scaled by its square, and
     a given prior by it. The Euclidean distance depends on axes, origin and units.
+
+    Examples
+    --------
+    >>> shape = hefting.load_shape("box:-0.1,0.1,-0.3,0.3,0,0.3")
+    >>> hefting.GEO(shape).fit(measurements).physically_consistent
+    True
     """
 
     rank = 30

@@ -1,5 +1,7 @@
 """HPS: homogeneous part segmentation (Nadeau, Giamou & Kelly, ICRA 2023)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -32,6 +34,14 @@ class HPS(PointEstimator):
     Column i of M holds the inertial parameters of part i with 1 kg. For stop-and-go
     motion; of more than four parts gravity does not tell all masses. The choice of
     samples depends on the sensor's origin and on units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> corners = np.indices((2, 2, 2)).reshape(3, 8).T * (0.1, 0.3, 0.1)
+    >>> shape = hefting.Shape(corners, labels=np.arange(8) % 4 // 2)
+    >>> hefting.HPS(shape).fit(measurements).physically_consistent
+    True
     """
 
     rank = 40

@@ -1,5 +1,7 @@
 """LMI: least squares over bodies that can exist (Wensing, Kim & Slotine 2018)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -36,6 +38,12 @@ class LMI(PointEstimator):
     P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in
     the ellipsoid around its bounding
     box: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
+
+    Examples
+    --------
+    >>> estimate = hefting.LMI().fit(measurements)
+    >>> estimate.physically_consistent, estimate.certificate.converged
+    (True, True)
     """
 
     rank = 50

@@ -1,6 +1,8 @@
 """OLS: least squares on the full model, plain or weighted by known noise (Atkeson, An &
 Hollerbach 1986)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -22,6 +24,14 @@ class OLS(PointEstimator):
     Directions the motion does not excite get the smallest parameters that fit and
     infinite variance. The sensor's origin and units do not matter where the noise is
     given.
+
+    Examples
+    --------
+    >>> ols = hefting.OLS()
+    >>> first = ols.update(ols.start(), measurements[:500])
+    >>> second = ols.update(ols.start(), measurements[500:])
+    >>> ols.estimate(ols.merge(first, second)).samples
+    1000
     """
 
     rank = 60

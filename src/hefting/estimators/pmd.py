@@ -1,5 +1,7 @@
 """PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -33,6 +35,13 @@ class PMD(PointEstimator):
     with the reduced (gravity-only) regressor Ã, the full one A, and each sample's
     weight w = tanh(3 nu / c1) of its dynamism nu. With ``bias="estimate"`` one constant
     wrench is added to both models and is free.
+
+    Examples
+    --------
+    >>> pmd = hefting.PMD(hefting.load_shape("box:-0.1,0.1,-0.3,0.3,0,0.3"))
+    >>> estimate = pmd.fit(measurements)
+    >>> bool(estimate.point_masses.min() >= 0.0)
+    True
     """
 
     rank = 20
@@ -178,7 +187,7 @@ class _Rows:
     c1: float
 
     @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> "_Rows":
+    def of(cls, state: SampleState, free_bias: bool) -> _Rows:
         reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
         full = _factor(state.full, FULL_EQUATIONS, free_bias)
         n = 6 if free_bias else 0

@@ -1,6 +1,8 @@
 """PointEstimator: base of the methods that find a point, which get their intervals from
 here."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from typing import Any
 

@@ -1,5 +1,7 @@
 """RTLS: recursive total least squares (Kubus, Kröger & Wahl 2008)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +32,11 @@ class RTLS(PointEstimator):
     neither, and its mean error vanishes as samples grow in number. It always depends on
     the sensor's origin: noise there is not noise elsewhere. The columns of a constant
     bias are exact.
+
+    Examples
+    --------
+    >>> hefting.RTLS().fit(measurements).method
+    'RTLS'
     """
 
     rank = 70

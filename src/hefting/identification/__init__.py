@@ -1,6 +1,8 @@
 """Identification: from what a recording was understood to be to an estimate, by one
 method or by several."""
 
-from hefting.identification.identify import Identification, calibrate, identify
+from hefting.identification.compare import Comparison
+from hefting.identification.front import identify
+from hefting.identification.identify import Identification, calibrate
 
-__all__ = ["Identification", "calibrate", "identify"]
+__all__ = ["Comparison", "Identification", "calibrate", "identify"]

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.progress import each
 from hefting.core.recording import Recording
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
+from hefting.identification.answer import Answer
 from hefting.identification.identify import (
-    NeedError,
     estimator_for,
     run,
     with_diagnostics,
@@ -23,9 +23,17 @@ from hefting.ingest.plausibility import require_object
 from hefting.shapes import Shape
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """Estimates of several methods from one recording."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Answer):
+    """Estimates of several methods from one recording; at hand are the values of the
+    one that is recommended.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv", method=["LMI", "OLS"])
+    >>> sorted(found.results), found.recommended in found.results
+    (['LMI', 'OLS'], True)
+    """
 
     results: dict[str, Estimate]
     """By method; variants after the methods proper."""
@@ -39,6 +47,14 @@ class Comparison:
     """Why that one."""
     ingested: Ingested
     """The recording as all of them took it."""
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}\n  recommended of  {', '.join(self.results)}"
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate to trust."""
+        return self.results[self.recommended]
 
 
 def compare(

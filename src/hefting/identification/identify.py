@@ -1,6 +1,8 @@
 """Recording -> Estimate: the whole way, with what has to be found out on it (sign,
 bias, weights) and told."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError, NotIdentifiableError, nearest
+from hefting.core.errors import InputError, NeedError, NotIdentifiableError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
@@ -26,7 +28,9 @@ from hefting.estimators import (
     methods_with,
 )
 from hefting.estimators.base import Known
+from hefting.identification.answer import Answer
 from hefting.identification.checks import Checked, warnings_of
+from hefting.identification.own_estimator import require_its_bias, shape_of
 from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.identification.undetermined import undetermined_by
 from hefting.ingest.conditioned import WrenchSign
@@ -45,9 +49,18 @@ SHAPES = {
 """What to give for what a method needs."""
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
-    """An estimate and the measurements it was made from."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Answer):
+    """An estimate and the measurements it was made from.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv")
+    >>> found.verdict.usable, len(found.measurements), found.source
+    (True, 1000, 'smooth')
+    >>> round(found.mass, 2)
+    0.67
+    """
 
     estimate: Estimate
     measurements: Measurements
@@ -59,15 +72,11 @@ class Identification:
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
 
 
-class NeedError(InputError):
-    """A method needs to know more of the object than is given."""
-
-
 def identify(
     recording: Recording | str | Path,
     shape: Shape | None = None,
     *,
-    method: str | None = None,
+    method: str | Estimator | None = None,
     gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
     bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
@@ -85,7 +94,8 @@ def identify(
     shape : where the object may have mass, in the sensor frame. Without one Bayes takes
         an object of any shape near the sensor for possible (`Shape.unknown`).
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
-        default the first (`hefting.estimators.default_method`).
+        default the first (`hefting.estimators.default_method`). An estimator is used
+        as it is, with its own shape and hyperparameters.
     gravity : (3,) in world axes [m/s²], which is exact; `Gravity.at` a latitude;
         ``"estimate"`` finds its direction, for a robot on a tilted base. By default
         standard gravity, whose size may be that of anywhere on the Earth.
@@ -116,7 +126,8 @@ def identify(
                 f"within {REACH:g} m of the sensor for possible: give `shape` for more"
             )
             warnings = (warning("no-shape", what, "shape"),)
-    kind, settings = method_named(method)
+    if isinstance(method, Estimator):
+        shape = shape_of(method, shape, hyperparameters)
     found = ingest(
         recording,
         gravity=gravity,
@@ -128,7 +139,12 @@ def identify(
         tool=tool,
     )
     require_object(found, shape)
-    estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    if isinstance(method, Estimator):
+        estimator = method
+        require_its_bias(estimator, found)
+    else:
+        kind, settings = method_named(method)
+        estimator = estimator_for(kind, found, shape, hyperparameters | settings)
     report("identifying")
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
@@ -154,6 +170,13 @@ def calibrate(
     way. The bias is in ``Estimate.bias``, the noise levels in ``provenance["noise"]``.
     Errors as for `identify`; `NotIdentifiableError` also when the motion leaves the COM
     open.
+
+    Examples
+    --------
+    >>> tool = hefting.calibrate("demo/log.csv")  # of the gripper alone
+    >>> tool.bias.shape
+    (6,)
+    >>> tool.save("gripper.json")  # then identify(..., tool="gripper.json")
     """
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)
@@ -293,7 +316,7 @@ def with_diagnostics(
     if negative or not estimate.parameters.mass > 0.0:
         if shape is None or not estimator.rests_on_shape:
             what = "no positive mass explains the wrench"
-            fix = "check `wrench` (sign) and `gravity`"
+            fix = "check `sign` and `gravity`"
         else:
             doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
             what = f"no mass inside the shape explains the wrench{doubts}"

@@ -1,6 +1,8 @@
 """Conditioning: find what is wrong with a recording, by a robust fit, and estimate
 gravity's direction."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,6 +108,12 @@ def condition(
 
     What cannot be found counts as absent, with a warning. Raises `InputError` where
     `hefting.motion.measure.measure` does.
+
+    Examples
+    --------
+    >>> found = hefting.condition(hefting.read_log("demo/log.csv"))
+    >>> found.sign.name
+    'on-object'
     """
     g = check_gravity(gravity)
     wrench = recording["wrench"]

@@ -34,7 +34,7 @@ from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
-from hefting.logs import read_log
+from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source
 from hefting.motion.weighting import lasting_variances, sample_weights
@@ -203,8 +203,7 @@ def _read(
 ) -> tuple[Recording, float]:
     """The part of a recording, or of a log, from `start` [s] and of `duration` [s], and
     the time [s] from the recording's first sample to that of the part."""
-    if not isinstance(recording, Recording):
-        recording = read_log(recording)
+    recording = as_recording(recording)
     whole = recording.start
     if start or duration is not None:
         recording = recording.slice(start, duration)
@@ -322,9 +321,7 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
         f"assumed {sign.name}"
     )
     return [
-        warning(
-            "sign-uncertain", f"{what}: give `wrench` on-object or on-sensor", "wrench"
-        )
+        warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")
     ]
 
 

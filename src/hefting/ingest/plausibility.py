@@ -107,7 +107,7 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
             f"turn the sensor to other orientations{hints[bias]}",
         )
     if fit.mass_t < 0.0:
-        fix = f"check the wrench's sign (`wrench`){also} and `gravity`"
+        fix = f"check the wrench's sign (`sign`){also} and `gravity`"
         raise NotIdentifiableError(
             "no positive mass explains the wrench", found.log, fix
         )

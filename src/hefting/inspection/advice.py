@@ -66,7 +66,7 @@ def _obstacles(found: Inspection) -> list[str]:
             )
     if sign is not None and not sign.certain:
         said.append(
-            "the wrench's sign is not certain: give `wrench` on-object or on-sensor"
+            "the wrench's sign is not certain: give `sign` on-object or on-sensor"
         )
     said.extend(found.identifiability.summary)
     if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):

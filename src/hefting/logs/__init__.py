@@ -1,6 +1,8 @@
 """Logs: one file a format, each giving a `Recording`; the name of the log says which it
 is."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -62,6 +64,12 @@ def read_log(
     without guessing; what can be read but looks odd is in `Recording.warnings`. Rows
     are lines of a CSV file (the header usually is row 1), and are counted from 1 in
     Parquet.
+
+    Examples
+    --------
+    >>> recording = hefting.read_log("demo/log.csv")
+    >>> recording.duration
+    9.99
     """
     given = {name: value for name, value in options.items() if value is not None}
     try:
@@ -90,6 +98,12 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
     at 0. In a table, samples of different streams share a row when their times are
     equal. Returned are the streams that the format cannot hold. Raises `InputError` for
     another suffix and where the file cannot be written.
+
+    Examples
+    --------
+    >>> recording = hefting.read_log("demo/log.csv")
+    >>> hefting.write_log(recording, "log.parquet")
+    ()
     """
     check_output(path)
     found = find_writer(path)

@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Stream
-from hefting.core.spatial import Array, rotation_matrices
+from hefting.core.spatial import Array, Mask, rotation_matrices
 
 FORMS = {"xyzw": 4, "wxyz": 4, "rotation-vector": 3, "rpy": 3, "euler": 3, "matrix": 9}
 """Columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z;
@@ -60,17 +60,21 @@ def quaternions(values: Array, form: str, order: str = "") -> Array:
 def check_matrices(stream: Stream, source: str, labels: Sequence[str]) -> None:
     """`InputError`, naming the first row, unless the values (N, 9) are rotation
     matrices row by row."""
-    matrices = stream.values.reshape(-1, 3, 3)
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(
-            np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)
-        ).max(axis=(1, 2))
-        wrong = ~(error < ORTHOGONAL) | (np.linalg.det(matrices) < 0)
+    wrong = no_rotations(stream.values.reshape(-1, 3, 3))
     if wrong.any():
         where = f"{source}, row {stream.rows[np.argmax(wrong)]}, columns {labels[0]}..{labels[-1]}"
         raise InputError(
             "this is no rotation matrix", where, "check the order of the columns"
         )
+
+
+def no_rotations(matrices: Array) -> Mask:
+    """Which of matrices (N, 3, 3) are no rotations, up to rounding."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = np.abs(
+            np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)
+        ).max(axis=(1, 2))
+        return ~(error < ORTHOGONAL) | (np.linalg.det(matrices) < 0)
 
 
 def split_pose(

@@ -1,6 +1,8 @@
 """The sensor in the logged frame: poses of a flange, or of any frame that moves with the
 sensor, become those of the sensor."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +42,13 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     ------
     InputError
         If the pose is no rigid motion, or the recording has no orientation.
+
+    Examples
+    --------
+    >>> flange = hefting.read_log("demo/log.csv")  # say that its poses are the flange's
+    >>> pose = hefting.parse_pose("0,0,0.03,0,0,0,1")  # of the sensor in the flange
+    >>> sensor = hefting.with_sensor_pose(flange, pose)
+    >>> identified = hefting.identify(sensor)
     """
     matrix = check_pose(pose)
     orientation = recording["orientation"]

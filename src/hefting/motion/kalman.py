@@ -5,6 +5,8 @@ of white snap (order "snap") or three of white jerk (order "acceleration": the
 constant-acceleration model of Farsoni et al. 2017).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Literal
@@ -61,6 +63,16 @@ class PoseFilter:
     The motion returned is that of samples `lag` ago: pair each with the wrench measured
     at its time. The first motion is returned once the accelerations are accurate
     enough, 0.1 to 0.25 s after the start.
+
+    Examples
+    --------
+    >>> log = hefting.read_log("demo/log.csv")
+    >>> time, position = log["position"].time, log["position"].values
+    >>> orientation = log["orientation"].values
+    >>> live = hefting.PoseFilter.tuned(time[:100], position[:100], orientation[:100])
+    >>> state, motion = live.update(live.start(), time, position, orientation)
+    >>> bool(motion.time[-1] < time[-1] - 0.09)
+    True
     """
 
     period: float = 0.01
@@ -116,7 +128,7 @@ class PoseFilter:
         position: ArrayLike | None,
         orientation: ArrayLike,
         **options,
-    ) -> "PoseFilter":
+    ) -> PoseFilter:
         """The filter whose noise and bandwidth have the largest likelihood.
 
         Parameters
@@ -145,10 +157,9 @@ class PoseFilter:
             if values is not None:
                 smoothness, _, dt = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
-                found[f"{name}_noise"] = scale * np.sqrt(smoothness.variance)
-                found[f"{name}_bandwidth"] = smoothness.bandwidth * (dt / period) ** (
-                    0.5 / n
-                )
+                bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
+                found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))
+                found[f"{name}_bandwidth"] = float(bandwidth)
         return cls(**{**found, **options})
 
     def start(self) -> State:

@@ -1,6 +1,8 @@
 """Recording -> Measurements: motion and wrench brought to common instants, in sensor
 axes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -69,7 +71,7 @@ def measure(
     recording: Recording,
     gravity: ArrayLike = STANDARD_GRAVITY,
     source: Source = "auto",
-    curves: "Curves | None" = None,
+    curves: Curves | None = None,
     of: str = "wrench sample",
     counts: Array | None = None,
 ) -> Measured:
@@ -91,6 +93,12 @@ def measure(
     motion: the reduced model. With orientation and an accelerometer (specific force a -
     g), the latter gives the acceleration. Raises `InputError` when wrench or
     orientation is missing, or what `source` asks for is.
+
+    Examples
+    --------
+    >>> measured = hefting.measure(hefting.read_log("demo/log.csv"))
+    >>> measured.measurements.angular_acceleration.shape, measured.source
+    ((1000, 3), 'smooth')
     """
     g_world = check_gravity(gravity)
     if source not in SOURCES:

@@ -6,6 +6,8 @@ one penalised quintic spline whose bandwidth, noise level and order are the most
 ones (`hefting.motion.curve`).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,6 +116,14 @@ def smooth(
     outside the recording. The variances are those of the spline as a Gaussian process
     of the smoothness found: in the interior, at the ends and beside gaps. Inside a gap
     too long to bridge the motion is NaN, its deviation infinite.
+
+    Examples
+    --------
+    >>> log = hefting.read_log("demo/log.csv")
+    >>> position, orientation = log["position"], log["orientation"]
+    >>> motion = hefting.smooth(position.time, position.values, orientation.values)
+    >>> motion.linear_acceleration.shape
+    (1000, 3)
     """
     fitted = fit_poses(time, position, orientation, position_time)
     return fitted.at(time if at is None else at)

@@ -1,5 +1,7 @@
 """Estimate and motion -> Prediction."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +26,7 @@ from hefting.core.spatial import (
 )
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.logs import read_log
+from hefting.logs.given import as_recording
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
 from hefting.prediction.agreement import Agreement, agreement
@@ -57,7 +59,8 @@ def predict(
     ----------
     estimate : or the file of one, with the parameters in the axes of the sensor that is
         to move.
-    trajectory : poses of the sensor, or the path of a log; planned or recorded. Without
+    trajectory : poses of the sensor, planned or recorded, or the path of a log, or a
+        table in memory (`hefting.as_recording`). Without
         time: static poses. A wrench is not needed; where there is one,
         ``Prediction.agreement`` says how well the estimate explains it.
     gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. What is not known
@@ -74,11 +77,17 @@ def predict(
 
     Raises `InputError` for an estimate or motion that cannot be used and for more than
     `MOST` instants.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv").estimate
+    >>> prediction = hefting.predict(found, "demo/log.csv")
+    >>> prediction.agreement is not None
+    True
     """
     if not isinstance(estimate, Estimate):
         estimate = Estimate.load(estimate)
-    if not isinstance(trajectory, Recording):
-        trajectory = read_log(trajectory, wrench_needed=False)
+    trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)
     longest = max(len(stream) for stream in trajectory.streams.values())

@@ -1,5 +1,7 @@
 """What a prediction holds, and how it is written."""
 
+from __future__ import annotations
+
 import io
 from dataclasses import dataclass
 from typing import Any
@@ -49,6 +51,12 @@ class Prediction:
     The band is where the wrench of the object itself lies with 95 % probability, each
     component and instant by itself, if the motion is as given and only the ten
     parameters are uncertain. What a sensor shows has its noise and bias besides.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv").estimate
+    >>> hefting.predict(found, "demo/log.csv").wrench.shape
+    (1000, 6)
     """
 
     trajectory: str

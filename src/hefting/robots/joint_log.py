@@ -1,5 +1,7 @@
 """Poses of the sensor from the joint positions of a recording."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -46,6 +48,14 @@ def with_poses(
     Raises `InputError` when the recording has no joint positions, when names and
     columns differ in number, a name is repeated, a joint is missing, the number of
     unnamed columns fits neither, or no joint moves the sensor frame.
+
+    Examples
+    --------
+    >>> robot = hefting.Robot.from_urdf("arm.urdf", sensor_frame="tool")
+    >>> joints = {"time": [0.0, 0.1], "q1": [0.0, 0.5]}
+    >>> recording = hefting.as_recording(joints, wrench_needed=False)
+    >>> sorted(hefting.with_poses(recording, robot).streams)
+    ['joint_positions', 'orientation', 'position']
     """
     if not recording.has("joint_positions"):
         raise InputError(

@@ -1,6 +1,8 @@
 """A robot as seen by its sensor: joint positions to poses of the sensor frame, for all
 samples at once."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -43,6 +45,12 @@ class Robot:
     joints are in the screws S_i and in M. The root frame is that of the URDF's root
     link: it is the world frame of what is made of these poses, so gravity is given in
     it.
+
+    Examples
+    --------
+    >>> robot = hefting.Robot.from_urdf("arm.urdf", sensor_frame="tool")
+    >>> robot.joints
+    ('turn',)
     """
 
     source: str

@@ -1,6 +1,7 @@
 """Checks of what shapes are made of: units, numbers and arrays, and what is suspicious
 about a size."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -147,3 +148,13 @@ def suspicions(
         what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
         found.append(warning("shape-far", what, "pose"))
     return tuple(found)
+
+
+def check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
+    """Raise `InputError` unless labels (n,) are integers and volumes (n,) usable."""
+    if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
+        raise InputError("labels of parts are whole numbers", path)
+    if volumes is not None and (
+        not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
+    ):
+        raise InputError("volumes of parts must be positive numbers", path)

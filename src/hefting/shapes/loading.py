@@ -1,13 +1,16 @@
 """A shape and a pose as texts: a box or a file, seven numbers or a file."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
-from hefting.core.spatial import Array, check_pose, pose_matrix
+from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 from hefting.shapes.ply import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
@@ -29,6 +32,12 @@ def load_shape(
     labelled parts, of which all points are kept. With `hull` the convex hull of a
     file's vertices is taken instead. Other parameters and errors as for
     `Shape.from_mesh`.
+
+    Examples
+    --------
+    >>> shape = hefting.load_shape("demo/hammer.stl", unit="mm")
+    >>> shape.extents.round(3).tolist()
+    [0.125, 0.028, 0.292]
     """
     text = str(spec)
     if text.lower().startswith("box:"):
@@ -65,12 +74,73 @@ def load_shape(
     return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 
+def as_shape(
+    shape: Any, unit: str | None = None, pose: ArrayLike | str | Path | None = None
+) -> Shape | None:
+    """Shape of whatever describes one.
+
+    Parameters
+    ----------
+    shape : path, str, mesh, array or Shape
+        A file or ``box:X0,X1,Y0,Y1,Z0,Z1`` (`load_shape`); an object with ``vertices``
+        and ``faces``, such as a ``trimesh.Trimesh``, or a ``trimesh.Scene``; points
+        (n, 3) that fill the object, or a ``trimesh.PointCloud`` of such. A `Shape`,
+        and None, are returned as they are. For points of the surface alone use
+        `Shape.from_hull`.
+    unit : str, optional
+        Length unit of a file, mesh or points: m, cm, mm or in.
+    pose : (4, 4), seven numbers, or text, optional
+        Of its frame in the sensor frame; text as for `parse_pose`.
+
+    Returns
+    -------
+    Shape or None
+
+    Raises
+    ------
+    InputError
+        For what describes no shape, and a unit or pose beside a `Shape`.
+    """
+    matrix = None if pose is None else _pose_of(pose)
+    if shape is None or isinstance(shape, Shape):
+        if unit is not None or matrix is not None:
+            what = "`unit` and `object_pose` are those of a shape's file or mesh"
+            fix = "leave them out" if shape is None else "give them to `load_shape`"
+            raise InputError(what, fix=fix)
+        return shape
+    if isinstance(shape, str | Path):
+        return load_shape(shape, unit, matrix)
+    if hasattr(shape, "to_mesh"):  # of trimesh, a scene
+        shape = shape.to_mesh()
+    points = getattr(shape, "vertices", shape)
+    if getattr(shape, "faces", None) is not None:
+        return Shape.from_mesh(shape, unit, matrix)
+    if np.ndim(points) != 2:
+        what = f"a value of type {type(shape).__name__} is not a shape"
+        fix = "give a file, box:X0,X1,Y0,Y1,Z0,Z1, a mesh, or points (n, 3)"
+        raise InputError(what, fix=fix)
+    return Shape.from_cloud(points, unit, matrix)
+
+
+def _pose_of(pose: ArrayLike | str | Path) -> Array:
+    """A pose (4, 4) in any form; `InputError` for what is none."""
+    if isinstance(pose, str | Path):
+        return parse_pose(pose)
+    matrix = frozen(pose)
+    return pose_matrix(matrix) if matrix.shape == (7,) else check_pose(matrix)
+
+
 def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw`` or a JSON
     file.
 
     The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the
     quaternion has unit norm within 1e-3 or the matrix is a proper rigid motion.
+
+    Examples
+    --------
+    >>> hefting.parse_pose("0,0,0.1,0,0,0,1")[:3, 3].tolist()
+    [0.0, 0.0, 0.1]
     """
     text = str(source)
     try:

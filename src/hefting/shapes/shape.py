@@ -1,6 +1,8 @@
 """Shape: where an object may have mass, as points in the sensor frame."""
 
-from dataclasses import dataclass, replace
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -16,6 +18,7 @@ from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
     arrays_of,
     check_hull,
+    check_parts,
     check_positions,
     checked_labels,
     checked_numbers,
@@ -48,27 +51,35 @@ class Shape:
     shapes. The inertial parameters about the sensor origin are linear in the masses:
     phi = ``matrix`` @ m (Nadeau et al. 2022). Raises `InputError` for arrays of the
     wrong shape or values that are not finite.
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> mesh = trimesh.creation.cylinder(radius=30, height=120)
+    >>> shape = hefting.Shape.from_mesh(mesh, unit="mm")
+    >>> shape.extents.round(3).tolist()
+    [0.06, 0.06, 0.12]
     """
 
-    positions: Array
+    positions: Array = field(repr=False)
     """Points (n, 3) [m] in the sensor frame."""
-    volumes: Array | None = None
+    volumes: Array | None = field(default=None, repr=False)
     """Share of the object's volume each point stands for (n,), summing to one; None:
     equal shares."""
-    labels: np.ndarray | None = None
+    labels: np.ndarray | None = field(default=None, repr=False)
     """Part each point belongs to (n,) integers; None: not known."""
-    cell_inertia: Array | None = None
+    cell_inertia: Array | None = field(default=None, repr=False)
     """Inertia of each point's own cell about the point per unit mass (n, 6) [m²]: xx,
     xy, xz, yy, yz, zz in sensor axes; None: mere points."""
     extents: Array = None  # type: ignore[assignment]
     """Sides (3,) [m] of the object's bounding box along the axes of `pose`; by default
     that of the points."""
-    pose: Array = None  # type: ignore[assignment]
+    pose: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Pose of the object in the sensor frame (4, 4); by default the identity."""
-    homogeneous: InertialParameters = None  # type: ignore[assignment]
+    homogeneous: InertialParameters = field(default=None, repr=False)  # type: ignore[assignment]
     """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else
     made of the points."""
-    hull: Array = None  # type: ignore[assignment]
+    hull: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by
     default `positions`."""
     shape_std: float = 0.0
@@ -304,7 +315,7 @@ class Shape:
         points = point_array(vertices.positions, path) * unit_scale(unit)
         pose = np.eye(4) if pose is None else check_pose(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")
-        _check_parts(labels, volumes, path)
+        check_parts(labels, volumes, path)
         extents = np.ptp(points, axis=0)
         return cls(
             points @ pose[:3, :3].T + pose[:3, 3],
@@ -386,13 +397,3 @@ class Shape:
             shape_std=doubt_of_caps(solid.cap_fraction),
             warnings=tuple(warnings),
         )
-
-
-def _check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
-    """Raise `InputError` unless labels (n,) are integers and volumes (n,) usable."""
-    if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
-        raise InputError("labels of parts are whole numbers", path)
-    if volumes is not None and (
-        not np.isfinite(volumes).all() or volumes.min() < 0 or volumes.sum() <= 0
-    ):
-        raise InputError("volumes of parts must be positive numbers", path)

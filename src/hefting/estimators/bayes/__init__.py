@@ -1,6 +1,8 @@
 """Bayes: the posterior of an object of known shape and unknown density, under a model
 of the noise."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -80,6 +82,14 @@ class Bayes(Estimator):
     autocorrelation, and whether stretches of the record agree. Samples are in order of
     time. With estimated noise the result does not depend on the scale of the wrench;
     with given noise it does not depend on the order of samples and of merging states.
+
+    Examples
+    --------
+    >>> shape = hefting.load_shape("box:-0.1,0.1,-0.3,0.3,0,0.3")
+    >>> bayes = hefting.Bayes(shape, bias="estimate", until="mass=1%")
+    >>> state = bayes.update(bayes.start(), measurements)
+    >>> bayes.estimate(state).sufficient
+    True
     """
 
     rank = 10

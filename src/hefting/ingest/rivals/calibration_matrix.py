@@ -46,7 +46,9 @@ def _step(
     """Errors of the matrix (6, 6), and what they cost (see `Explanation.cost`), beside
     a prediction of the wrench (K, 6) and a fit with the errors `before` taken away."""
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
-    S, g = (x / correlation(fitted, 0) for x in beside_linear(fitted, 0, columns))
+    S, g = beside_linear(fitted, 0, columns)
+    independent = 1.0 / correlation(fitted, 0)
+    S, g = independent * S, independent * g
     g = g + S @ before.ravel()
     errors = np.linalg.solve(S + np.diag(precision), g)
     scale = precision**-0.5

@@ -22,7 +22,7 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         "the quaternions seem to be logged as w, x, y, z",
-        "name the columns so that qw is the real part",
+        "put the real part last, as qw",
         fitted,
         0,
     )

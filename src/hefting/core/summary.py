@@ -1,0 +1,79 @@
+"""Summary: an estimate in a few lines, for a prompt."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, tensor_to_vector
+
+MOST_WARNINGS = 3
+"""Warnings that are shown."""
+LONGEST_WARNING = 150
+"""Characters of a warning that are shown."""
+MOST_DECIMALS = 9
+"""Decimals of a number, at most."""
+ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
+
+
+def body_lines(
+    body: InertialParameters, intervals: Mapping[str, Array] | None
+) -> list[str]:
+    """Mass, COM and inertia, each with half the width of its 95 % interval.
+
+    Numbers are rounded to two digits of that; ``open`` stands where an interval has no
+    end.
+    """
+    ends = intervals or {}
+    (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0)
+    com = _shown(body.center_of_mass, ends.get("center_of_mass"), 1e3)
+    inertia = _shown(body.inertia_at_com, ends.get("inertia_at_com"), 1e3)
+    tensor = [f"{name} {value}" for name, value in zip(ENTRIES, inertia, strict=True)]
+    return [
+        f"  mass           {mass} kg",
+        f"  center of mass {', '.join(com)} mm",
+        f"  inertia at COM {', '.join(tensor[:3])}",
+        f"                 {', '.join(tensor[3:])} g m²",
+    ]
+
+
+def warning_lines(warnings: Sequence[str]) -> list[str]:
+    """The first warnings, cut to a line each, and how many more there are."""
+    lines = [f"  warning: {_cut(str(text))}" for text in warnings[:MOST_WARNINGS]]
+    more = len(warnings) - MOST_WARNINGS
+    return [*lines, f"  and {more} more in .warnings"] if more > 0 else lines
+
+
+def _cut(text: str) -> str:
+    if len(text) <= LONGEST_WARNING:
+        return text
+    return f"{text[: LONGEST_WARNING - 4]} ..."
+
+
+def _shown(values: Array, ends: Array | None, scale: float) -> list[str]:
+    """Numbers of a quantity, `scale` times, with half the width of their intervals."""
+    numbers = scale * _flat(values)
+    if ends is None:
+        return [f"{number:.6g}" for number in numbers]
+    half = 0.5 * scale * (_flat(ends[1]) - _flat(ends[0]))
+    return [_with_half_width(*each) for each in zip(numbers, half, strict=True)]
+
+
+def _flat(values: Array) -> Array:
+    """Mass, COM or tensor as a vector."""
+    values = np.atleast_1d(values)
+    return tensor_to_vector(values) if values.ndim == 2 else values
+
+
+def _with_half_width(value: float, half: float) -> str:
+    """A number with half the width of its interval, to two digits of that."""
+    if not np.isfinite(half):
+        return "open"
+    if not half > 0.0:
+        return f"{value:.6g}"
+    decimals = 1 - int(f"{half:.1e}".partition("e")[2])
+    if decimals > MOST_DECIMALS:
+        return f"{value:.3g} ± {half:.2g}"
+    decimals = max(decimals, 0)
+    rounded = round(value, decimals) + 0.0  # no negative zero
+    return f"{rounded:.{decimals}f} ± {half:.{decimals}f}"

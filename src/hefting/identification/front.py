@@ -1,0 +1,188 @@
+"""Front: `hefting.identify` takes a recording, a shape and a method as users have
+them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Literal, cast, overload
+
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.gravity import ON_EARTH, GravityLike
+from hefting.estimators import METHODS, Estimator
+from hefting.identification.compare import Comparison, compare
+from hefting.identification.identify import Identification
+from hefting.identification.identify import identify as identify_by_one
+from hefting.ingest.tool import load_tool
+from hefting.logs.given import as_recording
+from hefting.motion.measure import Source
+from hefting.shapes import as_shape
+
+Sign = Literal["auto", "on-object", "on-sensor"]
+Method = str | type[Estimator] | Estimator
+
+
+@overload
+def identify(
+    recording: Any = None,
+    shape: Any = None,
+    *,
+    method: Literal["all"] | Sequence[str | type[Estimator]],
+    **options: Any,
+) -> Comparison:
+    """By several methods."""
+    ...
+
+
+@overload
+def identify(
+    recording: Any = None,
+    shape: Any = None,
+    *,
+    method: Method | None = None,
+    **options: Any,
+) -> Identification:
+    """By one method."""
+    ...
+
+
+def identify(
+    recording: Any = None,
+    shape: Any = None,
+    *,
+    time: ArrayLike | None = None,
+    position: ArrayLike | None = None,
+    orientation: Any = None,
+    pose: ArrayLike | None = None,
+    wrench: ArrayLike | Sign | None = None,
+    wrench_time: ArrayLike | None = None,
+    sign: Sign = "auto",
+    unit: str | None = None,
+    object_pose: ArrayLike | str | Path | None = None,
+    method: Method | Sequence[str | type[Estimator]] | None = None,
+    gravity: GravityLike = ON_EARTH,
+    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+    motion: Source = "auto",
+    start: float = 0.0,
+    duration: float | None = None,
+    tool: Estimate | str | Path | None = None,
+    **hyperparameters: Any,
+) -> Identification | Comparison:
+    """Identify the object that a recording shows.
+
+    Parameters
+    ----------
+    recording : path, mapping, data frame, structured array or Recording, optional
+        A log's path, or a table in memory with its columns; see `hefting.as_recording`.
+    shape : path, str, mesh, points or Shape, optional
+        Where the object may have mass, in the sensor frame: a mesh or point cloud file,
+        ``"box:X0,X1,Y0,Y1,Z0,Z1"`` [m], a ``trimesh.Trimesh``, points (n, 3) that fill
+        it. Without it Bayes takes an object of any shape near the sensor for possible.
+    time, position, orientation, pose, wrench, wrench_time : arrays, optional
+        In place of `recording`: times (K,) [s]; positions (K, 3) [m] and orientations
+        of the sensor in the world, (K, 4) quaternions x, y, z, w, (K, 3, 3) matrices or
+        a scipy ``Rotation``, or both as poses (K, 4, 4); wrenches (N, 6) [N, N m] in
+        sensor axes, and their times (N,) [s] where these differ from `time`. Without
+        `time` each sample is a static pose.
+    sign : {"auto", "on-object", "on-sensor"}
+        Whom the recorded wrench acts on; ``"auto"`` finds out from gravity. `wrench`
+        takes these words as well.
+    unit : str, optional
+        Length unit of the shape's file, mesh or points: m, cm, mm or in.
+    object_pose : (4, 4) or seven numbers, optional
+        Pose of its frame in the sensor frame: a matrix, or x, y, z [m], qx, qy, qz, qw.
+    method : str, Estimator or list of str, optional
+        Name of an estimator (`hefting methods` lists them) or of a variant; an
+        estimator, which is used as it is; or several names, or ``"all"``, for a
+        comparison. By default Bayes.
+    gravity : (3,), Gravity or "estimate"
+        In world axes [m/s²], which is exact; `Gravity.at` a latitude; ``"estimate"``
+        finds its direction, for a robot on a tilted base. By default standard gravity,
+        whose size may be that of anywhere on the Earth.
+    bias : {"auto", "estimate", "none"} or (6,)
+        ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
+        is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
+        numbers [N, N m], as recorded, to subtract.
+    motion : {"auto", "columns", "smooth", "filter"}
+        Where velocities and accelerations come from, see `hefting.measure`.
+    start, duration : float, optional
+        Part of the recording to use [s].
+    tool : Estimate or path, optional
+        What the sensor holds besides the object, to subtract; see `hefting.calibrate`.
+    **hyperparameters
+        Fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or
+        shape are not exact, ``until`` to use no more of the recording than it takes. Of
+        all methods: ``sensor_accuracy``.
+
+    Returns
+    -------
+    Identification, or Comparison of several methods
+        Both have ``mass``, ``center_of_mass``, ``inertia``, ``interval(name)``,
+        ``warnings``, ``verdict`` and ``estimate``, which has everything.
+
+    Raises
+    ------
+    InputError
+        For input that cannot be right; its one line says what, where, and what to do.
+    NotIdentifiableError
+        When the recording determines nothing.
+
+    Examples
+    --------
+    >>> found = hefting.identify("demo/log.csv", "box:-0.1,0.1,-0.3,0.3,0,0.3")
+    >>> low, high = found.interval("mass")
+    >>> bool(low < found.mass < high)
+    True
+    """
+    if isinstance(wrench, str):
+        sign, wrench = cast("Sign", wrench), None
+    arrays = {
+        "time": time,
+        "position": position,
+        "orientation": orientation,
+        "pose": pose,
+        "wrench": wrench,
+        "wrench_time": wrench_time,
+    }
+    if recording is None or any(array is not None for array in arrays.values()):
+        recording = as_recording(recording, **arrays)
+    options = {
+        "gravity": gravity,
+        "wrench": sign,
+        "bias": bias,
+        "motion": motion,
+        "start": start,
+        "duration": duration,
+        "tool": load_tool(tool) if isinstance(tool, str | Path) else tool,
+    }
+    known = as_shape(shape, unit, object_pose)
+    names = _names(method)
+    if names is not None:
+        return compare(
+            recording, known, names, hyperparameters=hyperparameters, **options
+        )
+    one = method.__name__ if isinstance(method, type) else method
+    return identify_by_one(
+        recording,
+        known,
+        method=cast("str | Estimator | None", one),
+        **options,
+        **hyperparameters,
+    )
+
+
+def _names(method: Any) -> list[str] | None:
+    """Names of several methods to compare; None for one method."""
+    if isinstance(method, str):
+        return ["all"] if method.lower() == "all" else None
+    if not isinstance(method, Iterable):
+        return None
+    names = [m.__name__ if isinstance(m, type) else m for m in method]
+    for name in names:
+        if not isinstance(name, str):
+            what = f"several methods are compared by name, not {type(name).__name__}"
+            raise InputError(what, fix=f"use some of {', '.join(METHODS)}")
+    return names

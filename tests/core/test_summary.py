@@ -1,0 +1,78 @@
+"""What an estimate shows at a prompt, and what is at hand on it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import error
+
+BODY = InertialParameters.from_com(
+    0.51234, [0.0123, -0.08, 0.06], np.diag([3e-3, 2e-3, 1e-3])
+)
+
+
+def around(value, half):
+    """Ends of an interval."""
+    return np.array((value - half, value + half))
+
+
+def estimate(half_inertia=2e-4, **changes) -> Estimate:
+    """An estimate with intervals."""
+    intervals = {
+        "mass": around(BODY.mass, 0.0021),
+        "center_of_mass": around(BODY.center_of_mass, 0.001),
+        "inertia_at_origin": around(BODY.inertia_at_origin, half_inertia),
+        "inertia_at_com": around(BODY.inertia_at_com, half_inertia),
+    }
+    whole = Estimate("Bayes", BODY, 100, 2.0, intervals=intervals)
+    return replace(whole, **changes)
+
+
+def test_the_text_has_the_numbers_and_what_they_are_worth():
+    text = repr(estimate())
+    assert "Estimate by Bayes, verdict: good" in text
+    assert "mass           0.5123 ± 0.0021 kg" in text
+    assert "center of mass 12.3 ± 1.0, -80.0 ± 1.0, 60.0 ± 1.0 mm" in text
+    assert "xx 3.00 ± 0.20, xy 0.00 ± 0.20, xz 0.00 ± 0.20" in text
+    assert "-0.00" not in text
+    assert "100 samples, 2 s" in text
+
+
+def test_open_quantities_and_none_at_all():
+    assert "xx open, xy open" in repr(estimate(half_inertia=np.inf))
+    without = repr(estimate(intervals=None, duration=None))
+    assert "mass           0.51234 kg" in without
+    assert "±" not in without
+    assert "100 samples\n" in without + "\n"
+
+
+def test_it_stays_short_whatever_is_to_be_said():
+    warnings = tuple(error("some-code", "x" * 5000) for _ in range(40))
+    text = repr(estimate(warnings=warnings, half_inertia=1e-300))
+    assert len(text) < 1500
+    assert "and 37 more in .warnings" in text
+    assert "verdict: do not use" in text
+
+
+def test_values_are_at_hand():
+    found = estimate()
+    assert found.mass == BODY.mass
+    np.testing.assert_array_equal(found.center_of_mass, BODY.center_of_mass)
+    np.testing.assert_array_equal(found.inertia, BODY.inertia_at_com)
+    low, high = found.interval("mass")
+    assert (low, high) == (found.mass - 0.0021, found.mass + 0.0021)
+    assert found.interval("center_of_mass").shape == (2, 3)
+    assert found.intervals is not None
+    assert found.interval("inertia") is found.intervals["inertia_at_com"]
+
+
+def test_an_interval_that_is_not_there():
+    with pytest.raises(InputError, match="did you mean 'mass'") as refused:
+        estimate().interval("masss")
+    assert "center_of_mass" in str(refused.value)
+    with pytest.raises(InputError, match="by Bayes has no intervals"):
+        estimate(intervals=None).interval("mass")
