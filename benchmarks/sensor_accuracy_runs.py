@@ -30,17 +30,9 @@ def identified(
     the size of the default, of which nothing is told. Every second recording has a bias
     that is found.
     """
-    rng = np.random.default_rng(seed)
-    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
-    z = recorded(body, "white", level, seed, rng)
-    free_bias = bool(rng.integers(2))
-    size = SensorAccuracy.parse("0.5%") if accuracy is None else accuracy
-    z = with_sensor_errors(z, size, rng, constant=not free_bias)
-    if free_bias:
-        bias = rng.normal(size=6) * np.repeat((10.0, 0.3), 3)
-        z = replace(z, force=z.force + bias[:3], torque=z.torque + bias[3:])
+    z, free_bias = measured(body, accuracy, seed)
     runs: list[MethodRun] = []
-    for name, estimator in _methods(body, others):
+    for name, estimator in methods(body, others):
         told = replace(
             estimator,
             bias="estimate" if free_bias else "none",
@@ -54,7 +46,25 @@ def identified(
     return runs
 
 
-def _methods(body: Body, others: bool) -> Iterator[tuple[str, Estimator]]:
+def measured(
+    body: Body, accuracy: SensorAccuracy | None, seed: tuple[int, ...]
+) -> tuple[Measurements, bool]:
+    """A body wielded once more, by a sensor of an accuracy as for `identified`, and
+    whether there is a bias to be found."""
+    rng = np.random.default_rng(seed)
+    level = NOISE_LEVELS[LEVELS[rng.integers(len(LEVELS))]]
+    z = recorded(body, "white", level, seed, rng)
+    free_bias = bool(rng.integers(2))
+    size = SensorAccuracy.parse("0.5%") if accuracy is None else accuracy
+    z = with_sensor_errors(z, size, rng, constant=not free_bias)
+    if free_bias:
+        bias = rng.normal(size=6) * np.repeat((10.0, 0.3), 3)
+        z = replace(z, force=z.force + bias[:3], torque=z.torque + bias[3:])
+    return z, free_bias
+
+
+def methods(body: Body, others: bool) -> Iterator[tuple[str, Estimator]]:
+    """Bayes with the body's shape and without, and the `others`."""
     yield "Bayes, shape", Bayes(body.shape)
     yield "Bayes, no shape", Bayes()
     if others:

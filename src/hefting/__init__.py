@@ -33,6 +33,7 @@ _HOME = {
     "errors_between": "core.metrics",
     "Gravity": "core.gravity",
     "SensorAccuracy": "core.sensor_accuracy",
+    "MassReading": "core.mass_reading",
     "identify": "identification",
     "calibrate": "identification",
     "Identification": "identification",

@@ -293,6 +293,6 @@ def test_what_contradicts_the_shape_is_never_sure_enough():
     estimate = identify(recording, placed(pose), until="mass=5%").estimate
     assert estimate.sufficient is False
     assert (
-        "not as sure as asked for: the wrench contradicts the shape"
+        "not as sure as asked for: the wrench contradicts the shape or the scale"
         in estimate.warnings
     )

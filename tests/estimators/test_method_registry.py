@@ -147,6 +147,7 @@ def test_the_toy_is_listed(said):
         "systematic": None,
         "carried": None,
         "sensor_accuracy": None,
+        "mass": None,
         "noise_found": False,
         "intervals": True,
     }

@@ -62,6 +62,7 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} |
             "bias",
             "motion",
             "tool",
+            "mass",
             "start",
             "duration",
             "truth",

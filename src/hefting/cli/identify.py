@@ -11,6 +11,7 @@ from hefting.cli.options import (
     add_fill_inertia,
     add_gravity,
     add_json,
+    add_mass,
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
@@ -19,6 +20,7 @@ from hefting.cli.options import (
     either,
     fill_inertia_of,
     gravity_of,
+    mass_of,
     numbers,
     quantities,
     read_recording,
@@ -80,6 +82,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         help=f"see hefting methods; default {default_method(True)}. "
         "Of several, one is recommended",
     )
+    add_mass(parser)
     parser.add_argument(
         "--truth",
         metavar="FILE",
@@ -290,6 +293,8 @@ def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
             )
     if a.sensor_accuracy is not None:
         settings["sensor_accuracy"] = sensor_accuracy_of(a)
+    if a.mass is not None:
+        settings["mass"] = mass_of(a)
     if a.until is not None:
         settings["until"] = _accuracy(a.until)
     return settings

@@ -13,6 +13,7 @@ from hefting.core.errors import InputError
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.gravity import Gravity
+    from hefting.core.mass_reading import MassReading
     from hefting.core.quantity import Kind
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
@@ -224,6 +225,27 @@ def sensor_accuracy_of(arguments: argparse.Namespace) -> "SensorAccuracy | None"
         return SensorAccuracy.of(arguments.sensor_accuracy)
     except InputError as error:
         raise InputError(error.what, "--sensor-accuracy", error.fix) from None
+
+
+def add_mass(parser: argparse._ActionsContainer) -> None:
+    """What a scale showed."""
+    parser.add_argument(
+        "--mass",
+        metavar="0.512kg±1g",
+        help="what a scale shows of the object, without the --tool; ± (or +-) is one "
+        "standard deviation, for which the scale's stated accuracy will do; default "
+        "its last digit",
+    )
+
+
+def mass_of(arguments: argparse.Namespace) -> "MassReading | None":
+    """The scale's reading that was given; `InputError` names the option."""
+    from hefting.core.mass_reading import MassReading
+
+    try:
+        return MassReading.of(arguments.mass)
+    except InputError as error:
+        raise InputError(error.what, "--mass", error.fix) from None
 
 
 def read_recording(

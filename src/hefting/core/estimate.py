@@ -180,6 +180,13 @@ class Estimate:
         return verdict_of(self.warnings)
 
     @property
+    def sensed_vector(self) -> Array:
+        """(10,) parameters as the sensor shows them: with the error of its gain, where
+        a scale's reading told it."""
+        gain = float(self.provenance.get("sensor_gain", 0.0))
+        return (1.0 + gain) * self.parameters.vector
+
+    @property
     def consistency(self) -> Consistency:
         """Margins of every condition of physical consistency, the COM's place in the
         shape included."""

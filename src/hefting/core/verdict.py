@@ -44,6 +44,7 @@ NO_DOUBT = frozenset(
         "bag-truncated",
         "gaps-in-poses",
         "torque-reference-assumed",
+        "mass-deviation-assumed",
         # what was looked at in the shape, or is told of a prediction
         "mesh-holes",
         "thin-parts",

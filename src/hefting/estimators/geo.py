@@ -135,12 +135,14 @@ class GEO(PointEstimator):
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
+        gamma = self._gamma(problem)
+        row = self.mass_row(state, problem.A)
+        problem = problem.with_equation(row.equation)
         prior, T = self._unit
         if self.prior is None:
             mass = problem.measured_mass(prior.vector)
             prior, T = InertialParameters(mass * prior.vector), mass * T
         A, b = problem.A @ T, problem.b
-        gamma = self._gamma(problem)
         if self.distance == "entropic":
             solution = solve(A, b, gamma)
         elif self.distance == "pullback":
@@ -167,7 +169,7 @@ class GEO(PointEstimator):
             ),
             bias=problem.bias(vector),
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:

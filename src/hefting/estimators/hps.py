@@ -125,6 +125,8 @@ class HPS(PointEstimator):
                 fix="stop and go, or use GEO or PMD",
             )
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        row = self.mass_row(state, problem.A)
+        problem = problem.with_equation(row.equation)
         G, g = problem.A @ self._matrix, problem.b
         lengths = np.sqrt(
             (G * G).sum(axis=0)
@@ -159,7 +161,7 @@ class HPS(PointEstimator):
             point_masses=self._shares @ masses,
             warnings=_warnings(len(lengths), told),
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies of these parts, each homogeneous."""

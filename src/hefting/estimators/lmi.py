@@ -82,6 +82,8 @@ class LMI(PointEstimator):
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
+        row = self.mass_row(state, problem.A)
+        problem = problem.with_equation(row.equation)
         half_space = None
         if self.ellipsoid is None:
             G = _typical(problem)
@@ -114,7 +116,7 @@ class LMI(PointEstimator):
             bias=problem.bias(vector),
             warnings=warnings,
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies | None:
         """Any body; in the box of the ellipsoid, where one is given."""

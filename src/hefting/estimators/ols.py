@@ -13,7 +13,13 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.quadratic import ScaledSVD, WrenchNoise, stacked_factor
+from hefting.estimators.quadratic import (
+    Quadratic,
+    ScaledSVD,
+    WrenchNoise,
+    stacked_factor,
+    with_equation,
+)
 from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 
 
@@ -64,7 +70,9 @@ class OLS(PointEstimator):
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there
         are none."""
         require_samples(state.samples)
-        fit = least_squares(state, self.bias == "estimate", self.noise)
+        free_bias = self.bias == "estimate"
+        row = self.mass_row(state, Quadratic.of(state, self.noise, free_bias).A)
+        fit = least_squares(state, free_bias, self.noise, row.equation)
         found = Estimate(
             method=self.name,
             parameters=InertialParameters(fit.solution[:10]),
@@ -72,10 +80,10 @@ class OLS(PointEstimator):
             duration=state.duration,
             covariance=fit.covariance[:10, :10],
             certificate=Certificate(fit.square, fit.bound, iterations=1),
-            bias=fit.solution[10:] if self.bias == "estimate" else None,
+            bias=fit.solution[10:] if free_bias else None,
             warnings=fit.warnings,
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +118,19 @@ BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
 
 
 def least_squares(
-    state: SampleState, free_bias: bool, noise: WrenchNoise
+    state: SampleState,
+    free_bias: bool,
+    noise: WrenchNoise,
+    equation: Array | None = None,
 ) -> LeastSquares:
     """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S
     from `noise`, or the identity.
 
     Without `noise` the covariance is scaled by the mean squared residual. Directions
     that no sample excites get the smallest solution (with columns scaled to one length)
-    and infinite variance.
+    and infinite variance. An `equation` (11,) of the parameters alone is one row more.
     """
-    R = stacked_factor(state, noise, free_bias)
+    R = with_equation(stacked_factor(state, noise, free_bias), equation)
     if free_bias:
         R = R[:, [*range(6, 16), *range(6), 16]]
     A, b = R[:, :-1], R[:, -1]

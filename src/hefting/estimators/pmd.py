@@ -12,12 +12,14 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
+from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments, triangular
+from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.quadratic import with_equation
 from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
 from hefting.shapes import Shape
 
@@ -106,6 +108,9 @@ class PMD(PointEstimator):
         """
         require_samples(state.samples)
         rows = _Rows.of(state, self.bias == "estimate")
+        row = self.mass_row(state, rows.A)
+        if row.equation is not None:
+            rows = _Rows.of(state, self.bias == "estimate", row.equation)
         T, V = self._basis
         problem = ConeProblem(
             rows.A @ T, rows.b, rows.K, V, self.regularization, rows.size
@@ -138,7 +143,7 @@ class PMD(PointEstimator):
             bias=bias,
             point_masses=solution.masses,
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies of any density in the shape."""
@@ -187,9 +192,18 @@ class _Rows:
     c1: float
 
     @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> _Rows:
-        reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias)
-        full = _factor(state.full, FULL_EQUATIONS, free_bias)
+    def of(
+        cls, state: SampleState, free_bias: bool, equation: Array | None = None
+    ) -> _Rows:
+        """Of all samples in `state`. An `equation` (11,) more of the parameters belongs
+        to the model that has more of the samples."""
+        more_full = _weight(state.full) >= _weight(state.reduced)
+        full = _factor(
+            state.full, FULL_EQUATIONS, free_bias, equation if more_full else None
+        )
+        if equation is not None:
+            equation = None if more_full else equation[[0, 1, 2, 3, 10]]
+        reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias, equation)
         n = 6 if free_bias else 0
         A = np.zeros((len(reduced) + len(full) - n, 10))
         b = np.zeros(len(reduced) + len(full) - n)
@@ -229,11 +243,19 @@ class _Rows:
         return _norm(reduced) + _norm(full)
 
 
-def _factor(moments: Moments, equations: Array, free_bias: bool) -> Array:
-    """Triangular factor of [bias columns | regressor | wrench] over all samples;
-    without bias columns if not free."""
-    if not free_bias:
-        return moments.factor_of(equations[6:])
-    factor = moments.factor_of(equations)
-    factor[:6] *= np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)[:, None]
+def _weight(moments: Moments) -> float:
+    """Root of the sum of the samples' squared weights."""
+    return _norm(moments.factor[:, ONE])
+
+
+def _factor(
+    moments: Moments, equations: Array, free_bias: bool, equation: Array | None
+) -> Array:
+    """Triangular factor of [bias columns | regressor | wrench] over all samples, and of
+    one `equation` more; without bias columns if not free."""
+    factor = moments.factor_of(equations if free_bias else equations[6:])
+    if equation is not None:
+        factor = triangular(with_equation(factor, equation))
+    if free_bias:
+        factor[:6] *= np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)[:, None]
     return factor

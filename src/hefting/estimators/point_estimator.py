@@ -11,9 +11,11 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.mass_reading import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known
+from hefting.estimators.mass_row import NO_ROW, MassRow
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.sample_state import (
@@ -46,6 +48,12 @@ class PointEstimator(Estimator):
     """How far the sensor may be off, for the intervals, as in ``0.5% 0.3N 0.01Nm``, or
     a sensor's name (`SensorAccuracy`). None: half a percent, and nothing beside a given
     `noise`."""
+    mass: MassReading | tuple[float, float] | str | None = field(
+        default=None, kw_only=True
+    )
+    """What a scale showed of the object alone, as in ``0.512kg±1g``, with one standard
+    deviation (`MassReading`): a row more of the method's equations. It needs
+    `intervals`, which tell what the row weighs."""
     noise_found: bool = field(default=False, kw_only=True)
     """Whether `noise`, by which the method weighs, was found in the residuals: the
     intervals then find it, and its colour, themselves."""
@@ -57,6 +65,13 @@ class PointEstimator(Estimator):
         super().__post_init__()
         accuracy = SensorAccuracy.of(self.sensor_accuracy)
         object.__setattr__(self, "sensor_accuracy", accuracy)
+        object.__setattr__(self, "mass", MassReading.of(self.mass))
+        if self.mass is not None and not self.intervals:
+            raise InputError(
+                "without intervals it is not known what a scale's reading weighs beside "
+                "the wrench",
+                fix="intervals=True, or no mass",
+            )
         require_body("what is carried", self.carried)
         require_common_covariance(self.systematic)
 
@@ -78,6 +93,8 @@ class PointEstimator(Estimator):
         found = {name: value for name, value in found.items() if name not in own}
         if self.intervals and self.sensor_accuracy is not None:
             found["sensor_accuracy"] = str(self.sensor_accuracy)
+        if self.mass is not None:
+            found["mass"] = str(self.mass)
         return found
 
     def start(self) -> SampleState:
@@ -93,13 +110,30 @@ class PointEstimator(Estimator):
         """
         return PossibleBodies.any(center) if self.consistent else None
 
-    def with_intervals(self, estimate: Estimate, state: SampleState) -> Estimate:
-        """The estimate with intervals, and with a covariance about it where it has
-        none; as it is where the state keeps no record of time."""
+    def mass_row(self, state: SampleState, A: Array) -> MassRow:
+        """What a scale showed, as a row beside the method's equations A (r, 10);
+        `NO_ROW` where nothing was weighed.
+
+        Raises `InputError` for a state without a record of time.
+        """
+        reading = MassReading.of(self.mass)
+        if reading is None:
+            return NO_ROW
+        samples = self._require_samples(state)
+        return MassRow.of(reading, samples, self.systematic, A)
+
+    def with_intervals(
+        self, estimate: Estimate, state: SampleState, row: MassRow = NO_ROW
+    ) -> Estimate:
+        """The estimate, as the `row` of a scale makes it, with intervals, and with a
+        covariance about it where it has none; as it is where the state keeps no record
+        of time."""
+        estimate = row.applied(estimate)
         samples = self._samples(state)
         if not self.intervals or samples is None:
             return estimate
-        found, covariance = self._uncertainty(estimate.parameters, samples)
+        reading = MassReading.of(self.mass) if row.weight else None
+        found, covariance = self._uncertainty(estimate.parameters, samples, reading)
         if estimate.covariance is not None:
             covariance = np.array(estimate.covariance)
         return replace(estimate, intervals=found, covariance=covariance)
@@ -113,10 +147,15 @@ class PointEstimator(Estimator):
 
         Raises `InputError` for a state without a record of time.
         """
+        reading = MassReading.of(self.mass)
+        return self._uncertainty(body, self._require_samples(state), reading)
+
+    def _require_samples(self, state: SampleState) -> StateSamples:
+        """What a state tells; `InputError` where it keeps no record of time."""
         samples = self._samples(state)
         if samples is None:
             raise InputError("the state keeps no record of time", fix="intervals=True")
-        return self._uncertainty(body, samples)
+        return samples
 
     def _samples(self, state: SampleState) -> StateSamples | None:
         free_bias = getattr(self, "bias", "none") == "estimate"
@@ -125,6 +164,11 @@ class PointEstimator(Estimator):
         return StateSamples.of(state, free_bias, noise, self.carried, accuracy)
 
     def _uncertainty(
-        self, body: InertialParameters, samples: StateSamples
+        self,
+        body: InertialParameters,
+        samples: StateSamples,
+        reading: MassReading | None,
     ) -> tuple[dict[str, Array], Array]:
-        return intervals_of(body, samples, self.systematic, self.possible_bodies)
+        return intervals_of(
+            body, samples, self.systematic, self.possible_bodies, reading
+        )

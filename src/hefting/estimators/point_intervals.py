@@ -15,9 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.inertia import InertialParameters
+from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array, Mask
 from hefting.estimators.bayes.mixture import Mixture, holding, shaped
 from hefting.estimators.bayes.passes import LARGEST_PRIOR_SCALE, SMALLEST_PRIOR_SCALE
+from hefting.estimators.bayes.weighed import with_reading
 from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateLikelihood, StateSamples
@@ -81,6 +83,7 @@ def intervals_of(
     samples: StateSamples,
     systematic: Array | None,
     possible_bodies: TakenForPossible,
+    reading: MassReading | None = None,
 ) -> tuple[dict[str, Array], Array]:
     """Intervals of `INTERVAL_QUANTITIES` that hold the truth with 95 % probability, and
     the estimate too; and the mean square of the truth's distance (10, 10) from it.
@@ -91,14 +94,15 @@ def intervals_of(
     samples : what its state tells.
     systematic : (10, 10) covariance of an error that all samples share.
     possible_bodies : what the method takes an object to be.
+    reading : of a scale.
     """
     # noise-free samples, or few of them, make numbers overflow: what is no number then
     # counts as open
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        known = _known(samples, systematic, possible_bodies)
+        known = _known(samples, systematic, possible_bodies, reading)
         ends = known.ends
         if samples.free_bias and known.bodies:
-            alone = _known(samples, systematic, _anything)
+            alone = _known(samples, systematic, _anything, reading)
             if alone.mass_error > LARGEST_MASS_ERROR:
                 low, high = alone.ends
                 ends = np.stack((np.minimum(ends[0], low), np.maximum(ends[1], high)))
@@ -109,7 +113,10 @@ def intervals_of(
 
 
 def _known(
-    samples: StateSamples, systematic: Array | None, possible_bodies: TakenForPossible
+    samples: StateSamples,
+    systematic: Array | None,
+    possible_bodies: TakenForPossible,
+    reading: MassReading | None = None,
 ) -> Known:
     """The posterior, found twice: the errors of the motion, and the mass of the bodies
     taken for possible, follow from the parameters."""
@@ -123,13 +130,14 @@ def _known(
         likelihood = found.likelihood
         if systematic is not None:
             likelihood = likelihood.blurred(systematic)
+        likelihood = with_reading(likelihood, reading)
         root = Root.of(likelihood)
         return root, (
             root.gaussian if bodies is None else posterior(bodies, mass, root, at)
         )
 
     found = samples.likelihood(at)
-    rough = found.rough_mass
+    rough = found.rough_mass if reading is None else reading.mass
     phi = fitted(found, rough)[1].mean
     if samples.source.motion.variances is not None:
         found = samples.likelihood(phi)

@@ -90,6 +90,14 @@ def stacked_factor(
     return parts[0] if len(parts) == 1 else triangular(np.vstack(parts))
 
 
+def with_equation(R: Array, row: Array | None) -> Array:
+    """A factor as of `stacked_factor`, with one equation more (11,) of the parameters
+    alone below it; None for none."""
+    if row is None:
+        return R
+    return np.vstack((R, np.pad(row, (R.shape[1] - len(row), 0))))
+
+
 def require_information(problem: "Quadratic") -> None:
     """`NotIdentifiableError` when the samples tell nothing at all."""
     if not len(problem.svd.S):
@@ -163,6 +171,13 @@ class Quadratic:
                 A = ((svd.U * svd.S) @ svd.V) * svd.scale
             return cls(A, R[6:, 16], R[:6])
         return cls(R[:, :10], R[:, 10], np.zeros((0, 17)))
+
+    def with_equation(self, row: Array | None) -> "Quadratic":
+        """With one equation more (11,) of the parameters alone; None for none."""
+        if row is None:
+            return self
+        R = triangular(np.vstack((np.column_stack((self.A, self.b)), row)))
+        return Quadratic(R[:, :10], R[:, 10], self.bias_rows)
 
     @cached_property
     def svd(self) -> ScaledSVD:

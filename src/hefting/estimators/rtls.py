@@ -14,7 +14,13 @@ from hefting.core.measurements import Noise
 from hefting.core.spatial import PARAMETERS, Array
 from hefting.estimators.base import BiasModel, Known, require_samples
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.quadratic import RANK_TOLERANCE, ScaledSVD, stacked_factor
+from hefting.estimators.quadratic import (
+    RANK_TOLERANCE,
+    Quadratic,
+    ScaledSVD,
+    stacked_factor,
+    with_equation,
+)
 from hefting.estimators.sample_state import SampleState
 
 
@@ -90,7 +96,9 @@ class RTLS(PointEstimator):
         """
         require_samples(state.samples)
         n = 6 if self.bias == "estimate" else 0
+        row = self.mass_row(state, Quadratic.of(state, self.noise, n > 0).A)
         R = stacked_factor(state, self.noise, n > 0)
+        R = with_equation(R, row.equation)
         levels = np.ones(10) if self.noise is None else column_levels(self.noise)
         exact = np.concatenate((np.arange(n), n + np.flatnonzero(levels == 0.0)))
         noisy, levels = n + np.flatnonzero(levels > 0.0), levels[levels > 0.0]
@@ -124,7 +132,7 @@ class RTLS(PointEstimator):
             bias=solution[:6] if n else None,
             warnings=warnings,
         )
-        return self.with_intervals(found, state)
+        return self.with_intervals(found, state, row)
 
 
 def column_levels(noise: Noise) -> Array:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.mass_reading import EXAMPLE, MassReading
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
@@ -114,7 +115,7 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
     if checked.shape is None or estimate.covariance is None or fit.mass_is_open:
         return []
     variance = float(estimate.covariance[0, 0] + fit.covariance[0, 0])
-    mass, free = estimate.parameters.mass, float(fit.vector[0])
+    mass, free = float(estimate.sensed_vector[0]), float(fit.vector[0])
     if not abs(mass - free) > LARGEST_CHANGE_BY_SHAPE * variance**0.5:
         return []
     what = (
@@ -122,6 +123,18 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
         f"{mass:.3g} kg: does it fit the object, and is its pose right?"
     )
     return [warning("mass-moved-by-shape", what, "shape")]
+
+
+def _scale_assumed(checked: Checked) -> Iterable[Message]:
+    """A scale of which nobody said how sure it is."""
+    reading = getattr(checked.estimator, "mass", None)
+    if not isinstance(reading, MassReading) or not reading.assumed:
+        return []
+    what = (
+        f"the scale's {reading.mass:g} kg are taken as right to {1e3 * reading.std:g} "
+        f"g, the last digit: say how sure it is, as in `mass` {EXAMPLE}"
+    )
+    return [warning("mass-deviation-assumed", what, "mass")]
 
 
 def _not_converged(checked: Checked) -> Iterable[Message]:
@@ -152,6 +165,7 @@ CHECKS: list[Check] = [
     _undetermined,
     _mass_undetermined,
     _against_least_squares,
+    _scale_assumed,
     _not_converged,
     _not_physical,
 ]

@@ -115,7 +115,8 @@ def identify(
     **hyperparameters
         Fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or
         shape are not exact, ``until`` to use no more of the recording than it takes. Of
-        all methods: ``sensor_accuracy``.
+        all methods: ``sensor_accuracy``; and ``mass``, what a scale shows of the object
+        without the tool, as in ``"0.512kg±1g"``, see `hefting.MassReading`.
 
     Returns
     -------

@@ -110,7 +110,9 @@ def identify(
         object, to subtract.
     hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
         where pose or shape are not exact, ``until`` to use no more of the recording
-        than it takes. Of all methods: ``sensor_accuracy``. Of PMD: ``c1``, which is
+        than it takes. Of all methods: ``sensor_accuracy``; ``mass``, a scale's reading
+        of the object without the tool, as in ``"0.512kg±1g"``, or mass and standard
+        deviation [kg], see `hefting.MassReading`. Of PMD: ``c1``, which is
         `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here,
         else the paper's.
 
@@ -323,7 +325,7 @@ def with_diagnostics(
             fix = "check the shape's pose and unit"
         refusal = NotIdentifiableError(what, where=found.log, fix=fix)
         raise named_instead(refusal, found)
-    rms = found.residual(estimate.parameters.vector, estimate.bias)
+    rms = found.residual(estimate.sensed_vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance
     own: Shape | None = getattr(estimator, "shape", None)
     if own is not None and own.known != "reach":
@@ -356,12 +358,15 @@ def _covariance(
     estimate: Estimate, estimator: Estimator, found: Ingested
 ) -> Array | None:
     """The method's own covariance; one of white noise alone is widened for coloured
-    residuals, and by the errors of gravity's size and of the tool.
+    residuals, and by the errors of gravity's size and of the tool; with a scale's
+    reading it is that of the intervals.
 
     With gravity found as well it is that of the fit which found it: gravity's error is
     the larger part.
     """
-    if estimate.covariance is None or not estimator.covariance_of_white_noise:
+    white = estimator.covariance_of_white_noise
+    weighed = "sensor_gain" in estimate.provenance
+    if estimate.covariance is None or not white or weighed:
         return estimate.covariance
     covariance = inflated(estimate.covariance, found.fit.inflation)
     if found.conditioned.tilt_std is not None:

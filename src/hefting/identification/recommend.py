@@ -42,14 +42,18 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
     For the true parameters this is chi² distributed with as many degrees of freedom as
     the data determine parameters, at most ten; the residuals' correlation in time is
-    taken into account.
+    taken into account. Where a scale told a gain of the sensor, single channels may be
+    wrong by as much, so that share of the wrench is no misfit.
     """
     problem = Quadratic.of(
         SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate"
     )
-    excess = problem.square(estimate.parameters.vector) - problem.square(
+    excess = problem.square(estimate.sensed_vector) - problem.square(
         problem.least_squares()
     )
+    gain = float(estimate.provenance.get("sensor_gain", 0.0))
+    explained = problem.A @ estimate.sensed_vector
+    excess -= gain**2 * float(explained @ explained)
     return max(0.0, excess) / found.fit.autocorrelation
 
 

@@ -61,7 +61,10 @@ def with_stop_reason(
     }
     warnings = estimate.warnings
     if not estimate.sufficient:
-        why = asked.shortfall(estimate.accuracy) or "the wrench contradicts the shape"
+        why = (
+            asked.shortfall(estimate.accuracy)
+            or "the wrench contradicts the shape or the scale"
+        )
         doubt = warning("accuracy-not-reached", f"not as sure as asked for: {why}")
         warnings = (doubt, *warnings)
     return replace(estimate, warnings=warnings, provenance=provenance)

@@ -258,6 +258,12 @@ def facts(estimate: Estimate) -> Iterable[str]:
     made = estimate.provenance
     if "until" in made:
         yield _describe_until(estimate)
+    if "sensor_gain" in made:
+        gain = 100.0 * made["sensor_gain"]
+        yield (
+            f"the scale's {made['mass']} counted; by it the sensor shows "
+            f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
+        )
     if any(made.get("pose_std", ())):
         m, rad = made["pose_std"]
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"

@@ -3,7 +3,7 @@ of the noise."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.mass_reading import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import (
@@ -35,6 +36,7 @@ from hefting.estimators.bayes.posterior import (
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.weighed import scale_doubts
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
     SampleState,
@@ -127,6 +129,9 @@ class Bayes(Estimator):
     carried: Array | None = None
     """Parameters (10,) of what the sensor holds besides the object, a tool whose wrench
     was subtracted: errors of the sensor follow the wrench of both."""
+    mass: MassReading | tuple[float, float] | str | None = None
+    """What a scale showed of the object alone, as in ``0.512kg±1g``, with one standard
+    deviation (`MassReading`)."""
     until: Accuracy | str | None = None
     """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``: estimates then
     tell what they reach (`Estimate.accuracy`) and whether that suffices."""
@@ -164,6 +169,7 @@ class Bayes(Estimator):
             )
         accuracy = SensorAccuracy.of(self.sensor_accuracy)
         object.__setattr__(self, "sensor_accuracy", accuracy)
+        object.__setattr__(self, "mass", MassReading.of(self.mass))
         require_body("what is carried", self.carried)
         require_common_covariance(C)
 
@@ -191,6 +197,8 @@ class Bayes(Estimator):
         found = super().provenance
         if self.sensor_accuracy is not None:
             found["sensor_accuracy"] = str(self.sensor_accuracy)
+        if self.mass is not None:
+            found["mass"] = str(self.mass)
         if self.shape_std is not None or self.shape.known == "object":
             return found
         return found | {"shape_known": self.shape.known}
@@ -235,6 +243,7 @@ class Bayes(Estimator):
             sure = (
                 posterior.noise_known
                 and not posterior.coloured
+                and not posterior.scale_doubts
                 and not contradiction(posterior, nearest.distance)
             )
             sufficient = sure and self.until.met_by(accuracy)
@@ -272,7 +281,8 @@ class Bayes(Estimator):
         )
         samples, known = source.samples, source.given is not None
         _require_information(samples, state, free_bias)
-        steps = Passes(source, self._prior, self.systematic)
+        reading = MassReading.of(self.mass)
+        steps = Passes(source, self._prior, self.systematic, reading)
         found = steps.first(start)
         scores = found.scores
         most = MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
@@ -300,9 +310,15 @@ class Bayes(Estimator):
         misfit = found.likelihood.misfit(found.mixture.mean)
         if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
             found = steps.without_shape(found)
+        doubts = scale_doubts(found.wrench, reading, self.carried)
+        if doubts:
+            alone = replace(self, mass=None).posterior(state, start)
+            return replace(alone, scale_doubts=doubts)
         noise, mixture = found.noise, found.mixture
         enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
         slow = samples.pace >= SEPARATE_POSE_INTERVAL
+        gain = steps.sensor_gain(found)
+        sensed = (1.0 + (gain or 0.0)) * mixture.mean
         colour = noise.colour
         return Posterior(
             mixture=mixture,
@@ -322,7 +338,8 @@ class Bayes(Estimator):
             misfit=misfit,
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
             passes=passes,
-            bias=samples.bias(mixture.mean) if free_bias else None,
+            bias=samples.bias(sensed) if free_bias else None,
+            sensor_gain=gain,
         )
 
 

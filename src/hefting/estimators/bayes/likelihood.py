@@ -47,6 +47,10 @@ ISOTROPY_SAMPLES = 12.0
 """Number of samples that the prior of the residuals' covariance is worth: independent
 channels, one variance for the forces and one for the torques."""
 
+UNSEEN_MASS = 1e-6
+"""Share of the mass in directions that the samples do not see, relative to the scale of
+each parameter, from which on they leave it open."""
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -180,6 +184,19 @@ class Likelihood:
         off = self.shift - self.precision @ phi
         root = _root_of_inverse(self.precision) @ off
         return float(root @ root)
+
+    @property
+    def mass(self) -> tuple[float, float]:
+        """Mean [kg] and variance [kg²] of the mass; infinite where it is open."""
+        root = _root_of_inverse(self.precision)
+        inverse = root.T @ root
+        seen = inverse[0] @ self.precision  # e_0 where all of the mass is seen
+        seen[0] -= 1.0
+        scale = np.sqrt(np.maximum(self.precision.diagonal(), 0.0))
+        unseen = np.abs(seen) * scale[0]
+        if scale[0] == 0.0 or float((unseen > UNSEEN_MASS * scale).any()):
+            return 0.0, np.inf
+        return float(inverse[0] @ self.shift), float(inverse[0, 0])
 
     def blurred(self, C: Array) -> Self:
         """With an error of covariance C (10, 10) in the parameters that all samples

@@ -8,11 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.noise import NoiseFound, NoiseSource, inflation_of
 from hefting.estimators.bayes.prior import Placed, Prior
+from hefting.estimators.bayes.weighed import gain_by_scale, with_reading
 
 SMALLEST_PRIOR_SCALE = 0.2
 """Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
@@ -37,8 +39,10 @@ class Pass:
     scale: float
     """of the prior [kg]"""
     noise: NoiseFound
+    wrench: Likelihood
+    """of the samples alone, with systematic errors"""
     likelihood: Likelihood
-    """with systematic errors"""
+    """of the samples, and of what a scale showed"""
     mixture: Mixture
 
     @property
@@ -65,6 +69,8 @@ class Passes:
     systematic: Array | None
     """(10, 10) covariance of the parameters' error that all samples share; None where
     there is none"""
+    reading: MassReading | None = None
+    """of a scale"""
 
     def first(self, start: Estimate | None) -> Pass:
         """The first pass, from an earlier estimate if there is one."""
@@ -110,9 +116,21 @@ class Passes:
         mixture = Mixture.of(prior, last.scale, last.likelihood)
         return replace(last, mixture=mixture)
 
+    def sensor_gain(self, last: Pass) -> float | None:
+        """Relative error of the sensor's gain by the scale, as far as its accuracy
+        allows; None where nothing was weighed."""
+        if self.reading is None:
+            return None
+        body = last.mixture.mean
+        carried = self.source.carried[0] / body[0] if body[0] > 0.0 else 0.0
+        limit = self.source.allowed.share * (1.0 + max(float(carried), 0.0))
+        return gain_by_scale(last.noise.equations, body, limit)
+
     @cached_property
     def rough_mass(self) -> float:
-        """[kg] of the object, by size of the wrench."""
+        """[kg] of the object, by the scale; else by size of the wrench."""
+        if self.reading is not None:
+            return self.reading.mass
         level = self.source.level()
         return self.source.samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
 
@@ -135,8 +153,9 @@ class Passes:
         noise: NoiseFound,
         inflation: float,
     ) -> Pass:
-        likelihood = noise.likelihood(inflation)
+        wrench = noise.likelihood(inflation)
         if self.systematic is not None:
-            likelihood = likelihood.blurred(self.systematic)
+            wrench = wrench.blurred(self.systematic)
+        likelihood = with_reading(wrench, self.reading)
         mixture = Mixture.of(placed.prior, scale, likelihood)
-        return Pass(placed, com, scale, noise, likelihood, mixture)
+        return Pass(placed, com, scale, noise, wrench, likelihood, mixture)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.messages import warning
+from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT
 from hefting.estimators.bayes.distortion import Move
@@ -66,6 +66,10 @@ class Posterior:
     """how often the noise was found anew"""
     bias: Array | None
     """(6,) wrench bias [N, N m]; None where none is free"""
+    scale_doubts: tuple[Message, ...] = ()
+    """what speaks against the scale's reading"""
+    sensor_gain: float | None = None
+    """relative error of the sensor's gain, by a scale's reading; None without one"""
 
     @property
     def noise_found(self) -> dict[str, Any]:
@@ -75,6 +79,8 @@ class Posterior:
             "disagreement": float(self.disagreement),
             "response": float(self.response),
         }
+        if self.sensor_gain is not None:
+            found["sensor_gain"] = self.sensor_gain
         if self.motion.variances is not None:
             linear, angular = np.sqrt(self.motion.variances[[0, 3]])
             found |= {
@@ -158,4 +164,4 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
                 "shape",
             )
         )
-    return tuple(warnings)
+    return (*warnings, *posterior.scale_doubts)

@@ -54,7 +54,7 @@ def _step(
     scale = precision**-0.5
     _, logdet = np.linalg.slogdet(np.eye(36) + S * scale * scale[:, None])
     cost = 0.5 * float(logdet + errors @ (precision * errors))
-    return errors.reshape(6, 6), cost
+    return np.array(errors, dtype=float).reshape(6, 6), cost
 
 
 def _told(errors: Array, size: Array) -> tuple[str, str]:
