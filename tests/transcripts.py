@@ -43,6 +43,7 @@ identify log.csv --method OLS
 identify log.csv --method OLS,LMI
 identify log.csv {SHAPE} --method all
 identify log.csv {SHAPE} --until mass=2%,com=2mm,inertia=40%
+identify log.csv --mass 0.6704kg±0.2g
 identify flipped.csv
 identify biased.csv --verbose
 identify poses.csv

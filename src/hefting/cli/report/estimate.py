@@ -240,8 +240,20 @@ def summary(estimate: Estimate) -> Iterable[str]:
     yield text
     if made.get("tool"):
         yield f"without the tool of {made['tool'][0]:.4g} kg, which was subtracted"
+    yield from _describe_scale(made)
     if "until" in made:
         yield _describe_until(estimate)
+
+
+def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
+    """What a scale's reading did, if one was given."""
+    if "sensor_gain" not in made:
+        return
+    gain = 100.0 * made["sensor_gain"]
+    yield (
+        f"the scale's {made['mass']} counted; by it the sensor shows "
+        f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
+    )
 
 
 def _describe_until(estimate: Estimate) -> str:
@@ -258,12 +270,7 @@ def facts(estimate: Estimate) -> Iterable[str]:
     made = estimate.provenance
     if "until" in made:
         yield _describe_until(estimate)
-    if "sensor_gain" in made:
-        gain = 100.0 * made["sensor_gain"]
-        yield (
-            f"the scale's {made['mass']} counted; by it the sensor shows "
-            f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
-        )
+    yield from _describe_scale(made)
     if any(made.get("pose_std", ())):
         m, rad = made["pose_std"]
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"
