@@ -63,10 +63,18 @@ def test_identify_prints_a_table_with_units_and_truth(run, folder):
         "mm",
         "truth",
         "errors: mass",
-        "on-object (found from gravity)",
-        "physically consistent",
+        "wrench on the object, found from gravity",
+        "95 % from",
     ):
         assert text in out
+    assert len(out.splitlines()) <= 24
+    assert max(map(len, out.splitlines())) <= 80
+    _, verbose, _ = run(
+        "identify", folder / "log.csv", *shape_options(folder), "--verbose"
+    )
+    assert "on-object (found from gravity)" in verbose
+    assert "physically consistent" in verbose
+    assert "physically consistent" not in out
 
 
 def test_json_is_one_object_with_the_documented_keys(run, folder):

@@ -84,7 +84,7 @@ def test_calibrate_then_subtract(run, tmp_path):
         "--output",
         tool,
     )
-    assert f"--tool {tool}" in told
+    assert f"--tool {tool}" in " ".join(told.split())
     held = saved(log(BOTH, 2, on_sensor=True), tmp_path / "held.csv")
     found = identified(run, held, "--tool", tool)
     assert found["mass"] == pytest.approx(OBJECT.mass, **NEAR)
@@ -93,7 +93,7 @@ def test_calibrate_then_subtract(run, tmp_path):
     )
     assert found["provenance"]["wrench"] == "on-sensor"
     np.testing.assert_allclose(found["provenance"]["tool"], TOOL.vector, atol=2e-3)
-    assert "kg was subtracted" in run("identify", held, "--tool", tool)
+    assert "kg, which was subtracted" in run("identify", held, "--tool", tool)
     # its bias as well, in the sensor's own sign: then none is looked for
     known = identified(run, held, "--tool", tool, "--bias", tool)
     assert known["bias"] is None
@@ -143,7 +143,7 @@ def test_gravity_of_a_tilted_base(run, tmp_path):
     )
     assert found["provenance"]["gravity_found"]
     told = " ".join(run("inspect", tilted).split())
-    assert re.search(r"have it 14\.[789]° ± 0\.\d° off", told)
+    assert re.search(r"have it 14\.[789]° ± 0\.\d+° off", told)
     assert "is the base tilted? give --gravity" in told
 
 

@@ -62,6 +62,8 @@ def test_only_the_chosen_command_is_imported():
     assert set(out.splitlines()[-1].split()[1:]) == {
         "hefting.cli.export",
         "hefting.cli.options",
+        "hefting.cli.parser",
+        "hefting.cli.standard_input",
     }
 
 
@@ -101,7 +103,7 @@ def test_the_options_exist():
 
 def test_nothing_printed_names_an_argument(run, tmp_path):
     (tmp_path / "log.csv").write_text("time,qx,qy,qz,qw\n0,0,0,0,1\n")
-    assert refused(run("identify", tmp_path / "log.csv"), "column map (--map FILE)")
+    assert refused(run("identify", tmp_path / "log.csv"), "column map (--map FILE;")
     assert refused(
         run("convert", tmp_path / "log.csv", tmp_path / "a.csv", "--imu-topic", "/i"),
         "--imu-topic is for bags",

@@ -11,7 +11,15 @@ from hefting.core.spatial import STANDARD_GRAVITY
 from registries import PACKAGE, Copy
 
 ROOT = Path(__file__).parents[2]
-NOT_COMMANDS = {"__init__", "options", "outputs"}
+NOT_COMMANDS = {
+    "__init__",
+    "options",
+    "outputs",
+    "parser",
+    "progress",
+    "shapes",
+    "standard_input",
+}
 
 TOY = '''"""hefting toy: say so."""
 

@@ -60,9 +60,9 @@ def with_wrench(log: Recording, values=None, time=None) -> Recording:
     return replace(log, streams={**log.streams, "wrench": changed})
 
 
-def printed(found: Inspection, width=200) -> str:
+def printed(found: Inspection, width=200, verbose=True) -> str:
     page = io.StringIO()
-    Console(width=width, file=page).print(inspection_report(found))
+    Console(width=width, file=page).print(inspection_report(found, verbose))
     return page.getvalue()
 
 

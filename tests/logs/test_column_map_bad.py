@@ -30,8 +30,8 @@ def path(tmp_path) -> Path:
         (
             "wrnech = []",
             (
-                "key wrnech",
-                "unknown key (did you mean 'wrench'?)",
+                "map.toml",
+                "unknown key 'wrnech' (did you mean 'wrench'?)",
                 "time, position, orientation",
             ),
         ),
@@ -57,7 +57,7 @@ def path(tmp_path) -> Path:
         (POSE + "wrench = { unit = 'N' }", ("does not say which columns",)),
         (
             POSE + "wrench = { column = 'f{0..5}' }",
-            ("wrench.column", "unknown word (did you mean 'columns'?)"),
+            ("key wrench", "unknown word 'column' (did you mean 'columns'?)"),
         ),
         (
             POSE + "wrench = 'f{5..0}'",
@@ -124,7 +124,7 @@ def path(tmp_path) -> Path:
         (WRENCH + POSE + "time = { unit = 's' }", ("neither column nor rate",)),
         (
             WRENCH + POSE + "time = { columns = 'time' }",
-            ("time.columns", "did you mean 'column'"),
+            ("key time", "'columns' (did you mean 'column'"),
         ),
         (WRENCH + POSE + "time = 't{0..1}'", ("names 2 columns, time is one",)),
         (WRENCH + POSE + "time = { rate = 0 }", ("rate 0 is no positive number", "Hz")),
@@ -185,7 +185,7 @@ def path(tmp_path) -> Path:
         ),
         (
             WRENCH + POSE.replace('"qw"', "99"),
-            ("key orientation", "no column number 99", "has 11"),
+            ("key orientation", "no column number 99", "has 11 columns"),
         ),
         (WRENCH + POSE + "header = 9", ("there is no line 9 with the column names",)),
         (WRENCH + POSE + "header = 2", ("row 2", "numbers, not column names")),

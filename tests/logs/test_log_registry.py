@@ -179,7 +179,7 @@ def test_errors_name_a_new_format(tmp_path):
 )
 def test_the_help_of_commands_names_a_new_format(run, command):
     words = " ".join(run(command, "--help")[1].split())
-    assert ": .csv, .parquet, ROS bag, .mcap or .toy; see --map" in words
+    assert ": .csv, .parquet, ROS bag, .mcap or .toy; - reads" in words
     assert "--toy-sign +|- of a toy: sign of the wrench" in words
 
 

@@ -133,11 +133,11 @@ def test_quaternions(tmp_path):
         ),
         (
             HEADER.replace("fy", "f_y"),
-            ("'fy' is missing", "'f_y'", "did you mean 'fy'"),
+            ("unknown column 'f_y'", "did you mean 'fy'", "rename it 'fy'"),
         ),
         (
             HEADER.replace("qw", "q_w"),
-            ("'qw' is missing", "'q_w'", "did you mean 'qw'"),
+            ("unknown column 'q_w'", "did you mean 'qw'", "rename it 'qw'"),
         ),
         (HEADER + ",px,py", ("'pz' is missing beside px py",)),
         (HEADER + ",q1,q2,q4", ("'q3' is missing beside q1 q2 q4",)),
@@ -233,7 +233,7 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     (tmp_path / "folder.csv").mkdir()
     fails(tmp_path / "folder.csv", "is not a file")
     os.mkfifo(tmp_path / "pipe.csv")
-    fails(tmp_path / "pipe.csv", "is not a file")
+    fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".bag", ".mcap", ".db3"):
         fails(log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"), "'.xlsx'", suffix)
     fails(tmp_path / "log", "does not exist")

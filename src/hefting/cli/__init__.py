@@ -11,15 +11,21 @@ import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import IO
+from textwrap import wrap
 
+from hefting.cli.parser import WIDTH, Parser, did_you_mean, say
 from hefting.core.errors import HeftingError, InputError
+
+STATUS_STOPPED = 130
+"""Exit status of a command that Ctrl-C ended, as shells have it."""
 
 COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
     "inspect": "say what a log holds, its conventions, and what can be found from it.",
     "identify": "find mass, COM and inertia of the object in a recording.",
+    "map": "guess a column map from the names and numbers of a log, to be checked.",
     "methods": "list the methods, what each needs and what it guarantees.",
+    "completion": "print what a shell needs to complete commands and options.",
     "calibrate": "measure an empty gripper, its bias and noise, for --tool and --bias.",
     "convert": "read a log of any known format, and write it in another.",
     "export": "write an estimate for a simulator or a robot controller.",
@@ -72,42 +78,80 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} |
 methods and log formats."""
 
 
-class Parser(argparse.ArgumentParser):
-    """Reports bad usage as an `InputError`, in one line."""
-
-    def error(self, message: str):
-        """Raise `message` as an `InputError`."""
-        raise InputError(message, fix=f"see {self.prog} --help")
-
-    def _print_message(self, message: str, file: IO[str] | None = None) -> None:
-        """Print help or version; that of `argparse` says nothing where it cannot."""
-        (file or sys.stdout).write(message)
-
-
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of ``hefting``, with the arguments of the one command that is the
-    first of `words`."""
+    first of `words`.
+
+    `InputError` for a command that there is not, and for options the command does not
+    have.
+    """
     from hefting import __version__
 
     about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."
-    parser = Parser(prog="hefting", description=about, allow_abbrev=False)
-    parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    chosen = next((word for word in words if not word.startswith("-")), None)
+    more = "hefting COMMAND --help tells more of each, with examples."
+    parser = Parser(
+        prog="hefting", usage="hefting COMMAND ...", description=about, epilog=more
+    )
+    parser.add_argument(
+        "--version", action="version", version=__version__, help="print the version"
+    )
+    commands = parser.add_subparsers(
+        title="commands",
+        prog="hefting",
+        metavar="COMMAND",
+        required=True,
+        parser_class=Parser,
+    )
+    place = next((i for i, w in enumerate(words) if not w.startswith("-")), len(words))
+    parser.check_options(words[:place], " before the command")
+    chosen = "".join(words[place : place + 1])
+    if chosen and chosen not in COMMANDS:
+        guess = did_you_mean(chosen, COMMANDS)
+        parser.error(f"there is no command '{chosen[:40]}'{guess}")
     for name, text in COMMANDS.items():
-        command = commands.add_parser(
-            name, help=text, description=text, allow_abbrev=False
-        )
+        command = commands.add_parser(name, help=text, description=sentence(text))
         if name == chosen:
-            module = import_module(f"hefting.cli.{name}")
-            module.add_arguments(command)
-            command.set_defaults(run=module.run)
+            add_command(command, name)
+            command.check_options(words[place + 1 :])
     return parser
+
+
+def build_whole_parser() -> argparse.ArgumentParser:
+    """The parser of ``hefting`` with the arguments of every command."""
+    parser = build_parser(())
+    for name, command in commands_of(parser).items():
+        add_command(command, name)
+    return parser
+
+
+def commands_of(
+    parser: argparse.ArgumentParser,
+) -> "dict[str, argparse.ArgumentParser]":
+    """The parsers of the commands, by name."""
+    (action,) = (
+        a for a in parser._actions if a.dest == argparse.SUPPRESS and a.choices
+    )
+    return dict(action.choices)  # type: ignore[arg-type]
+
+
+def add_command(parser: argparse.ArgumentParser, name: str) -> None:
+    """Give the parser of a command its arguments, its examples and what it runs."""
+    module = import_module(f"hefting.cli.{name}")
+    module.add_arguments(parser)
+    parser.set_defaults(run=module.run)
+    examples = getattr(module, "EXAMPLES", ())
+    if examples:
+        parser.epilog = "\n".join(["examples:", *(f"  {line}" for line in examples)])
+
+
+def sentence(text: str) -> str:
+    """A text as a sentence, wrapped."""
+    return "\n".join(wrap(text[:1].upper() + text[1:], WIDTH - 1))
 
 
 def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 3 done but
-    the answer is not to be used, 1 anything else."""
+    the answer is not to be used, 130 stopped, 1 anything else."""
     if sys.stdout is None:  # was closed before the start
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
     try:
@@ -122,7 +166,7 @@ def main() -> None:
     except HeftingError as error:
         _fail(render(str(error)), 2 if isinstance(error, InputError) else 1)
     except KeyboardInterrupt:
-        _fail("stopped", 1)
+        _fail("stopped", STATUS_STOPPED)
     except MemoryError:
         _fail("there is not enough memory; use a shorter recording, a simpler shape", 1)
     except BrokenPipeError:  # the reader of a pipe went away
@@ -198,5 +242,5 @@ def _drop_output() -> None:
 
 
 def _fail(message: str, status: int) -> None:
-    print("hefting: " + " ".join(message.split()), file=sys.stderr)
+    say(message)
     sys.exit(status)

@@ -9,32 +9,40 @@ from hefting.cli.options import (
     add_gravity,
     add_recording,
     add_sensor_accuracy,
+    add_verbose,
     check_output,
     gravity_of,
-    progress,
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+
+EXAMPLES = (
+    "hefting calibrate empty.csv --output gripper.json",
+    "hefting identify full.csv --tool gripper.json",
+    "hefting identify full.csv --tool gripper.json --bias gripper.json",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting calibrate``."""
-    log = add_recording(parser)
-    add_gravity(log)
-    add_sensor_accuracy(log)
     parser.add_argument(
         "--output",
         metavar="FILE.json",
         required=True,
         help="where the tool's estimate goes",
     )
+    add_verbose(parser)
+    log = add_recording(parser)
+    add_gravity(log)
+    add_sensor_accuracy(log)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Identify what the empty gripper is, save it, and say how to use it; returns the
     exit status."""
-    from hefting.cli.report.estimate import estimate_report, print_lines
+    from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.cli.report.verdict import exit_status
     from hefting.identification import calibrate
 
@@ -46,16 +54,18 @@ def run(arguments: argparse.Namespace) -> int:
             "choose a name that ends in .json",
         )
     check_output(a.output, a.log, a.map, a.urdf)
-    with progress("calibrating ..."):
+    with progress("calibrating"):
         tool = calibrate(
             read_recording(a),
             gravity=gravity_of(a),
             sensor_accuracy=sensor_accuracy_of(a),
         )
     tool.save(a.output)
-    print_lines(estimate_report(tool), render)
-    print(f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}")
-    print(
-        f"to use its wrench bias as well, where the sensor was not zeroed since: --bias {a.output}"
+    next_steps = (
+        f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}",
+        "to use its wrench bias as well, where the sensor was not zeroed since: "
+        f"--bias {a.output}",
     )
+    report = estimate_report(tool, verbose=a.verbose)
+    print_lines([*report, *map(Line, next_steps)], render)
     return exit_status(tool.verdict)

@@ -7,17 +7,14 @@ import re
 from hefting.cli.options import add_json, check_output
 from hefting.core.errors import printable
 
-EXAMPLES = """\
-examples:
-  hefting check robot.urdf
-  hefting check robot.urdf --repair repaired.urdf --diff
-"""
+EXAMPLES = (
+    "hefting check robot.urdf",
+    "hefting check robot.urdf --repair repaired.urdf --diff",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting check``."""
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.epilog = EXAMPLES
     parser.add_argument("urdf", metavar="ROBOT.urdf", help="a robot; xacro expanded")
     parser.add_argument(
         "--repair",

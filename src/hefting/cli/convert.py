@@ -4,10 +4,18 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import add_recording, check_output, progress, read_recording
+from hefting.cli.options import add_recording, check_output, read_recording
 
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
+from hefting.cli.progress import progress
+
+EXAMPLES = (
+    "hefting convert held.mcap log.csv",
+    "hefting convert log.csv log.parquet --map map.toml",
+    "hefting convert joints.csv log.csv --urdf robot.urdf --sensor-frame tool0",
+    "hefting convert log.csv short.csv --start 2 --duration 10",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     check_format(a.output)
     check_output(a.output, a.log, a.map, a.urdf)
-    with progress("converting ..."):
+    with progress("converting", stages={"reading the log": 1.0}):
         recording = read_recording(a)
         if a.start or a.duration is not None:
             recording = recording.slice(a.start, a.duration)

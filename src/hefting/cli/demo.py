@@ -3,7 +3,10 @@
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import progress
+from hefting.cli.options import add_verbose
+from hefting.cli.progress import progress
+
+EXAMPLES = ("hefting demo", "hefting demo --output /tmp/hammer")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,8 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default="hefting-demo",
-        help="where log, mesh, estimate and pictures go",
+        help="where log, mesh, estimate and pictures go; default %(default)s",
     )
+    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -21,9 +25,10 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.estimate import estimate_report, print_lines
     from hefting.simulation.demo import run
 
-    with progress(
-        "simulating a robot arm that wields a hammer, and identifying it ..."
-    ):
+    with progress("simulating a robot arm that wields a hammer"):
         shown = run(arguments.output)
-    print_lines(estimate_report(shown.estimate, shown.truth, shown.errors), render)
+    report = estimate_report(
+        shown.estimate, shown.truth, shown.errors, arguments.verbose
+    )
+    print_lines(report, render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")

@@ -1,10 +1,10 @@
 """hefting export: write an estimate for a simulator or a robot controller."""
 
 import argparse
-import sys
 
 from hefting.cli import render
 from hefting.cli.options import (
+    ESTIMATE,
     POSE,
     add_accept,
     add_fill_inertia,
@@ -12,6 +12,15 @@ from hefting.cli.options import (
     check_output,
     either,
     fill_inertia_of,
+    read_estimate,
+)
+from hefting.cli.parser import say
+
+EXAMPLES = (
+    "hefting export mug.json --to urdf --output mug.urdf",
+    "hefting export mug.json --to urdf --into robot.urdf --link tool0",
+    "hefting export mug.json --to ur --sensor-pose-in-flange 0,0,0.03,0,0,0,1",
+    "hefting identify log.csv --json | hefting export - --to mjcf",
 )
 
 
@@ -19,9 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
     from hefting.export import INSERTABLE, TARGETS
 
-    parser.add_argument(
-        "estimate", metavar="ESTIMATE.json", help="written by hefting identify --output"
-    )
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     parser.add_argument(
         "--to",
         metavar="TARGET",
@@ -54,7 +61,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
     from hefting.export import export
     from hefting.shapes import load_shape, parse_pose
@@ -68,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
     shape = load_shape(a.shape, a.unit, pose) if a.shape else None
     fill = fill_inertia_of(a.fill_inertia, shape)
     exported = export(
-        Estimate.load(a.estimate),
+        read_estimate(a.estimate),
         a.to,
         flange,
         a.into,
@@ -77,7 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         fill_inertia=fill,
     )
     for line in exported.warnings:
-        print(f"hefting: warning: {render(line)}", file=sys.stderr)
+        say(f"warning: {render(line)}")
     if a.output:
         write_atomically(a.output, exported.text)
         print(f"wrote {a.output} ({exported.frame} axes)")

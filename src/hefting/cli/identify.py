@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import option_of, render
 from hefting.cli.options import (
-    POSE,
     add_accept,
     add_fill_inertia,
     add_gravity,
@@ -16,19 +15,21 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_verbose,
     check_output,
     either,
     fill_inertia_of,
     gravity_of,
     mass_of,
     numbers,
-    progress,
     quantities,
     read_recording,
     sensor_accuracy_of,
 )
 from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
+from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
+from hefting.cli.shapes import add_shape, add_shape_details, shape_of
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,17 +43,39 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 
+EXAMPLES = (
+    "hefting identify log.csv",
+    "hefting identify log.csv --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
+    "hefting identify log.csv --box 0.1,0.2,0.3 --output mug.json --output mug.urdf",
+    "hefting identify log.bag --tool gripper.json --start 2 --duration 10",
+    "hefting identify log.csv --map map.toml --method all --truth truth.json",
+    "zcat log.csv.gz | hefting identify - --json",
+)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
-    from hefting.estimators import default_method, methods_with, options
-
-    having = {
-        name: ", ".join(methods_with(name))
-        for name in ("pose_std", "shape_std", "until")
-    }
+    _add_common(parser)
+    add_shape_details(parser.add_argument_group("more on the object's shape"))
     log = add_recording(parser)
-    add_gravity(log)
-    add_sensor_accuracy(log)
+    _add_reading(log)
+    _add_methods(parser.add_argument_group("methods"))
+    results = parser.add_argument_group("results")
+    add_sensor_pose(results)
+    add_accept(results)
+    add_fill_inertia(results)
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    """What most people need."""
+    from hefting.estimators import default_method
+
+    add_shape(parser)
+    parser.add_argument(
+        "--tool",
+        metavar="FILE",
+        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+    )
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",
@@ -60,64 +83,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Of several, one is recommended",
     )
     add_mass(parser)
-    shape = parser.add_argument_group("the object's shape")
-    shape.add_argument(
-        "--shape",
-        metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
-        help="mesh, point cloud or labelled parts; or a box in the sensor frame [m]",
-    )
-    shape.add_argument(
-        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
-    )
-    shape.add_argument(
-        "--object-pose",
-        metavar="POSE",
-        help=f"the file's frame in the sensor frame: {POSE}",
-    )
-    shape.add_argument(
-        "--pose-std",
-        metavar="5mm,5deg",
-        help=f"{having['pose_std']}: how well that pose is known, 0mm,0deg exactly; default perhaps exactly, "
-        "perhaps some 5 mm and 5° off",
-    )
-    shape.add_argument(
-        "--shape-std",
-        metavar="20%%",
-        help=f"{having['shape_std']}: how well the shape is known; default exactly, 20%% for a hull, "
-        "less for a mesh with holes; a box only holds the object",
-    )
-    shape.add_argument(
-        "--points",
-        type=int,
-        metavar="N",
-        help="about how many point masses; default 56",
-    )
-    shape.add_argument(
-        "--points-per-cm3", type=float, metavar="D", help="their density instead"
-    )
-    log.add_argument(
-        "--wrench",
-        metavar="auto|on-object|on-sensor",
-        default="auto",
-        help="whom the recorded wrench acts on",
-    )
-    log.add_argument(
-        "--bias",
-        metavar="auto|none|estimate|tare:START,END|FILE",
-        default="auto",
-        help="wrench bias",
-    )
-    log.add_argument(
-        "--motion",
-        metavar="auto|columns|smooth|filter",
-        default="auto",
-        help="velocities and accelerations: of the log, or from its poses",
-    )
-    log.add_argument(
-        "--tool",
+    parser.add_argument(
+        "--truth",
         metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+        help="true parameters or another estimate, to compare with (JSON)",
     )
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write {_formats()}; repeatable",
+    )
+    add_json(parser)
+    add_verbose(parser)
+
+
+def _add_reading(log: argparse._ActionsContainer) -> None:
+    """What of the recording is used, and how it is taken."""
     log.add_argument(
         "--start",
         type=float,
@@ -126,34 +109,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave out what is before [s]",
     )
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
-    method = parser.add_argument_group("methods")
+    log.add_argument(
+        "--wrench",
+        metavar="auto|on-object|on-sensor",
+        default="auto",
+        help="whom the recorded wrench acts on",
+    )
+    log.add_argument(
+        "--bias",
+        metavar="BIAS",
+        default="auto",
+        help="of the wrench: auto, none, estimate, tare:START,END or a JSON file",
+    )
+    log.add_argument(
+        "--motion",
+        metavar="SOURCE",
+        default="auto",
+        help="velocities and accelerations: columns of the log, or from its poses by "
+        "smooth or filter; default auto",
+    )
+    add_gravity(log)
+    add_sensor_accuracy(log)
+
+
+def _add_methods(group: argparse._ActionsContainer) -> None:
+    """Numbers that methods take."""
+    from hefting.estimators import methods_with, options
+
+    group.add_argument(
+        "--until",
+        metavar="ACCURACY",
+        help=f"{', '.join(methods_with('until'))}: use no more than it takes to be so "
+        "sure (95 %%), as in mass=1%%,com=2mm,inertia=20%%",
+    )
     for name, option in options().items():
         text = option.help.replace("%", "%%")
-        method.add_argument(
+        group.add_argument(
             option_of(name), type=float, metavar=option.metavar, help=text
         )
-    method.add_argument(
-        "--until",
-        metavar="mass=1%%,com=2mm,inertia=20%%",
-        help=f"{having['until']}: use no more than it takes to be so sure (95%%)",
-    )
-    results = parser.add_argument_group("results")
-    results.add_argument(
-        "--truth",
-        metavar="FILE",
-        help="true parameters or another estimate, to compare with (JSON)",
-    )
-    results.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write {_formats()}; repeatable",
-    )
-    add_sensor_pose(results)
-    add_accept(results)
-    add_fill_inertia(results)
-    add_json(results)
 
 
 def _formats() -> str:
@@ -179,9 +172,9 @@ def run(arguments: argparse.Namespace) -> int:
     pose, flange = _pose(a.object_pose), _pose(a.sensor_pose_in_flange)
     known = _truth(a.truth) if a.truth else None
 
-    with progress("identifying ..."):
+    with progress("identifying", a.json):
         recording = read_recording(a)
-        shape = _shape(a, pose) if a.shape is not None else None
+        shape = shape_of(a, pose)
         fill = fill_inertia_of(a.fill_inertia, shape)
         reading = _reading(a, gravity, recording)
         comparison, estimates = _identify(a, recording, shape, reading)
@@ -199,7 +192,7 @@ def run(arguments: argparse.Namespace) -> int:
     if a.json:
         print_json(results, render)
     else:
-        print_results(results, render)
+        print_results(results, render, a.verbose)
     left_out = len(outputs) < len(a.output)
     return exit_status(estimates[best].verdict) or (
         STATUS_NOT_WRITTEN if left_out else 0
@@ -225,11 +218,12 @@ def _note_shape(
     a: argparse.Namespace, estimates: "dict[str, Estimate]"
 ) -> "dict[str, Estimate]":
     """The estimates, with the file of the shape in their provenance."""
-    made = (
-        {"shape": a.shape, "unit": a.unit, "object_pose": a.object_pose}
-        if a.shape
-        else {}
-    )
+    made = {}
+    if a.shape or a.box:
+        spec = a.shape or f"--box {a.box}"
+        made = {"shape": spec, "unit": a.unit, "object_pose": a.object_pose}
+    if a.hull:
+        made["hull"] = True
     return {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
 
 
@@ -274,12 +268,6 @@ def _tool(path: str) -> "Estimate":
     from hefting.ingest.tool import load_tool
 
     return load_tool(path)
-
-
-def _shape(a: argparse.Namespace, pose: "Array | None") -> "Shape":
-    from hefting.shapes import load_shape
-
-    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3)
 
 
 def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:

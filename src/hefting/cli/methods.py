@@ -2,12 +2,19 @@
 
 import argparse
 
-from hefting.cli.options import add_json
+from hefting.cli.options import add_json, add_verbose
+
+EXAMPLES = (
+    "hefting methods",
+    "hefting methods --verbose",
+    "hefting identify log.csv --shape mug.stl --method all",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting methods``."""
     add_json(parser)
+    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -22,4 +29,4 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.methods import methods_report
     from hefting.cli.report.printing import print_report
 
-    print_report(methods_report())
+    print_report(methods_report(arguments.verbose))

@@ -2,15 +2,16 @@
 options describe."""
 
 import argparse
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hefting.cli.standard_input import NAME, input_file
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
     from hefting.core.gravity import Gravity
     from hefting.core.mass_reading import MassReading
     from hefting.core.quantity import Kind
@@ -24,10 +25,23 @@ GRAVITY = "0,0,-9.80665"
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 
 
+ESTIMATE = "written by hefting identify --output; - reads standard input"
+
+
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Output for machines."""
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object and nothing else"
+    )
+
+
+def add_verbose(parser: argparse._ActionsContainer) -> None:
+    """All that was found and assumed."""
+    parser.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="also print what was found, assumed and checked on the way",
     )
 
 
@@ -79,6 +93,14 @@ def either(words: Sequence[str]) -> str:
     return " or ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
+def read_estimate(path: str) -> "Estimate":
+    """The estimate in a JSON file; in standard input for ``-``."""
+    from hefting.core.estimate import Estimate
+
+    with input_file(path) as file:
+        return Estimate.load(file)
+
+
 def numbers(text: str, count: int, option: str) -> list[float]:
     """`count` finite numbers separated by commas; `InputError` names the option
     otherwise."""
@@ -103,7 +125,7 @@ def quantities(
     parts = text.split(",")
     if len(parts) != len(kinds):
         raise InputError(
-            f"'{text}' is not {len(kinds)} of them",
+            f"'{text}' is not {len(kinds)} numbers with units",
             where=option,
             fix=f"as in {example}",
         )
@@ -113,18 +135,6 @@ def quantities(
         )
     except InputError as error:
         raise InputError(error.what, option, error.fix) from None
-
-
-@contextmanager
-def progress(what: str) -> Iterator[None]:
-    """A line on standard error while something long goes on, in a terminal."""
-    if not sys.stderr.isatty():
-        yield
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(what):
-        yield
 
 
 def add_recording(
@@ -137,7 +147,9 @@ def add_recording(
     known = join_words([name for each in formats() for name in each.help_names], "or")
     tables = join_words([each.name for each in table_formats()], "or")
     parser.add_argument(
-        "log", metavar=metavar, help=f"{what}: {known}; see --map, --urdf"
+        "log",
+        metavar=metavar,
+        help=f"{what}: {known}; - reads standard input; see --map, --urdf",
     )
     group = parser.add_argument_group("reading the log")
     group.add_argument(
@@ -160,8 +172,11 @@ def add_recording(
         metavar="AXIS:DEG",
         help="the same for a sensor that is only turned, as in z:45",
     )
+    bags = parser.add_argument_group("streams of a ROS bag")
     for name, (metavar, text) in all_options().items():
-        group.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
+        of = bags if text.startswith("of a bag: ") else group
+        text = text.removeprefix("of a bag: ")
+        of.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
     return group
 
 
@@ -197,7 +212,7 @@ def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--sensor-accuracy",
         metavar="ACCURACY",
-        help="how far the force-torque sensor may be off (95 %%), of the load and as an "
+        help="how far the force-torque sensor may be off, of the load and as an "
         "offset, as in '0.5%% 0.3N 0.01Nm', or its name; default 0.5%%",
     )
 
@@ -238,7 +253,10 @@ def read_recording(
 ) -> "Recording":
     """The recording the arguments describe, with poses by a URDF's kinematics where one
     is given, and of the sensor where it is said to be elsewhere."""
-    recording = _logged(arguments, wrench_needed)
+    with input_file(arguments.log) as path:
+        recording = _logged(arguments, path, wrench_needed)
+    if arguments.log == "-":
+        recording = replace(recording, source=NAME)
     pose, turned = arguments.sensor_pose_in_log, arguments.sensor_turned
     if pose is None and turned is None:
         return recording
@@ -256,13 +274,15 @@ def read_recording(
     return with_sensor_pose(recording, sensor_turned(str(turned)))
 
 
-def _logged(arguments: argparse.Namespace, wrench_needed: bool) -> "Recording":
+def _logged(
+    arguments: argparse.Namespace, path: str, wrench_needed: bool
+) -> "Recording":
     """The recording as logged, with poses by a URDF's kinematics where one is given."""
     from hefting.logs import read_log
     from hefting.logs.registry import all_options, find_format
 
     a = arguments
-    found = find_format(a.log)
+    found = find_format(path)
     own = found.options if found else {}
     options = {name: getattr(a, name) for name in all_options()}
     if "sensor_frame" not in own:
@@ -270,12 +290,10 @@ def _logged(arguments: argparse.Namespace, wrench_needed: bool) -> "Recording":
     if a.urdf and "pose_topic" in own:
         # the URDF gives the poses
         options["pose_topic"] = options["pose_topic"] or "none"
-    recording = read_log(
-        a.log, column_map=a.map, wrench_needed=wrench_needed, **options
-    )
+    recording = read_log(path, column_map=a.map, wrench_needed=wrench_needed, **options)
     if not a.urdf:
         if a.sensor_frame and "sensor_frame" not in own:
-            raise InputError("--sensor-frame is for bags and for --urdf", where=a.log)
+            raise InputError("--sensor-frame is for bags and for --urdf", where=path)
         return recording
     if not a.sensor_frame:
         raise InputError(

@@ -1,9 +1,10 @@
 """Files of an estimate that hefting identify writes, and why some are not written."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from hefting.cli.parser import say
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -27,7 +28,7 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
         if why is None:
             kept.append(path)
         else:
-            print(f"hefting: {path} was not written: {why}", file=sys.stderr)
+            say(f"{path} was not written: {why}")
     return kept
 
 

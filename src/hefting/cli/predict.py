@@ -6,28 +6,35 @@ from pathlib import Path
 
 from hefting.cli import render
 from hefting.cli.options import (
+    ESTIMATE,
     GRAVITY,
     add_json,
     add_place,
     add_recording,
     add_sensor_accuracy,
+    add_verbose,
     check_output,
     either,
     gravity_of,
-    progress,
+    read_estimate,
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+
+EXAMPLES = (
+    "hefting predict mug.json log.csv",
+    "hefting predict mug.json plan.csv --output wrench.csv --output wrench.svg",
+    "hefting predict mug.json held.mcap --start 5 --duration 10 --json",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting predict``."""
     from hefting.plots.style import FORMATS
 
-    parser.add_argument(
-        "estimate", metavar="ESTIMATE.json", help="written by hefting identify --output"
-    )
+    parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     log = add_recording(
         parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench"
     )
@@ -40,9 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_sensor_accuracy(log)
     log.add_argument(
         "--motion",
-        metavar="auto|columns|smooth|filter",
+        metavar="SOURCE",
         default="auto",
-        help="velocities and accelerations: of the log, or from its poses",
+        help="velocities and accelerations: columns of the log, or from its poses by "
+        "smooth or filter; default auto",
     )
     log.add_argument(
         "--start",
@@ -52,22 +60,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave out what is before [s]",
     )
     log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
-    results = parser.add_argument_group("results")
-    results.add_argument(
+    parser.add_argument(
         "--output",
         metavar="FILE",
         action="append",
         default=[],
         help=f"write the wrench and its band (.csv), or a picture ({', '.join(FORMATS)}); repeatable",
     )
-    add_json(results)
+    add_json(parser)
+    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Predict, save what was asked for, and print peaks and extremes; returns the exit
     status."""
     from hefting.cli.report.verdict import exit_status
-    from hefting.core.estimate import Estimate
     from hefting.core.files import write_atomically
     from hefting.plots.style import FORMATS
     from hefting.prediction import predict
@@ -84,8 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
     if a.gravity == "estimate":
         raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
     gravity = gravity_of(a)
-    estimate = Estimate.load(a.estimate)
-    with progress("predicting ..."):
+    estimate = read_estimate(a.estimate)
+    with progress("predicting", a.json):
         recording = read_recording(a, wrench_needed=False)
         found = predict(
             estimate,
@@ -107,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report.prediction import prediction_report
     from hefting.cli.report.printing import print_report
 
-    print_report(prediction_report(found), render)
+    print_report(prediction_report(found, a.verbose), render)
     for path in a.output:
         print(f"wrote {path}")
     return exit_status(found.verdict)

@@ -3,6 +3,15 @@ published figures."""
 
 import argparse
 from pathlib import Path
+from textwrap import fill
+
+from hefting.cli.parser import WIDTH
+
+EXAMPLES = (
+    "hefting reproduce --list",
+    "hefting reproduce --quick",
+    "hefting reproduce noise gravity --output results --jobs 2",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default="reproduction",
-        help="tables, figures, page; a stopped run goes on there",
+        help="tables, figures, page; a stopped run goes on there; default %(default)s",
     )
 
 
@@ -40,7 +49,8 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     if a.list:
         for experiment in EXPERIMENTS.values():
-            print(f"{experiment.name:<14} {experiment.title} ({experiment.source})")
+            text = f"{experiment.name:<14}{experiment.title} ({experiment.source})"
+            print(fill(text, WIDTH - 1, subsequent_indent=14 * " "))
         return
     path = reproduce(a.names, Path(a.output), a.quick, a.jobs, a.scheduler, show=True)
     print(f"wrote {path}")

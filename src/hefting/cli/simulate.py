@@ -8,12 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import POSE, numbers, progress
+from hefting.cli.options import POSE, numbers
+from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
     from hefting.simulation.scenario import Scenario, Simulated
+
+EXAMPLES = (
+    "hefting simulate log.csv --mesh hammer.stl",
+    "hefting simulate held.mcap --object tee --arm xarm7 --motion random",
+    "hefting simulate bad.csv --bias 20 --offset 0.03 --spikes 0.02 --seed 3",
+)
 
 LEVER = 0.05
 """m: torque over force of a bias or a drift of which only the force is given."""
@@ -46,12 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="POSE",
         help=f"the object's frame in the sensor frame: {POSE}",
     )
-    scene.add_argument(
-        "--arm",
-        metavar="ur5|xarm7|FILE.urdf",
-        default="ur5",
-        help="default %(default)s",
-    )
+    arms = "ur5|xarm7|FILE.urdf"
+    scene.add_argument("--arm", metavar=arms, default="ur5", help="default ur5")
     scene.add_argument(
         "--sensor-frame", metavar="NAME", help="of a URDF: link that carries the sensor"
     )
@@ -221,7 +224,7 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(a, truth)
     mujoco_version()  # say at once when it is missing
     scenario = _scenario(a)
-    with progress("simulating ..."):
+    with progress("simulating", stages={"simulating": 1.0}):
         made = scenario.run()
         lost = write_log(made.recording, output)
         write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")

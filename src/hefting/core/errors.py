@@ -42,7 +42,7 @@ class InputError(HeftingError):
     ...     hefting.identify("demo/log.csv", method="OSL")
     ... except hefting.InputError as error:
     ...     print(error.what)
-    unknown method 'OSL'
+    unknown method 'OSL' (did you mean 'OLS'?)
     """
 
     def __init__(self, what: str, where: object = None, fix: str | None = None):

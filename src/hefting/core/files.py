@@ -29,9 +29,25 @@ TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may hold what ends a tag."""
 
 
+def check_readable(path: str | Path) -> None:
+    """`InputError` for an input that is neither a regular file nor a folder: reading a
+    pipe could wait for ever."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return  # reading tells what is wrong with the path
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise InputError(
+            "is a pipe or a device, not a file",
+            path,
+            "write it to a file first",
+        )
+
+
 def read_json(path: str | Path) -> Any:
     """The content of a JSON file. `InputError` when it cannot be read, is too large or
     too deep, or is not JSON."""
+    check_readable(path)
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_JSON + 1)
@@ -49,6 +65,7 @@ def read_json(path: str | Path) -> Any:
 def read_xml(path: str | Path) -> bytes:
     """The bytes of an XML file. `InputError` when it cannot be read, is larger than
     `MAX_XML`, or is not UTF-8."""
+    check_readable(path)
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_XML + 1)

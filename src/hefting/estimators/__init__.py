@@ -4,7 +4,7 @@ list (`.methods`)."""
 from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any, cast
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.estimators import methods
 from hefting.estimators.base import INVARIANCES
 from hefting.estimators.base import Estimator as Estimator
@@ -55,7 +55,7 @@ def spelled(name: str) -> str:
     key = known.get(name.lower()) if isinstance(name, str) else None
     if key is None:
         raise InputError(
-            f"unknown method '{name}'",
+            f"unknown method '{name}'{nearest(str(name), METHODS)}",
             fix=f"use {', '.join(METHODS)}; see hefting methods",
         )
     return key

@@ -141,7 +141,10 @@ def _not_converged(checked: Checked) -> Iterable[Message]:
     certificate = checked.estimate.certificate
     if certificate is None or certificate.converged:
         return []
-    what = f"the solver stopped {certificate.gap:.2g} above its lower bound"
+    what = (
+        "the method stopped before its best answer was reached "
+        f"({certificate.gap:.2g} above the lower bound of what it minimises)"
+    )
     return [warning("not-converged", what)]
 
 

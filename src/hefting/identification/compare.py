@@ -8,6 +8,7 @@ from typing import Any
 
 from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.progress import each
 from hefting.core.recording import Recording
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
 from hefting.identification.answer import Answer
@@ -107,7 +108,7 @@ def compare(
     found = ingest(recording, **reading)
     require_object(found, shape)
     results, seconds, skipped, seen = {}, {}, {}, {}
-    for name, (kind, settings) in kinds.items():
+    for name, (kind, settings) in each("identifying", list(kinds.items())):
         own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
             estimator = estimator_for(kind, found, shape, own | settings)

@@ -16,6 +16,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
@@ -146,6 +147,7 @@ def identify(
     else:
         kind, settings = method_named(method)
         estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    report("identifying")
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))

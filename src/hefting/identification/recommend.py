@@ -138,7 +138,7 @@ def recommend(
         if chi2 <= MISFIT:
             return (
                 prior,
-                f"it explains the wrench to within the noise (misfit {chi2:.0f}) and else keeps to the shape",
+                "it explains the wrench to within the noise and else keeps to the shape",
             )
         if s > PRECISE or free is None:
             return (
@@ -147,7 +147,7 @@ def recommend(
             )
         return (
             free,
-            f"the recording contradicts the shape (misfit {chi2:.0f}) and suffices alone",
+            "the recording contradicts the shape and suffices alone",
         )
     if free is not None and s < SUFFICIENT:
         return (
@@ -173,9 +173,9 @@ def explanation(name: str, bodies: dict[str, Estimate], chi2: float) -> str:
     if ratio > LARGER_RESIDUAL:
         return (
             f"it says how sure it is; it leaves {ratio:.1f} times the residual of the "
-            f"closest fit, which noise as coloured as here explains (misfit {chi2:.0f})"
+            f"closest fit, which noise that changes slowly explains"
         )
-    return f"it explains the wrench to within the noise (misfit {chi2:.0f}) and says how sure it is"
+    return "it explains the wrench to within the noise and says how sure it is"
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:

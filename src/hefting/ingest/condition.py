@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.measurements import Noise
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 from hefting.ingest.autocorrelation import autocorrelation_time
@@ -116,6 +117,7 @@ def condition(
     """
     g = check_gravity(gravity)
     wrench = recording["wrench"]
+    report("smoothing the motion")
     path = path_of(recording, source, g)
     moving = path is not None
     if path is None:
@@ -133,7 +135,10 @@ def condition(
     problem = Problem(
         path, working.blocks(), clock and moving and long, free_gravity, knots
     )
+    report("finding sign, delay, bias and outliers")
     found = _fit(working, problem, g)
+    if changes:
+        report("looking for changes of the object")
     changed = find_changes(working, found.fit, recording.start) if changes else None
     asked = hint and long and not samples.static
     if asked and not (free_gravity or path.gravity_measured):

@@ -97,7 +97,7 @@ def findings_of(
         said.append(
             note(
                 "wrench-sign",
-                f"the wrench is {found.sign.name} (t = {_t_text(found.sign.t)})",
+                f"the wrench is {found.sign.name} ({_t_text(found.sign.t)} standard deviations)",
                 "wrench",
             )
         )
@@ -106,11 +106,7 @@ def findings_of(
             float(np.linalg.norm(r))
             for r in (found.bias.range[:3], found.bias.range[3:])
         )
-        how = (
-            "linearly"
-            if found.bias.kind == "linear"
-            else f"between {len(found.bias.knots)} knots"
-        )
+        how = "linearly" if found.bias.kind == "linear" else "slowly wandering"
         said.append(
             note(
                 "bias-drift",
@@ -255,8 +251,8 @@ def _milliseconds(seconds: float) -> str:
 
 
 def _t_text(t: float) -> str:
-    """A t value without decimals."""
-    return f"{t:.0f}" if abs(t) < 1e6 else f"{t:.0e}"
+    """A t value's size without decimals."""
+    return f"{abs(t):.0f}" if abs(t) < 1e6 else f"{abs(t):.0e}"
 
 
 def _contact_stretches(mask: Mask, recording: Recording) -> tuple[float, int]:

@@ -317,7 +317,8 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
     if sign.certain:
         return []
     what = (
-        f"the wrench's sign is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
+        f"the wrench's sign is uncertain ({abs(sign.t):.1f} standard deviations); "
+        f"assumed {sign.name}"
     )
     return [
         warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")

@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
+from hefting.core.files import check_readable
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.logs.registry import (
+    READING,
     Format,
     find_format,
     find_writer,
@@ -73,7 +76,9 @@ def read_log(
         found = find_format(path)
         if found is None:
             raise _unknown_format(path)
+        check_readable(path)
         _check_options(found, path, column_map, given)
+        report(READING)
         if found.read is not None:
             return found.read(path, **given, wrench_needed=wrench_needed)
         from hefting.logs.table_file import read_table_file
@@ -143,9 +148,8 @@ def _unknown_format(path: str | Path) -> InputError:
     folders = "".join(
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
-    return InputError(
-        f"'{suffix or 'no suffix'}' is not a log format", path, f"use {known}{folders}"
-    )
+    what = f"'{suffix}' is not a log format" if suffix else "is no log"
+    return InputError(what, path, f"use {known}{folders}")
 
 
 def _check_options(

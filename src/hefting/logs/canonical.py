@@ -2,7 +2,7 @@
 was not measured."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
@@ -33,16 +33,22 @@ EXPECTED = (
 )
 """Canonical names that a misspelled column may stand for; of joints, the first."""
 
+MAPPED = (
+    "say which columns hold what in a column map "
+    "(`column_map`=FILE; hefting map guesses one)"
+)
+"""What else can be done about columns with other names."""
+
 REQUIRED = (
     (
         "wrench",
         (),
-        "name its columns fx fy fz tx ty tz, or say which they are in a column map (`column_map`=FILE)",
+        "name the wrench's columns fx fy fz tx ty tz",
     ),
     (
         "orientation",
         ("q1",),
-        "give columns qx qy qz qw, or joint angles q1..qn, or a column map (`column_map`=FILE)",
+        "give the orientation in columns qx qy qz qw, or joint angles in q1..qn",
     ),
 )
 """Streams of which one must be there: its name, columns that serve instead, and the fix
@@ -89,10 +95,25 @@ def known_columns(
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]
 
-    for columns in groups.values():
-        _check_whole(columns, present, unknown, source)
-    _check_misspelled(unknown, absent, source)
-    _check_required(present, unknown, source, wrench_needed)
+    meant = _misspelled(unknown, absent)
+    there, strange = (
+        present | set(meant.values()),
+        [n for n in unknown if n not in meant],
+    )
+    wrong = [
+        *_explain_misspelled(meant),
+        *_find_partly_there(groups, there),
+        *_find_lacking(there, wrench_needed),
+    ]
+    if wrong:
+        what = "; ".join(what for what, _ in wrong)
+        if strange and len(wrong) > bool(meant):
+            needed = [c for c in groups.values() if there & set(c)]
+            needed += [FIXED[stream] for stream, _, _ in REQUIRED]
+            missing = [c for columns in needed for c in columns if c not in there]
+            what += f"; unknown columns: {_list_unknown(strange, missing)}"
+        fix = "; ".join(fix for _, fix in wrong)
+        raise InputError(what, source, f"{fix}; or {MAPPED}")
     found = {
         stream: columns for stream, columns in groups.items() if columns[0] in present
     }
@@ -117,58 +138,62 @@ def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
     return named
 
 
-def _check_whole(
-    columns: Sequence[str],
-    present: set[str],
-    unknown: Sequence[str],
-    source: str | Path,
-) -> None:
-    """`InputError` for a stream of which only some `columns` are there."""
-    missing = [column for column in columns if column not in present]
-    if not missing or len(missing) == len(columns):
+def _find_partly_there(
+    groups: Mapping[str, Sequence[str]], present: set[str]
+) -> Iterator[tuple[str, str]]:
+    """What is wrong where only some columns of a stream are there, and the fix."""
+    partly = [
+        columns
+        for columns in groups.values()
+        if present & set(columns) and not set(columns) <= present
+    ]
+    if not partly:
         return
-    there = " ".join(column for column in columns if column in present)
-    resembling = (
-        f"; unknown: {quote_name(name)}{guess}"
+    missing = [c for columns in partly for c in columns if c not in present]
+    there = [c for columns in partly for c in columns if c in present]
+    names = summarize_list([f"'{name}'" for name in missing])
+    verb = "columns {} are" if len(missing) > 1 else "column {} is"
+    what = f"{verb.format(names)} missing beside {' '.join(there)}"
+    yield what, f"give all of {', and '.join(' '.join(columns) for columns in partly)}"
+
+
+def _misspelled(unknown: Sequence[str], absent: Sequence[str]) -> dict[str, str]:
+    """The absent columns that unknown ones surely stand for."""
+    matches = {name: _guess_column(name, absent) for name in unknown}
+    return {name: match for name, match in matches.items() if match}
+
+
+def _explain_misspelled(meant: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """What is wrong where columns have another name than they should, and the fix."""
+    if not meant:
+        return
+    names = [f"{quote_name(n)} (did you mean '{match}'?)" for n, match in meant.items()]
+    what = f"unknown column{'s' if len(meant) > 1 else ''} {summarize_list(names)}"
+    it = "them" if len(meant) > 1 else f"it '{next(iter(meant.values()))}'"
+    unit = ", with time in seconds" if "time" in meant.values() else ""
+    yield what, f"rename {it}{unit}"
+
+
+def _list_unknown(unknown: Sequence[str], missing: Sequence[str]) -> str:
+    """Unknown columns in one line, each with the missing one that it resembles."""
+    names = [
+        quote_name(name) + (nearest(name, missing) if len(name) > 1 else "")
         for name in unknown
-        if (guess := nearest(name, missing))
-    )
-    what = f"column '{missing[0]}' is missing beside {there}{next(resembling, '')}"
-    raise InputError(what, source, f"give all of {' '.join(columns)}")
+    ]
+    return summarize_list(names)
 
 
-def _check_misspelled(
-    unknown: Sequence[str], absent: Sequence[str], source: str | Path
-) -> None:
-    """`InputError` for an unknown column that surely stands for an absent one."""
-    for name in unknown:
-        if match := _guess_column(name, absent):
-            unit = ", in seconds" if match == "time" else ""
-            what = f"unknown column {quote_name(name)} (did you mean '{match}'?)"
-            raise InputError(
-                what,
-                source,
-                f"rename it '{match}'{unit}, or give a column map (`column_map`=FILE)",
-            )
-
-
-def _check_required(
-    present: set[str],
-    unknown: Sequence[str],
-    source: str | Path,
-    wrench_needed: bool,
-) -> None:
-    """`InputError` where a stream is absent that must be there."""
-    for stream, others, fix in REQUIRED if wrench_needed else REQUIRED[1:]:
-        if not present & {FIXED[stream][0], *others}:
-            guesses = summarize_list(
-                [quote_name(name) + nearest(name, FIXED[stream]) for name in unknown]
-            )
-            raise InputError(
-                f"there is no {stream}{guesses and '; unknown columns: '}{guesses}",
-                source,
-                fix,
-            )
+def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str, str]]:
+    """What is wrong where a stream is absent that must be there, and the fix."""
+    lacking = [
+        (stream, fix)
+        for stream, others, fix in (REQUIRED if wrench_needed else REQUIRED[1:])
+        if not present & {*FIXED[stream], *others}
+    ]
+    if not lacking:
+        return
+    what = f"there is no {' and no '.join(stream for stream, _ in lacking)}"
+    yield what, "; ".join(fix for _, fix in lacking)
 
 
 def _warn_about_ignored(

@@ -30,7 +30,7 @@ or ``joint_positions``. Further keys are the streams of
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,7 @@ from hefting.logs.layout import (
 )
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.sensor_pose import SENSOR_KEYS, mapped_sensor_pose
+from hefting.logs.table import summarize_list
 from hefting.logs.toml_file import load_toml
 from hefting.logs.units import SECOND, UNITS, Unit, find_unit
 
@@ -122,10 +123,7 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is
     unknown or does not fit."""
     content = load_toml(path)
-    for key in content:
-        _check_known(
-            key, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), f"{path}, key {key[:40]}", "key"
-        )
+    _check_known(content, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), path, "key")
     time, unit = (
         _parse_time(content["time"], f"{path}, key time")
         if "time" in content
@@ -230,10 +228,7 @@ def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
 def _parse_entry(value: Any, key: str, single: str, where: str) -> dict[str, Any]:
     """The table of a key; columns alone stand for a table of nothing else."""
     entry = value if isinstance(value, dict) else {single: value}
-    for word in entry:
-        _check_known(
-            word, ALLOWED.get(key, ("columns", "unit")), f"{where}.{word[:40]}", "word"
-        )
+    _check_known(entry, ALLOWED.get(key, ("columns", "unit")), where, "word")
     return entry
 
 
@@ -378,8 +373,15 @@ def _check_combination(
         )
 
 
-def _check_known(name: str, known: Sequence[str], where: str, what: str) -> None:
-    if name not in known:
+def _check_known(
+    names: Iterable[str], known: Sequence[str], where: str | Path, what: str
+) -> None:
+    """`InputError` that lists all of the names that are not known."""
+    unknown = [f"'{n[:40]}'{nearest(n, known)}" for n in names if n not in known]
+    if unknown:
+        plural = "s" if len(unknown) > 1 else ""
         raise InputError(
-            f"unknown {what}{nearest(name, known)}", where, f"use {', '.join(known)}"
+            f"unknown {what}{plural} {summarize_list(unknown)}",
+            where,
+            f"use {', '.join(known)}",
         )

@@ -4,6 +4,7 @@ held whole."""
 import contextlib
 import csv
 import io
+import os
 import re
 import warnings
 from collections.abc import Generator, Iterator, Sequence
@@ -15,11 +16,12 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.csv_header import NUMBER, read_header
 from hefting.logs.layout import Layout
-from hefting.logs.registry import Format
+from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 from hefting.logs.writing import table_from_recording
 
@@ -257,8 +259,9 @@ def texts(path: str | Path) -> Iterator[bytes]:
     """
     rest = b""
     with open(path, "rb", buffering=0) as stream:
-        begun = False
+        begun, size = False, os.fstat(stream.fileno()).st_size
         while data := stream.read(min(READ, BLOCK)):
+            report(READING, stream.tell() / max(size, 1))
             if not begun:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
                     raise InputError("is UTF-16 text", path, "save it as UTF-8")

@@ -40,15 +40,10 @@ def read_mapped(
     row and column.
     """
     quantities = dict(column_map.quantities)
-    places = {
-        key: _find_columns(table, column_map, key, quantity.columns)
-        for key, quantity in quantities.items()
-    }
-    time = (
-        None
-        if column_map.time is None
-        else _find_columns(table, column_map, "time", (column_map.time,))[0]
-    )
+    wanted = {key: quantity.columns for key, quantity in quantities.items()}
+    clock = {} if column_map.time is None else {"time": (column_map.time,)}
+    places = _find_columns(table, column_map, clock | wanted)
+    time = places.pop("time")[0] if clock else None
     notes = [
         note(
             f"{key.replace('_', '-')}-source",
@@ -98,42 +93,71 @@ def read_mapped(
 
 
 def _find_columns(
-    table: Table, column_map: ColumnMap, key: str, columns: Sequence[str | int]
-) -> list[int]:
-    """Positions of named and numbered columns in the table."""
-    where = f"{column_map.source}, key {key}"
-    places = []
-    for column in columns:
-        if isinstance(column, int):
-            if column > len(table.names):
-                raise InputError(
-                    f"there is no column number {column}: {table.source} has {len(table.names)}",
-                    where,
-                )
-            places.append(column - 1)
-            continue
-        count = table.names.count(column)
-        if count == 0:
-            what = f"{table.source} has no column {column[:40]!r}{nearest(column, filter(None, table.names))}"
-            named = [repr(name[:40]) for name in table.names if name]
-            fix = (
-                f"its columns are {summarize_list(named)}"
-                if named
-                else "its columns have no names: give their numbers"
-            )
-            raise InputError(what, where, fix)
-        if count > 1:
-            what = f"{table.source} has {count} columns {column[:40]!r}"
-            numbers = [
-                str(j) for j, name in enumerate(table.names, 1) if name == column
-            ]
-            raise InputError(
-                what,
-                where,
-                f"give the number of one of them: {summarize_list(numbers)}",
-            )
-        places.append(table.names.index(column))
-    return places
+    table: Table, column_map: ColumnMap, wanted: Mapping[str, Sequence[str | int]]
+) -> dict[str, list[int]]:
+    """Positions in the table of the named and numbered columns of each key.
+
+    `InputError` that names all that are not there.
+    """
+    absent = [
+        (key, column)
+        for key, columns in wanted.items()
+        for column in columns
+        if not _is_there(table, column)
+    ]
+    if absent:
+        raise _absent(table, column_map, absent)
+    return {
+        key: [_place(table, column_map, key, column) for column in columns]
+        for key, columns in wanted.items()
+    }
+
+
+def _is_there(table: Table, column: str | int) -> bool:
+    if isinstance(column, int):
+        return column <= len(table.names)
+    return column in table.names
+
+
+def _absent(
+    table: Table, column_map: ColumnMap, absent: Sequence[tuple[str, str | int]]
+) -> InputError:
+    """The error for columns, by key, that the table does not have."""
+    keys = list(dict.fromkeys(key for key, _ in absent))
+    where = f"{column_map.source}, key{'s' if len(keys) > 1 else ''} {', '.join(keys)}"
+    known = list(filter(None, table.names))
+    names = [
+        f"number {column}"
+        if isinstance(column, int)
+        else f"{column[:40]!r}{nearest(column, known)}"
+        for _, column in absent
+    ]
+    plural = "s" if len(names) > 1 else ""
+    what = f"{table.source} has no column{plural} {summarize_list(names)}"
+    if any(isinstance(column, str) for _, column in absent):
+        fix = (
+            f"its columns are {summarize_list([repr(name[:40]) for name in known])}"
+            if known
+            else "its columns have no names: give their numbers"
+        )
+    else:
+        fix = f"it has {len(table.names)} columns"
+    return InputError(what, where, fix)
+
+
+def _place(table: Table, column_map: ColumnMap, key: str, column: str | int) -> int:
+    """Position of a column that is there; `InputError` where it is there twice."""
+    if isinstance(column, int):
+        return column - 1
+    places = [j for j, name in enumerate(table.names) if name == column]
+    if len(places) > 1:
+        numbers = summarize_list([str(j + 1) for j in places])
+        raise InputError(
+            f"{table.source} has {len(places)} columns {column[:40]!r}",
+            f"{column_map.source}, key {key}",
+            f"give the number of one of them: {numbers}",
+        )
+    return places[0]
 
 
 def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Quantity:

@@ -10,9 +10,10 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.logs.layout import Layout
-from hefting.logs.registry import Format
+from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 from hefting.logs.writing import table_from_recording
 
@@ -64,7 +65,9 @@ class ParquetTable:
                             fix,
                         )
                 schema = pa.schema([(name, pa.float64()) for name in labels])
+                rows = max(file.metadata.num_rows, 1)
                 for batch in file.iter_batches(ROWS, columns=labels):
+                    report(READING, before / rows)
                     table = (
                         pa.Table.from_batches([batch])
                         .select(labels)

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from hefting.logs.layout import Layout
     from hefting.logs.table import Table
 
+READING = "reading the log"
+"""What is reported as progress while a log is read."""
+
 MODULES = (
     "hefting.logs.csv_file",
     "hefting.logs.parquet_file",

@@ -21,7 +21,7 @@ def read_table_file(
 ) -> Recording:
     """Recording in the table at `path`; `InputError` for what `hefting.logs.read_log`
     refuses."""
-    _check_size(path)
+    check_size(path)
     assert file_format.open_table is not None
     if column_map is not None:
         from hefting.logs.column_map import load_map
@@ -38,7 +38,8 @@ def read_table_file(
     return read_canonical(table, wrench_needed)
 
 
-def _check_size(path: str | Path) -> None:
+def check_size(path: str | Path) -> None:
+    """`InputError` unless there is a file that is neither empty nor too large."""
     if not Path(path).is_file():
         raise InputError(
             "is not a file" if Path(path).exists() else "does not exist", where=path

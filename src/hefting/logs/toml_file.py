@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
+from hefting.core.files import check_readable
 
 MAX_MAP = 64_000
 """Largest map that is read [bytes]; one that names a thousand columns has half."""
@@ -18,6 +19,7 @@ more than 8 GB."""
 def load_toml(path: str | Path) -> dict[str, Any]:
     """The content of a TOML file. `InputError` when it cannot be read, is too large,
     has lines of too many dots, or is not TOML."""
+    check_readable(path)
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_MAP + 1)

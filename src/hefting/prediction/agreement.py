@@ -68,7 +68,10 @@ def agreement(
     z, sign = found.measurements, found.sign
     warnings = []
     if not sign.certain:
-        what = f"the sign of the measured wrench is uncertain (t = {abs(sign.t):.1f}); assumed {sign.name}"
+        what = (
+            "the sign of the measured wrench is uncertain "
+            f"({abs(sign.t):.1f} standard deviations); assumed {sign.name}"
+        )
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted

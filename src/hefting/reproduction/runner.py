@@ -10,11 +10,14 @@ import hashlib
 import json
 import logging
 import os
+import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from functools import cache
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 import hefting
@@ -114,7 +117,7 @@ def _on_processes(
     jobs' time and nothing else."""
     left, attempt = dict(enumerate(tasks)), 0
     while left:
-        with _OneThreadEach():
+        with _OneThreadEach(), _deaf_to_interrupts():
             pool = ProcessPoolExecutor(
                 min(workers, len(left)), mp_context=get_context("spawn")
             )
@@ -130,8 +133,26 @@ def _on_processes(
                 raise HeftingError(
                     f"workers died {ATTEMPTS} times; is there memory enough? try --jobs 1"
                 ) from None
+        except KeyboardInterrupt:
+            for worker in active_children():
+                worker.terminate()
+            raise
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes that begin meanwhile ignore Ctrl-C, which reaches them too: this one
+    ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _on_cluster(

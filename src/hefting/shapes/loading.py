@@ -22,13 +22,15 @@ def load_shape(
     pose: ArrayLike | None = None,
     points: int | None = None,
     points_per_cm3: float | None = None,
+    hull: bool = False,
 ) -> Shape:
     """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file,
     told apart by its suffix.
 
     .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and
     .ply without faces are filled point clouds; .ply without faces but with labels are
-    labelled parts, of which all points are kept. Parameters and errors as for
+    labelled parts, of which all points are kept. With `hull` the convex hull of a
+    file's vertices is taken instead. Other parameters and errors as for
     `Shape.from_mesh`.
 
     Examples
@@ -52,6 +54,8 @@ def load_shape(
             )
         return Shape.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
     suffix = Path(text).suffix.lower()
+    if hull and suffix in (*MESH_SUFFIXES, *CLOUD_SUFFIXES):
+        return Shape.from_hull(text, unit, pose, points, points_per_cm3)
     cloud = suffix in CLOUD_SUFFIXES
     if suffix == ".ply":
         vertices = read_ply_vertices(text)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.files import check_readable
 from hefting.core.spatial import Array
 from hefting.shapes.limits import MAX_NUMBERS, check_text
 
@@ -141,6 +142,7 @@ def read_bytes(
             path,
             f"use one of {', '.join(suffixes)}",
         )
+    check_readable(path)
     try:
         if not file.is_file():
             raise InputError("no such file", path, "check the path")

@@ -339,12 +339,14 @@ class Shape:
         points_per_cm3: float | None = None,
         sampling: str = "grid",
         seed: int = 0,
+        pose: ArrayLike | None = None,
     ) -> Self:
-        """Points inside a box in the sensor frame, from (x0, y0, z0) to (x1, y1, z1)
-        [m], which the object is somewhere inside: its own shape is not known."""
+        """Points inside a box from (x0, y0, z0) to (x1, y1, z1) [m] in the sensor frame,
+        or in one of that `pose` (4, 4); the object is somewhere inside, of any shape.
+        """
         solid = box_solid((x0, y0, z0), (x1, y1, z1))
         shape = cls._from_solid(
-            solid, "m", None, points, points_per_cm3, sampling, seed, "box"
+            solid, "m", pose, points, points_per_cm3, sampling, seed, "box"
         )
         return replace(shape, shape_std=ROUGH, known="bounds")
 

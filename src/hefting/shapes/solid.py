@@ -91,7 +91,7 @@ def solid_from_mesh(
     if volume < 0:
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
-        fix = "give a closed mesh, or its convex hull (Shape.from_hull)"
+        fix = "give a closed mesh, or take its convex hull (`hull`)"
         raise InputError(
             "the mesh encloses no volume (it is flat, or a surface without thickness)",
             where,

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
+from hefting.core.progress import report
 from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, rotation_matrices
 from hefting.simulation.arm import Arm, JointMotion, SensorMotion
 from hefting.simulation.wield import wield
@@ -108,6 +109,8 @@ def _wield(
     read = np.empty((len(joints.time), model.nsensordata))
     qpos, qvel, qacc, sensors = data.qpos, data.qvel, data.qacc, data.sensordata
     for k in range(len(read)):
+        if k % 1000 == 0:
+            report("simulating", k / len(read))
         qpos[:], qvel[:], qacc[:] = position[k], velocity[k], acceleration[k]
         mujoco.mj_inverse(model, data)
         read[k] = sensors

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from hefting.cli.parser import WIDTH
+from hefting.cli.report.digits import aligned
 from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.cli.report.worth import Worth
 from hefting.core.estimate import Estimate
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from hefting.core.metrics import Errors
 
 AXES = "xyz"
+MORE = "--verbose tells what was found, assumed and checked"
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 """How a terminal is told of each style."""
@@ -43,69 +46,98 @@ def estimate_report(
     estimate: Estimate,
     truth: InertialParameters | None = None,
     errors: "Errors | None" = None,
+    verbose: bool = False,
 ) -> list[Line]:
-    """Mass, COM and inertia at the COM, beside intervals or standard deviations, and
-    the truth, where known."""
-    columns = {"estimate": _values(estimate.parameters)}
-    std, intervals = estimate.std, estimate.intervals
-    if intervals is not None:
-        for name, i in (("95 % from", 0), ("to", 1)):
-            columns[name] = _ten(
-                *(
-                    intervals[key][i]
-                    for key in ("mass", "center_of_mass", "inertia_at_com")
-                )
-            )
-    elif std is not None:
-        columns["± std"] = _ten(
-            std["mass"], std["center_of_mass"], std["inertia_at_com"]
-        )
-    if truth is not None:
-        columns["truth"] = _values(truth)
-    names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
-    units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
-    worth = Worth.of(estimate)
-    rows = [
-        [
-            name,
-            *(worth.text(c[i], i, k == "estimate") for k, c in columns.items()),
-            unit,
-        ]
-        for i, (name, unit) in enumerate(zip(names, units, strict=True))
-    ]
+    """The answer on one screen: the verdict, what gives doubt, then mass, COM and
+    inertia at the COM beside intervals or standard deviations, and the truth, where
+    known; with `verbose` also what was found, assumed and checked."""
     verdict = estimate.verdict
     lines = [
         Line(text, "bold" if verdict.level == "good" else "yellow")
         for text in verdict_lines(verdict)
     ]
-    lines.append(Line(f"{estimate.method}: what the sensor holds, in sensor axes"))
-    lines += _table(["quantity", *columns, "unit"], rows, (0, 3))
-    if errors is not None:
-        lines.append(
-            Line(
-                f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, inertia "
-                f"{errors.inertia_at_origin:.2g} % about the sensor and {errors.inertia_at_com:.2g} % about the COM, "
-                f"Riemannian {errors.riemannian:.3g}"
-            )
-        )
-    lines += map(Line, facts(estimate))
     warnings = other_warnings(estimate.warnings, verdict)
-    return lines + [Line(f"warning: {line}", "yellow") for line in warnings]
+    lines += [Line(f"warning: {line}", "yellow") for line in warnings]
+    lines.append(Line(f"{estimate.method}: what the sensor holds, in sensor axes"))
+    lines += _table(*_numbers(estimate, truth), (0, 3))
+    if errors is not None:
+        lines.append(Line(_describe_errors(errors, verbose)))
+    if verbose:
+        return lines + [Line(line) for line in facts(estimate)]
+    return [*lines, *map(Line, summary(estimate)), Line(MORE)]
+
+
+def _numbers(
+    estimate: Estimate, truth: InertialParameters | None
+) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the table of mass, COM and inertia, with as many digits as they
+    are worth."""
+    columns = {"estimate": _values(estimate.parameters)} | _spread(estimate)
+    if truth is not None:
+        columns["truth"] = _values(truth)
+    names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
+    units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
+    worth = Worth.of(estimate)
+    cells = [
+        [
+            worth.text(column[i], i, name == "estimate")
+            for name, column in columns.items()
+        ]
+        for i in range(len(names))
+    ]
+    groups = (cells[:1], cells[1:4], cells[4:])
+    padded = [row for group in groups for row in aligned(group)]
+    rows = [[n, *row, u] for n, row, u in zip(names, padded, units, strict=True)]
+    return ["quantity", *columns, "unit"], rows
+
+
+def _spread(estimate: Estimate) -> dict[str, list[float]]:
+    """Columns that say how sure the estimate is: ends of intervals, else standard
+    deviations, else none."""
+    keys = ("mass", "center_of_mass", "inertia_at_com")
+    if (intervals := estimate.intervals) is not None:
+        ends = (("95 % from", 0), ("to", 1))
+        return {name: _ten(*(intervals[k][i] for k in keys)) for name, i in ends}
+    if (std := estimate.std) is not None:
+        return {"± std": _ten(*(std[k] for k in keys))}
+    return {}
+
+
+def _describe_errors(errors: "Errors", verbose: bool) -> str:
+    """How far from the truth."""
+    text = (
+        f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, "
+        f"inertia {errors.inertia_at_com:.2g} %"
+    )
+    if not verbose:
+        return text
+    return (
+        f"{text} about the COM and {errors.inertia_at_origin:.2g} % about the sensor; "
+        f"Riemannian distance {errors.riemannian:.3g}"
+    )
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
-    """Print on standard output, wrapped to the terminal; to 100 columns where there is
-    none.
+    """Print on standard output, wrapped to the terminal; to `WIDTH` columns where there
+    is none.
 
     `render` turns the library's way of naming its arguments into the reader's.
     """
     terminal = sys.stdout.isatty()
-    width = get_terminal_size().columns if terminal else 100
+    width = get_terminal_size().columns if terminal else WIDTH
     unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
     for line in lines:
         text = render(line.text) if unicode else render(line.text).translate(ASCII)
         if len(text) > width and not line.whole:
-            text = "\n".join(wrap(text, width, break_on_hyphens=False))
+            text = "\n".join(
+                wrap(
+                    text,
+                    width,
+                    subsequent_indent="  ",
+                    break_long_words=False,
+                    break_on_hyphens=False,
+                )
+            )
         style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
         print(f"{style}{text}\x1b[0m" if style else text)
 
@@ -196,22 +228,49 @@ def _describe_bias(bias: Array, on_sensor: bool) -> str:
     return f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
 
 
+def summary(estimate: Estimate) -> Iterable[str]:
+    """Where the answer comes from, in a line or two."""
+    made = estimate.provenance
+    when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
+    text = f"from {estimate.samples} samples{when}"
+    if "wrench" in made:
+        side = "object" if made["wrench"] == "on-object" else "sensor"
+        how = "found from gravity" if made.get("wrench_found") else "as given"
+        text += f"; wrench on the {side}, {how}"
+    yield text
+    if made.get("tool"):
+        yield f"without the tool of {made['tool'][0]:.4g} kg, which was subtracted"
+    yield from _describe_scale(made)
+    if "until" in made:
+        yield _describe_until(estimate)
+
+
+def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
+    """What a scale's reading did, if one was given."""
+    if "sensor_gain" not in made:
+        return
+    gain = 100.0 * made["sensor_gain"]
+    yield (
+        f"the scale's {made['mass']} counted; by it the sensor shows "
+        f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
+    )
+
+
+def _describe_until(estimate: Estimate) -> str:
+    """How much of the recording it took to be as sure as was asked for."""
+    made = estimate.provenance
+    of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
+    known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
+    return f"{of}, asked for {made['until']}{known}"
+
+
 def facts(estimate: Estimate) -> Iterable[str]:
     """Those, and how well it fits and is known."""
     yield from assumptions(estimate)
     made = estimate.provenance
     if "until" in made:
-        of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
-        known = (
-            "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
-        )
-        yield f"{of}, asked for {made['until']}{known}"
-    if "sensor_gain" in made:
-        gain = 100.0 * made["sensor_gain"]
-        yield (
-            f"the scale's {made['mass']} counted; by it the sensor shows "
-            f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
-        )
+        yield _describe_until(estimate)
+    yield from _describe_scale(made)
     if any(made.get("pose_std", ())):
         m, rad = made["pose_std"]
         yield f"the shape's pose is taken as known to {1e3 * m:.3g} mm and {np.degrees(rad):.3g}°"

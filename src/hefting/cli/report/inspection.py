@@ -10,6 +10,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hefting.cli.report.digits import with_reach
+from hefting.cli.report.estimate import MORE
 from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.core.spatial import SPEED_LIMIT, Array
@@ -19,12 +21,15 @@ if TYPE_CHECKING:
     from hefting.ingest import Conditioned, Drift
     from hefting.inspection import Inspection, Movement, StreamFacts, WrenchFacts
 
+DEVIATIONS = 1.96
+"""Standard deviations either side that hold 95 %."""
 EVERYDAY = "about 5 in everyday handling"
 """Nadeau et al. 2022, sec. III."""
 
 
-def inspection_report(found: "Inspection") -> Group:
-    """Streams, motion, wrench, object, identifiability, and what to do next."""
+def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
+    """The verdict and what gives doubt, streams, motion, wrench, object, and what to do
+    next; with `verbose` also the figures behind them."""
     lasts = (
         f"{next(iter(found.streams.values())).samples} static poses"
         if found.static
@@ -33,22 +38,22 @@ def inspection_report(found: "Inspection") -> Group:
     verdict = found.verdict
     lines: list[RenderableType] = [
         *verdict_texts(verdict),
+        *warning_lines(other_warnings(found.warnings, verdict)),
         Text(f"{found.log}: {lasts}", style="bold"),
         _streams_table(found),
     ]
     lines += [Text(f"note: {line}") for line in found.notes]
     for title, said in (
-        ("motion", _motion(found)),
-        ("wrench", _wrench(found)),
-        ("object", _object(found)),
-        ("identifiability", _identifiability(found)),
+        ("motion", _motion(found, verbose)),
+        ("wrench", _wrench(found, verbose)),
+        ("object", _object(found, verbose)),
     ):
         lines += [
             Text(title, style="bold"),
             *(Text(f"  {line}") if isinstance(line, str) else line for line in said),
         ]
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
-    return Group(*lines, *warning_lines(other_warnings(found.warnings, verdict)))
+    return Group(*lines) if verbose else Group(*lines, Text(MORE))
 
 
 def _streams_table(found: "Inspection") -> Table:
@@ -80,21 +85,28 @@ def _sampling(facts: "StreamFacts") -> list[str]:
     return [f"{facts.rate:.4g} Hz", gaps, _share(facts.missing), jitter]
 
 
-def _motion(found: "Inspection") -> Iterable[str]:
+def _motion(found: "Inspection", verbose: bool) -> Iterable[str]:
     m = found.movement
     if m is None:
         yield f"not known: {found.missing['motion']}"
         return
-    yield f"from {m.source}"
+    if verbose:
+        yield f"from {m.source}"
     if not found.static:
-        yield f"angular speed {m.angular_speed[0]:.3g} rad/s on average, {m.angular_speed[1]:.3g} rad/s at most"
+        yield _speed("angular", m.angular_speed, "rad/s", verbose)
         if m.linear_speed is not None:
-            yield f"linear speed {m.linear_speed[0]:.3g} m/s on average, {m.linear_speed[1]:.3g} m/s at most"
+            yield _speed("linear", m.linear_speed, "m/s", verbose)
         yield _speed_limit(m)
-        if m.dynamism is not None:
+        if verbose and m.dynamism is not None:
             yield f"dynamism {m.dynamism:.3g} (median)"
     yield f"gravity turned by up to {np.degrees(m.turn):.0f}° in sensor axes"
     yield _gravity(found)
+
+
+def _speed(kind: str, speed: tuple[float, float], unit: str, verbose: bool) -> str:
+    """Largest speed, with `verbose` also the mean."""
+    mean = f"{speed[0]:.3g} {unit} on average, " if verbose else ""
+    return f"{kind} speed {mean}{speed[1]:.3g} {unit} at most"
 
 
 def _gravity(found: "Inspection") -> str:
@@ -104,7 +116,8 @@ def _gravity(found: "Inspection") -> str:
     )
     if hint is None:
         return f"{vector}, as given"
-    angle, std = f"{np.degrees(hint.angle):.1f}°", f"{np.degrees(hint.std):.1f}°"
+    angle, degrees = f"{np.degrees(hint.angle):.1f}°", float(np.degrees(hint.std))
+    std = f"{degrees:.1f}°" if degrees >= 0.1 else f"{degrees:.1g}°"
     if hint.adopted:
         return f"{vector}, as found: {angle} ± {std} from straight down"
     if hint.angle < 3.0 * hint.std or np.degrees(hint.angle) < 0.05:
@@ -120,21 +133,23 @@ def _speed_limit(m: "Movement") -> str:
     return f"{SPEED_LIMIT:g} m/s of ISO 10218: exceeded for {m.above_limit:.2g} s"
 
 
-def _wrench(found: "Inspection") -> Iterable["str | Table"]:
+def _wrench(found: "Inspection", verbose: bool) -> Iterable["str | Table"]:
     if found.sign is not None:
         side = "on-object" if found.sign.on_object else "on-sensor"
-        yield f"{side} ({'certain' if found.sign.certain else 'not certain'}, t = {abs(found.sign.t):.3g})"
+        size = f", t = {abs(found.sign.t):.3g}" if verbose else ""
+        yield f"{side} ({'certain' if found.sign.certain else 'not certain'}{size})"
     c, f = found.conditioned, found.facts
     if c is not None:
         yield _clock(c.offset, c.offset_std)
     if f is not None:
-        yield _bias(f)
+        yield _bias(f, verbose)
     if c is not None:
-        yield _drift(c.bias)
+        yield _drift(c.bias, verbose)
         yield _outliers(c)
     else:
-        yield f"clock offset, drift, outliers: not known: {found.missing['conditioning']}"
-    if f is not None:
+        why = found.missing["conditioning"]
+        yield f"clock offset, drift, outliers: not known: {why}"
+    if f is not None and verbose:
         yield f"residual {f.noise[0]:.3g} N, {f.noise[1]:.3g} N m root mean square"
         yield _channels_table(f)
 
@@ -142,7 +157,11 @@ def _wrench(found: "Inspection") -> Iterable["str | Table"]:
 def _outliers(c: "Conditioned") -> str:
     if not c.rejected.any():
         return "outliers: none"
-    names = {"contact": "of contact", "spike": "by itself", "saturation": "saturated"}
+    names = {
+        "contact": "in contact",
+        "spike": "single spikes",
+        "saturation": "saturated",
+    }
     what = ", ".join(
         f"{number} {names[reason]}" for reason, number in c.reasons.items() if number
     )
@@ -159,7 +178,7 @@ def _clock(offset: float, std: float | None) -> str:
     return f"the wrench is {1e3 * abs(offset):.3g} ± {1e3 * std:.2g} ms {'late' if offset > 0.0 else 'early'}"
 
 
-def _bias(f: "WrenchFacts") -> str:
+def _bias(f: "WrenchFacts", verbose: bool) -> str:
     if f.bias is None or f.bias_t is None:
         return "bias: cannot be told from the object here"
     if np.abs(f.bias_t).max() < SIGNIFICANT:
@@ -167,22 +186,25 @@ def _bias(f: "WrenchFacts") -> str:
     force, torque = (
         ", ".join(f"{x:.3g}" for x in part) for part in (f.bias[:3], f.bias[3:])
     )
-    return f"bias as recorded ({force}) N, ({torque}) N m; largest t {np.abs(f.bias_t).max():.3g}"
+    size = f"; largest t {np.abs(f.bias_t).max():.3g}" if verbose else ""
+    return f"bias as recorded ({force}) N, ({torque}) N m{size}"
 
 
-def _drift(bias: "Drift") -> str:
+def _drift(bias: "Drift", verbose: bool) -> str:
     if bias.kind == "constant":
         return "drift: none found"
     force, torque = (
         float(np.linalg.norm(part)) for part in (bias.range[:3], bias.range[3:])
     )
+    if not verbose:
+        return f"drift: by {force:.2g} N and {torque:.2g} N m"
     knots = f" between {len(bias.knots)} knots" if len(bias.knots) > 2 else ""
     return f"drift: {bias.kind}{knots}, by {force:.2g} N and {torque:.2g} N m"
 
 
 def _channels_table(f: "WrenchFacts") -> Table:
     table = _table(
-        "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise ratio"
+        "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise"
     )
     for name, channels in f.channels.items():
         noise = channels.noise[:1] if np.ptp(channels.noise) == 0.0 else channels.noise
@@ -198,45 +220,49 @@ def _three(values: Array) -> str:
     return ", ".join(f"{x:.2g}" if x > 1e-3 * values.max() else "0" for x in values)
 
 
-def _object(found: "Inspection") -> Iterable[str]:
-    f = found.facts
-    quick = (
-        ""
-        if found.quick_mass is None
-        else f"|f| / |g| alone says {found.quick_mass:.4g} kg"
-    )
-    if f is None:
-        yield f"not known: {found.missing['object']}"
-        if quick:
-            yield quick
-        return
-    yield f"mass {f.mass:.4g} kg by least squares"
-    yield (
-        quick
-        if f.quick_mass_less_bias is None
-        else f"{quick}, without the bias {f.quick_mass_less_bias:.4g} kg"
-    )
-    if f.gravity_dominance is not None:
-        force, torque = f.gravity_dominance
-        if np.isfinite(force):
-            yield f"gravity takes {force:.3g} times the force of motion, {torque:.3g} times its torque ({EVERYDAY})"
-        else:
-            yield "gravity is all that shows: no motion"
-
-
-def _identifiability(found: "Inspection") -> Iterable[str]:
-    motion = found.identifiability
-    if motion is None:
+def _object(found: "Inspection", verbose: bool) -> Iterable[str]:
+    f, motion = found.facts, found.identifiability
+    if f is None or verbose:
+        yield from _quick_mass(found)
+    if f is None or motion is None:
         yield f"not known: {found.missing['object']}"
         return
-    yield (
-        f"rank {motion.rank_full} of 10, condition number {motion.condition_full:.3g}; by gravity alone "
-        f"{motion.rank_reduced} of 4, {motion.condition_reduced:.3g}"
-    )
+    reach = DEVIATIONS * f.mass_std
+    if np.isfinite(reach):
+        yield f"mass {with_reach([f.mass], reach)} kg by least squares"
+    else:
+        yield f"mass {f.mass:.4g} kg by least squares, open"
     yield (
         "not determined by the motion: " + ", ".join(motion.open)
         if motion.open
-        else "all ten determined"
+        else "all ten parameters can be found"
+    )
+    if not verbose:
+        return
+    if f.gravity_dominance is not None:
+        yield _dominance(*f.gravity_dominance)
+    yield (
+        f"rank {motion.rank_full} of 10, condition number {motion.condition_full:.3g}"
+        f"; by gravity alone {motion.rank_reduced} of 4, {motion.condition_reduced:.3g}"
+    )
+
+
+def _quick_mass(found: "Inspection") -> Iterable[str]:
+    """The mass that the forces alone say."""
+    if found.quick_mass is None:
+        return
+    text = f"|f| / |g| alone says {found.quick_mass:.4g} kg"
+    mass = None if found.facts is None else found.facts.quick_mass_less_bias
+    yield text if mass is None else f"{text}, without the bias {mass:.4g} kg"
+
+
+def _dominance(force: float, torque: float) -> str:
+    """How far gravity outweighs the motion."""
+    if not np.isfinite(force):
+        return "gravity is all that shows: no motion"
+    return (
+        f"gravity takes {force:.3g} times the force of motion, {torque:.3g} times its "
+        f"torque ({EVERYDAY})"
     )
 
 
@@ -244,7 +270,8 @@ def _table(first: str, *others: str) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column(first, no_wrap=True)
     for name in others:
-        table.add_column(name, justify="right" if name else "left", no_wrap=True)
+        side = "right" if name else "left"
+        table.add_column(name, justify=side, no_wrap=False, overflow="fold")
     return table
 
 

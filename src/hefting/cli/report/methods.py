@@ -9,12 +9,13 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report.estimate import assumptions
+from hefting.cli.report.digits import with_reach
+from hefting.cli.report.estimate import MORE, assumptions
 from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
-from hefting.estimators import VARIANTS, describe_methods
+from hefting.estimators import METHODS, VARIANTS, describe_methods
 from hefting.estimators.base import INVARIANCES
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
@@ -23,20 +24,26 @@ if TYPE_CHECKING:
     from hefting.core.metrics import Errors
     from hefting.identification.compare import Comparison
 
+METHODS_MORE = "--verbose tells their sources, and what they do not depend on"
+MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 
-def methods_report() -> Group:
-    """Every method: what it does, needs, guarantees, is best for and does not depend
-    on."""
+
+def methods_report(verbose: bool = False) -> Group:
+    """Every method: what it does, needs and is best for; with `verbose` also its source
+    and what its answer does not depend on."""
     known = describe_methods()
     table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
     for name in ("method", "what it does", "needs", "best for"):
         table.add_column(name, no_wrap=name == "method")
     for name, of in known.items():
-        what = f"{of['summary']}\n[dim]{of['source']}[/dim]"
+        source = f"\n[dim]{of['source']}[/dim]" if verbose else ""
+        what = f"{of['summary']}{source}"
         table.add_row(f"[bold]{name}[/bold]", what, of["needs"], of["best_for"])
     lines = [
         f"always a body that can exist: {', '.join(name for name in known if known[name]['consistent'])}"
     ]
+    if not verbose:
+        return Group(table, *map(Text, (*lines, METHODS_MORE)))
     lines.append(
         "where the motion determines all and the noise is known, these find the same body for"
     )
@@ -52,74 +59,109 @@ def methods_report() -> Group:
 
 
 def comparison_report(
-    comparison: "Comparison", errors: "dict[str, Errors] | None" = None
+    comparison: "Comparison",
+    errors: "dict[str, Errors] | None" = None,
+    verbose: bool = False,
 ) -> Group:
-    """Methods as rows: mass, COM, inertia, residual, consistent or why not, time; and
-    which one to trust."""
-    table = _comparison_table()
-    names = list(comparison.results)
-    for name, following in zip(names, [*names[1:], None], strict=True):
-        row = _cells(comparison, name)
-        table.add_row(*row, end_section=following in VARIANTS and name not in VARIANTS)
+    """Methods as rows: mass, COM and inertia, each with how far it may be off; and
+    which one to trust. With `verbose` also residual, consistency, time, variants of
+    methods and what was assumed."""
     best = comparison.results[comparison.recommended]
-    lines: list[RenderableType] = [*verdict_texts(best.verdict), table]
+    names = _shown(comparison, verbose)
+    lines: list[RenderableType] = [
+        *verdict_texts(best.verdict),
+        *warning_lines(other_warnings(best.warnings, best.verdict)),
+        Text(
+            f"recommended: {comparison.recommended}, as {comparison.reason}",
+            style="bold",
+        ),
+        _answers(comparison, names),
+    ]
+    if any(not comparison.results[name].physically_consistent for name in names):
+        lines.append(Text("! no body has these numbers"))
     if errors:
-        lines.append(_errors_table(errors))
+        lines.append(_errors_table({name: errors[name] for name in names}))
+    if not verbose:
+        return Group(*lines, Text(MORE))
+    lines.append(_checks(comparison, names))
     lines += _explain_failures(comparison)
     if any(name in VARIANTS for name in names):
         lines.append(Text("below the line: variants, see hefting methods"))
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
-    lines.append(
-        Text(
-            f"recommended: {comparison.recommended}, as {comparison.reason}",
-            style="bold",
+    return Group(*lines, *map(Text, assumptions(best)))
+
+
+def _shown(comparison: "Comparison", verbose: bool) -> list[str]:
+    """Names of the methods that are shown: without `verbose` none of the variants where
+    all methods were asked for."""
+    names = list(comparison.results)
+    if verbose or not set(METHODS) <= {*names, *comparison.skipped}:
+        return names
+    return [name for name in names if name not in VARIANTS]
+
+
+def _answers(comparison: "Comparison", names: list[str]) -> Table:
+    """What each method found, and how sure it is."""
+    table = _table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
+    for name, following in zip(names, [*names[1:], None], strict=True):
+        e = comparison.results[name]
+        mark = " ◀" if name == comparison.recommended else ""
+        doubt = "" if e.physically_consistent else "!"
+        reach = _reach_of(e)
+        com = 1e3 * e.parameters.center_of_mass
+        table.add_row(
+            f"[bold]{name}[/bold]{mark}" if mark else f"{name}{doubt}",
+            with_reach([e.parameters.mass], reach and reach[0]),
+            with_reach(com, reach and reach[1]),
+            _moments(e, reach and reach[2]),
+            end_section=following in VARIANTS and name not in VARIANTS,
         )
-    )
-    warnings = other_warnings(best.warnings, best.verdict)
-    return Group(*lines, *map(Text, assumptions(best)), *warning_lines(warnings))
-
-
-def _comparison_table() -> Table:
-    """The table of a comparison, with no rows yet."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("method", no_wrap=True)
-    for name in (
-        "mass\nkg",
-        "COM x, y, z\nmm",
-        "Jxx, Jyy, Jzz at COM\n10⁻³ kg m²",
-        "residual\nN, N m",
-    ):
-        table.add_column(name, justify="right", overflow="fold")
-    table.add_column("consistent", overflow="fold")
-    table.add_column("time\nms", justify="right", no_wrap=True)
     return table
 
 
-def _cells(comparison: "Comparison", name: str) -> list[str]:
-    """The row of a method."""
-    e, noise = comparison.results[name], comparison.ingested.noise
-    return [
-        f"[bold]{name}[/bold] ◀" if name == comparison.recommended else name,
-        f"{e.parameters.mass:.4g}",
-        ", ".join(
-            f"{round(1e3 * x, 1) + 0.0:.1f}" for x in e.parameters.center_of_mass
-        ),
-        _moments(e),
-        _residual(e, np.array((noise.force, noise.torque))),
-        "yes"
-        if e.physically_consistent
-        else f"no: {FAILURES[e.consistency.violated or 'mass']}",
-        f"{1e3 * comparison.seconds[name]:.1f}",
-    ]
+def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
+    """How far mass [kg], COM [mm] and moments of inertia [10⁻³ kg m²] may be off, at
+    most, with 95 % probability; None where the method does not say."""
+    if e.intervals is None:
+        return None
+    halves = {k: 0.5 * (ends[1] - ends[0]) for k, ends in e.intervals.items()}
+    moments = np.diagonal(halves["inertia_at_com"])
+    com = halves["center_of_mass"]
+    return float(halves["mass"]), 1e3 * float(com.max()), 1e3 * float(moments.max())
 
 
-def _moments(e: "Estimate") -> str:
+def _moments(e: "Estimate", reach: float | None) -> str:
     """Moments of inertia at the COM, or that nothing determines them."""
-    moments = e.parameters.inertia_at_com.diagonal()
     if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
-    least = 1e-9 * np.abs(moments).max()
-    return ", ".join(f"{1e3 * x if abs(x) > least else 0.0:.2g}" for x in moments)
+    return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
+
+
+def _checks(comparison: "Comparison", names: list[str]) -> Table:
+    """How well each method explains the wrench, whether a body can be as it says, and
+    how long it took."""
+    table = _table("method", "residual\nN, N m", "consistent", "time\nms")
+    noise = comparison.ingested.noise
+    for name in names:
+        e = comparison.results[name]
+        table.add_row(
+            name,
+            _residual(e, np.array((noise.force, noise.torque))),
+            "yes"
+            if e.physically_consistent
+            else f"no: {FAILURES[e.consistency.violated or 'mass']}",
+            f"{1e3 * comparison.seconds[name]:.1f}",
+        )
+    return table
+
+
+def _table(*names: str) -> Table:
+    """A table with these columns, the first to the left, and no rows yet."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for i, name in enumerate(names):
+        side = "right" if i else "left"
+        table.add_column(name, justify=side, no_wrap=not i, overflow="fold")
+    return table
 
 
 def _residual(e: "Estimate", noise: Array) -> str:
@@ -143,10 +185,7 @@ def _explain_failures(comparison: "Comparison") -> list[Text]:
 
 
 def _errors_table(errors: "dict[str, Errors]") -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("error in %", no_wrap=True)
-    for name in ("mass", "COM", "inertia, sensor", "inertia, COM"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table = _table("error in %", "mass", "COM", "inertia, sensor", "inertia, COM")
     for name, e in errors.items():
         found = (e.mass, e.center_of_mass, e.inertia_at_origin, e.inertia_at_com)
         table.add_row(name, *map(_percent, found))

@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hefting.cli.report.estimate import MORE
 from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.motion.measure import DESCRIPTIONS
@@ -22,9 +23,10 @@ NOTICED = 1e-3
 line."""
 
 
-def prediction_report(found: Prediction) -> Group:
-    """Largest force and torque, lowest and highest of each component with the band,
-    assumptions, agreement."""
+def prediction_report(found: Prediction, verbose: bool = False) -> Group:
+    """The verdict and what gives doubt, largest force and torque, lowest and highest of
+    each component with the band, agreement with what was measured; with `verbose` also
+    what was assumed."""
     count = f"{len(found)} instant{'' if len(found) == 1 else 's'}"
     lasts = (
         f"{len(found)} static poses"
@@ -34,14 +36,17 @@ def prediction_report(found: Prediction) -> Group:
     verdict = found.verdict
     lines: list[RenderableType] = [
         *verdict_texts(verdict),
+        *warning_lines(other_warnings(found.warnings, verdict)),
         Text(f"{found.method}: wrench in sensor axes, {lasts} of {found.trajectory}"),
         _table(found),
-        *_assumed(found),
     ]
+    if verbose:
+        lines += _assumed(found)
     if found.agreement is not None:
-        lines += _agreement(found.agreement)
-    lines += [Text(f"- {line}") for line in found.notes]
-    return Group(*lines, *warning_lines(other_warnings(found.warnings, verdict)))
+        lines += _agreement(found.agreement, verbose)
+    if not verbose:
+        return Group(*lines, Text(MORE))
+    return Group(*lines, *(Text(f"- {line}") for line in found.notes))
 
 
 def _table(found: Prediction) -> Table:
@@ -108,7 +113,7 @@ def _assumed(found: Prediction) -> Iterable[Text]:
         )
 
 
-def _agreement(a: Agreement) -> Iterable[Text]:
+def _agreement(a: Agreement, verbose: bool) -> Iterable[Text]:
     side = "on-object" if a.sign.on_object else "on-sensor"
     yield Text(
         f"measured ({side}) minus predicted: {a.rms[0]:.3g} N, {a.rms[1]:.3g} N m root mean square"
@@ -116,7 +121,7 @@ def _agreement(a: Agreement) -> Iterable[Text]:
     yield Text(
         f"  less its mean, which may be another bias: {a.varying[0]:.3g} N, {a.varying[1]:.3g} N m"
     )
-    if a.own is not None:
+    if verbose and a.own is not None:
         yield Text(
             f"  least squares on this recording itself leaves {a.own[0]:.3g} N, {a.own[1]:.3g} N m"
         )
@@ -125,4 +130,5 @@ def _agreement(a: Agreement) -> Iterable[Text]:
         yield Text(
             f"  in the band widened by that: {force} of forces, {torque} of torques; 95 % are expected"
         )
-    yield from (Text(f"  {line}") for line in a.notes)
+    if verbose:
+        yield from (Text(f"  {line}") for line in a.notes)

@@ -6,20 +6,21 @@ from collections.abc import Callable, Iterable
 from rich.console import Console, Group
 from rich.text import Text
 
+from hefting.cli.parser import WIDTH
 from hefting.cli.report.verdict import verdict_lines
 from hefting.core.verdict import Verdict
 
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
-    """Print on standard output, no wider than the terminal; 100 columns where there is
-    none.
+    """Print on standard output, no wider than the terminal; `WIDTH` columns where there
+    is none.
 
     `render` turns the library's way of naming its arguments into the reader's.
     """
     for line in report.renderables:
         if isinstance(line, Text):
             line.plain = render(line.plain)
-    Console(highlight=False, width=None if sys.stdout.isatty() else 100).print(report)
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH).print(report)
 
 
 def verdict_texts(verdict: Verdict) -> list[Text]:

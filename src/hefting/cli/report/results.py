@@ -67,20 +67,22 @@ def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
     return estimates
 
 
-def print_results(results: Results, render: Callable[[str], str]) -> None:
+def print_results(
+    results: Results, render: Callable[[str], str], verbose: bool = False
+) -> None:
     """Print the results as a table, then the files written; `render` as in
-    `print_json`."""
+    `print_json`, `verbose` as in `estimate_report`."""
     comparison, best = results.comparison, results.best
     if comparison:
         from hefting.cli.report.methods import comparison_report
         from hefting.cli.report.printing import print_report
 
-        print_report(comparison_report(comparison, results.errors), render)
+        print_report(comparison_report(comparison, results.errors, verbose), render)
     else:
         from hefting.cli.report.estimate import estimate_report, print_lines
 
         report = estimate_report(
-            results.estimates[best], results.truth, results.errors.get(best)
+            results.estimates[best], results.truth, results.errors.get(best), verbose
         )
         print_lines(report, render)
     for path, exported in results.written:

@@ -6,8 +6,9 @@ from typing import Self
 
 import numpy as np
 
+from hefting.cli.report.digits import fixed
 from hefting.core.estimate import Estimate
-from hefting.core.rounding import decimals, rounded
+from hefting.core.rounding import decimals
 from hefting.core.spatial import tensor_to_vector
 
 MILLIMETRE = 3
@@ -53,11 +54,4 @@ class Worth:
         """A number of one row; an end of an interval may be open by itself."""
         if not np.isfinite(value) or (is_estimate and self.open[row]):
             return "open"
-        places = int(self.places[row])
-        number = float(rounded(value, places))
-        if row < 4:
-            return f"{number:.{max(places, 0)}f}"
-        if number == 0.0:
-            return "0"
-        digits = places + int(np.floor(np.log10(abs(number))))
-        return f"{number:.{max(digits, 0)}e}"
+        return fixed(value, max(int(self.places[row]), 0))

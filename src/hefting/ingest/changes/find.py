@@ -9,6 +9,7 @@ well as the sensor's noise lets them.
 
 import numpy as np
 
+from hefting.core.progress import each
 from hefting.core.spatial import Array
 from hefting.ingest.changes.alternatives import variance_of_any_linear_function
 from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
@@ -94,7 +95,7 @@ def _better(
     best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
 ) -> Assignment | None:
     """That of an assignment and those at other clock offsets which explains most."""
-    for offset in offsets:
+    for offset in each("looking for changes of the object", offsets):
         cells = _cells(samples, found, offset)
         other = None if cells is None else assign(cells)
         if best is None or (

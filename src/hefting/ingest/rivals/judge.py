@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
@@ -91,7 +92,8 @@ def judge(case: Case) -> Judged:
     candidates = EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    found = [explain(case) for explain in candidates]
+    stage = "looking for mistakes in the recording"
+    found = [explain(case) for explain in each_of(stage, candidates)]
     tried = [each for each in found if each is not None]
     best = max(tried, key=lambda each: evidence(case, given, each))
     if not _is_told(case, given, best):

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.progress import report
+from hefting.logs.registry import READING
 
 MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""
@@ -88,6 +90,7 @@ class Source:
                 "record the log again with smaller chunks",
             )
         self.position += count
+        report(READING, self.position / self.size)
         return self.file.read(count)
 
     def skip(self, count: int) -> None:

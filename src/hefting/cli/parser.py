@@ -1,0 +1,135 @@
+"""The parser of the command line: help that fits 80 columns, and errors of one line
+that name what was probably meant."""
+
+import argparse
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from shutil import get_terminal_size
+from textwrap import fill
+from typing import IO, Any, NoReturn
+
+from hefting.core.errors import InputError
+
+WIDTH = 80
+"""Columns of help, also where the terminal has more."""
+
+WORDINGS = (
+    (r"argument (\S+): invalid int value: (.*)", r"\1: \2 is not a whole number"),
+    (r"argument (\S+): invalid float value: (.*)", r"\1: \2 is not a number"),
+    (r"argument (\S+): expected one argument", r"\1: its value is missing"),
+    (r"argument (\S+): ignored explicit argument .*", r"\1 takes no value"),
+    (
+        r"argument (\S+): invalid choice: (.*) \(choose from (.*)\)",
+        r"\1: use one of \3, not \2",
+    ),
+    (r"the following arguments are required: (.*)", r"\1: missing"),
+)
+"""What `argparse` says, and what is said in its place."""
+
+
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Help of at most `WIDTH` columns, the commands in one list."""
+
+    def __init__(self, prog: str, **settings: Any):
+        columns = min(get_terminal_size().columns, WIDTH)
+        super().__init__(prog, max_help_position=26, width=columns - 1, **settings)
+
+    def _iter_indented_subactions(
+        self, action: argparse.Action
+    ) -> Iterator[argparse.Action]:
+        """The commands, indented as options are."""
+        yield from getattr(action, "_get_subactions", tuple)()
+
+    def _format_action(self, action: argparse.Action) -> str:
+        commands = list(self._iter_indented_subactions(action))
+        if commands:
+            return "".join(map(self._format_action, commands))
+        return super()._format_action(action)
+
+
+class Parser(argparse.ArgumentParser):
+    """Reports bad usage as an `InputError`, in one line."""
+
+    def __init__(self, **settings: Any):
+        super().__init__(formatter_class=HelpFormatter, allow_abbrev=False, **settings)
+        self._positionals.title = "input"
+        self._optionals.title = "common options"
+
+    def parse_known_args(self, args=None, namespace=None):  # pyright: ignore
+        """As that of `argparse`, but for what is too much: it is reported by the
+        command it was given to."""
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            self.error(f"too many arguments: {' '.join(rest)[:80]}")
+        return found, rest
+
+    def format_help(self) -> str:
+        """The help, its usage in one line: what must be given, and ``[options]``."""
+        if self.usage is None:
+            needed = [a for a in self._actions if a.required or not a.option_strings]
+            words = [_usage_of(action) for action in needed]
+            self.usage = " ".join([self.prog, *words, "[options]"])
+        return super().format_help()
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `message` as an `InputError`."""
+        for pattern, wording in WORDINGS:
+            if match := re.fullmatch(pattern, message):
+                message = match.expand(wording)
+        raise InputError(message, fix=f"see {self.prog} --help")
+
+    def check_options(self, words: Sequence[str], where: str = "") -> None:
+        """`InputError` that names all of the `words` that are unknown options, each
+        with the one that was probably meant, and `where` they are."""
+        known = [name for name in self._option_string_actions if name.startswith("--")]
+        unknown = []
+        for word in words:
+            if word == "--":
+                break
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in known:
+                unknown.append(f"{name}{did_you_mean(name, known)}")
+        if unknown:
+            plural = "s" if len(unknown) > 1 else ""
+            self.error(f"unknown option{plural} {', '.join(unknown)}{where}")
+
+    def _print_message(self, message: str, file: IO[str] | None = None) -> None:
+        """Print help or version; that of `argparse` says nothing where it cannot."""
+        (file or sys.stdout).write(message)
+
+
+def say(message: str) -> None:
+    """Print a message for a person on standard error: in one line, or wrapped where
+    that is a terminal."""
+    text = "hefting: " + " ".join(message.split())
+    if sys.stderr.isatty():
+        columns = max(get_terminal_size().columns, 20)
+        text = fill(
+            text,
+            columns - 1,
+            subsequent_indent="  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    print(text, file=sys.stderr)
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
+    """``" (did you mean --shape?)"`` where a choice resembles `word`, dashes aside;
+    else an empty string."""
+    from difflib import get_close_matches
+
+    by_letters = {choice.lstrip("-"): choice for choice in choices}
+    letters = word.lower().replace("_", "-").strip("-")
+    found = get_close_matches(letters, by_letters, n=1, cutoff=0.6)
+    return f" (did you mean {by_letters[found[0]]}?)" if found else ""
+
+
+def _usage_of(action: argparse.Action) -> str:
+    """What must be given for an argument: its name, after its option if it has one."""
+    name = action.metavar or action.dest
+    text = name if isinstance(name, str) else " ".join(name)
+    if action.option_strings:
+        return f"{action.option_strings[-1]} {text}"
+    return f"[{text} ...]" if action.nargs == "*" else text

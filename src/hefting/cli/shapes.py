@@ -1,0 +1,104 @@
+"""The object's shape on the command line: a file, its convex hull, or a box."""
+
+import argparse
+import re
+from typing import TYPE_CHECKING
+
+from hefting.cli.options import POSE, quantities
+from hefting.core.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.core.spatial import Array
+    from hefting.shapes import Shape
+
+
+def add_shape(parser: argparse._ActionsContainer) -> None:
+    """The shape, and where it is."""
+    parser.add_argument(
+        "--shape",
+        metavar="FILE",
+        help="mesh, point cloud or labelled parts; or box:X0,X1,Y0,Y1,Z0,Z1 in the "
+        "sensor frame [m]",
+    )
+    parser.add_argument(
+        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
+    )
+    parser.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
+    parser.add_argument(
+        "--box",
+        metavar="X,Y,Z",
+        help="instead of a file: the sides [m] of a box that holds the object, its "
+        "centre at --object-pose, else at the sensor; --box 10cm,20cm,5cm works too",
+    )
+    parser.add_argument(
+        "--hull",
+        action="store_true",
+        help="take the convex hull of the shape's file, as where its mesh has holes",
+    )
+
+
+def add_shape_details(group: argparse._ActionsContainer) -> None:
+    """How well the shape is known, and of how many points it is made."""
+    from hefting.estimators import methods_with
+
+    pose, shape = (", ".join(methods_with(name)) for name in ("pose_std", "shape_std"))
+    group.add_argument(
+        "--pose-std",
+        metavar="LENGTH,ANGLE",
+        help=f"{pose}: how well --object-pose is known, as in 5mm,5deg; 0mm,0deg: "
+        "exactly; default perhaps exactly, perhaps some 5 mm and 5° off",
+    )
+    group.add_argument(
+        "--shape-std",
+        metavar="SHARE",
+        help=f"{shape}: how well the shape is known, as in 20%%; default exactly, "
+        "20%% for a hull, less for a mesh with holes; a box only holds the object",
+    )
+    group.add_argument(
+        "--points",
+        type=int,
+        metavar="N",
+        help="about how many point masses; default 56",
+    )
+    group.add_argument(
+        "--points-per-cm3", type=float, metavar="D", help="their density instead"
+    )
+
+
+def shape_of(a: argparse.Namespace, pose: "Array | None") -> "Shape | None":
+    """The shape that was given, if one was."""
+    if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
+        raise InputError("whose convex hull?", "--hull", "give --shape FILE")
+    if a.box is not None:
+        return _box(a, pose)
+    if a.shape is None:
+        return None
+    from hefting.shapes import load_shape
+
+    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
+
+
+def _box(a: argparse.Namespace, pose: "Array | None") -> "Shape":
+    """The box whose sides were given, about the origin of a pose."""
+    from hefting.shapes import Shape
+
+    for option, given in (("--shape", a.shape), ("--unit", a.unit)):
+        if given is not None:
+            what, fix = "is given beside --box", "leave one of them out"
+            raise InputError(what, option, fix)
+    in_metres = re.sub(r"(?<=[\d.])\s*(?=,|$)", "m", a.box)
+    try:
+        sides = quantities(in_metres, ("length",) * 3, "--box", "")
+    except InputError:
+        sides = (0.0,)
+    if not min(sides) > 0.0:
+        what, fix = f"'{a.box}' is not three lengths", "as in 0.1,0.2,0.3 in metres"
+        raise InputError(what, "--box", fix)
+    low_to_high = [sign * side / 2 for side in sides for sign in (-1, 1)]
+    return Shape.from_box(
+        *low_to_high, points=a.points, points_per_cm3=a.points_per_cm3, pose=pose
+    )

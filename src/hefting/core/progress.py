@@ -1,0 +1,42 @@
+"""Progress: what a long call is doing, told to whoever listens.
+
+A part that may take more than a second reports its stage, and how much of it is done
+where that is known. Nothing happens unless somebody listens; the command line does.
+"""
+
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypeVar
+
+T = TypeVar("T")
+
+Listener = Callable[[str, float | None], None]
+"""Called with the stage in words, and with the share of it that is done (0 to 1), None
+where that is not known."""
+
+_listener: ContextVar[Listener | None] = ContextVar("progress", default=None)
+
+
+def report(stage: str, share: float | None = None) -> None:
+    """Tell the listener, if there is one, that so much of a stage is done."""
+    listener = _listener.get()
+    if listener is not None:
+        listener(stage, share)
+
+
+def each(stage: str, items: Sequence[T]) -> Iterable[T]:
+    """The items one by one, each reported as a part of the stage."""
+    for k, item in enumerate(items):
+        report(stage, k / len(items))
+        yield item
+
+
+@contextmanager
+def listening(listener: Listener) -> Generator[None, None, None]:
+    """Reports go to `listener` while this is entered."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
