@@ -128,16 +128,22 @@ def progress(what: str) -> Iterator[None]:
 
 
 def add_recording(
-    parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
+    parser: argparse.ArgumentParser,
+    metavar: str = "LOG",
+    what: str = "recording",
+    count: str | None = None,
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of
-    its kind."""
+    its kind. `count` is how many logs, as `argparse` names it; by default one."""
     from hefting.logs.registry import all_options, formats, join_words, table_formats
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
     tables = join_words([each.name for each in table_formats()], "or")
     parser.add_argument(
-        "log", metavar=metavar, help=f"{what}: {known}; see --map, --urdf"
+        "log",
+        metavar=metavar,
+        nargs=count,
+        help=f"{what}: {known}; see --map, --urdf",
     )
     group = parser.add_argument_group("reading the log")
     group.add_argument(
