@@ -101,15 +101,15 @@ def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
     """How deep each COM is in the shape's convex hull, a line each."""
-    from hefting.scene import depth_of, headline_of
+    from hefting.scene import com_half_widths, depth_of, headline_of
 
     lines = []
     for name, estimate in found.items():
-        depth = 1e3 * depth_of(shape, estimate.parameters.center_of_mass)
-        where = (
-            f"{depth:.1f} mm inside the convex hull"
-            if depth >= 0.0
-            else f"{-depth:.1f} mm outside the convex hull: are pose and unit right?"
-        )
+        depth = depth_of(shape, estimate.parameters.center_of_mass)
+        half = com_half_widths(estimate)
+        side = "inside" if depth >= 0.0 else "outside"
+        where = f"{1e3 * abs(depth):.1f} mm {side} the convex hull"
+        if depth < 0.0 and (half is None or -depth > half.max()):
+            where += ": are pose and unit right?"
         lines.append(f"{name}: {headline_of(estimate).numbers[1]}; {where}")
     return lines

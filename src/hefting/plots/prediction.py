@@ -184,6 +184,7 @@ def _difference(
             color=colour,
             **_line(prediction, 0.4),
         )
+    for i, colour in enumerate(COMPONENTS.values(), first):
         axes.axhline(mean[i], color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     axes.axhline(0.0, color=INK, linewidth=0.4)
     rms, varying = a.rms[first // 3], a.varying[first // 3]

@@ -7,6 +7,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.plots.headline import LINE
 from hefting.plots.style import (
+    BLUE,
     COMPONENTS,
     INK,
     PURPLE,
@@ -28,8 +29,9 @@ LOOKS: dict[str, dict[str, Any]] = {
     "truth": {"color": INK, "linestyle": (0, (3, 2)), "marker": "o"},
     "uniform shape": {"color": INK, "linestyle": (0, (1, 1.5)), "marker": "D"},
 }
-"""How each body is drawn, by its name; others as the estimate, but in `SECOND`."""
-SECOND = "#0072B2"
+"""How each body is drawn, by its name."""
+OTHER: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 1)), "marker": "x"}
+"""How one of another name is drawn; over an estimate it makes a star of its mark."""
 MARK = 0.06
 """Size of the mark of a COM [in]."""
 NARROWEST = 0.35
@@ -209,7 +211,7 @@ def _draw_gravity(axes: "Axes", directions: Array, length: float) -> None:
 
 
 def _look(body: Body) -> dict[str, Any]:
-    return LOOKS.get(body.name) or LOOKS["estimate"] | {"color": SECOND}
+    return LOOKS.get(body.name, OTHER)
 
 
 def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:

@@ -134,13 +134,13 @@ def _draw_legend(figure: "SubFigure", estimate: Estimate, static: bool) -> None:
     ]
     measured = "measured, sign turned" if turned else "measured"
     handles.append(Line2D([], [], color=INK, label=measured, **_measured(static)))
-    predicted = "predicted" if estimate.bias is None else "predicted, with bias"
+    predicted = "predicted" if estimate.bias is None else "predicted + bias"
     handles.append(Line2D([], [], color=INK, label=predicted, **_line(static, 0.7)))
     figure.legend(
         handles=handles,
         ncols=5,
         loc="outside upper center",
         handlelength=1.4,
-        columnspacing=1.0,
+        columnspacing=0.9,
         borderaxespad=0.2,
     )

@@ -6,7 +6,12 @@
 All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
 """
 
-from hefting.scene.ellipsoid import Ellipsoid, com_region, uniform_ellipsoid
+from hefting.scene.ellipsoid import (
+    Ellipsoid,
+    com_half_widths,
+    com_region,
+    uniform_ellipsoid,
+)
 from hefting.scene.headline import Headline, headline_of, plus_minus
 from hefting.scene.place import depth_of, place_of
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
@@ -19,6 +24,7 @@ __all__ = [
     "PointSet",
     "Scene",
     "Surface",
+    "com_half_widths",
     "com_region",
     "depth_of",
     "headline_of",
