@@ -4,11 +4,13 @@ from collections.abc import Callable
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from hefting.plots.style import INK, VERMILION, WIDTH
 from hefting.scene import Headline
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure, FigureBase, SubFigure
 
 LINE = 0.135
 """Height of a line of the headline, or of a legend [in]."""
@@ -60,4 +62,9 @@ def write_headline(
             zorder=10,
         )
     # a legend outside the axes has no place beside a title of the same figure
-    return figure.subfigures(1, 1)
+    return subfigures_of(figure, 1)[0]
+
+
+def subfigures_of(figure: "FigureBase", count: int) -> "list[SubFigure]":
+    """A figure divided from left to right into so many parts."""
+    return list(np.atleast_1d(np.asarray(figure.subfigures(1, count))))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
-from hefting.plots.headline import LINE, lines_of, write_headline
+from hefting.plots.headline import LINE, lines_of, subfigures_of, write_headline
 from hefting.plots.style import WIDTH, figure_of, settled, style
 from hefting.plots.views import draw_scene, height_of
 from hefting.plots.wrench import HEIGHT, draw_wrench
@@ -38,7 +38,7 @@ def plot_identification(
         height = max(height_of(scene), HEIGHT) + LINE * len(lines)
         figure = figure_of(height, 2.0 * WIDTH)
         below = write_headline(figure, lines, headline.usable)
-        left, right = below.subfigures(1, 2)
+        left, right = subfigures_of(below, 2)
         draw_scene(left, scene)
         draw_wrench(right, measurements, estimate)
         return settled(figure)

@@ -34,6 +34,8 @@ OTHER: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 1)), "marker": "x"}
 """How one of another name is drawn; over an estimate it makes a star of its mark."""
 MARK = 0.06
 """Size of the mark of a COM [in]."""
+DOWN = 0.8
+"""Length of gravity's directions over that of the sensor's axes."""
 NARROWEST = 0.35
 """Least side of a view over the longest."""
 SIDES, ROOM = 0.75, 0.95
@@ -49,7 +51,10 @@ def size_of(scene: Scene) -> tuple[Array, Array, float]:
     millimetre at which three views have the width of a column."""
     corners = 1e3 * scene.corners
     low, high = corners.min(axis=0), corners.max(axis=0)
-    high = np.maximum(high, 1.2 * _axis_length(scene))
+    length = _axis_length(scene)
+    high = np.maximum(high, 1.2 * length)
+    if scene.gravity is not None:
+        low = np.minimum(low, -DOWN * length)
     longest = float((high - low).max())
     margin = 0.07 * longest + np.maximum(0.5 * (NARROWEST * longest - high + low), 0.0)
     low, high = low - margin, high + margin
@@ -120,7 +125,7 @@ def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
         _draw_points(axes, scene.points, i, j)
     length = _axis_length(scene)
     if scene.gravity is not None:
-        _draw_gravity(axes, scene.gravity[:, [i, j]], 0.8 * length)
+        _draw_gravity(axes, scene.gravity[:, [i, j]], DOWN * length)
     _draw_triad(axes, i, j, length)
     for body in scene.bodies:
         _draw_body(axes, body, i, j, mark)
@@ -157,7 +162,7 @@ def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
     side, front = SHADES
     grey = side + (front - side) * facing[order]
     collection = PolyCollection(
-        triangles[order][:, :, [i, j]],
+        list(triangles[order][:, :, [i, j]]),
         facecolors=np.repeat(grey[:, None], 3, axis=1),
         edgecolors="face",
         linewidths=0.2,

@@ -62,7 +62,7 @@ def draw_wrench(
         predicted = predicted + estimate.bias
     residual = measurements.wrench - predicted
     shown = chosen(len(measurements))
-    time = shown + 1.0
+    time = 1.0 + shown.astype(float)
     if not static:
         time = measurements.time[shown] - measurements.time[0]
     rows = figure.subplots(
