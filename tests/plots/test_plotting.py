@@ -21,12 +21,13 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.messages import error
 from hefting.core.regressor import predict_wrench
 from hefting.plots.body import plot_object
+from hefting.plots.headline import lines_of
 from hefting.plots.identification import plot_identification
 from hefting.plots.shape import plot_shape
 from hefting.plots.style import DRAWN, save_figure, style
 from hefting.plots.views import VIEWS
 from hefting.plots.wrench import plot_wrench
-from hefting.scene import uniform_ellipsoid
+from hefting.scene import Headline, uniform_ellipsoid
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from hefting.simulation.demo import POSE
@@ -285,7 +286,14 @@ def test_nothing_overlaps_or_leaves_the_picture(measurements, shape, kind, verdi
     said = (error("toy-mistake", 40 * "word "),) if verdict == "bad" else ()
     bias = np.array((-9.08, 1.02, -9.98, -0.433, 0.692, 0.157))
     made = {"wrench": "on-sensor"}
-    estimate = estimate_of(BODY, bias=bias, warnings=said, provenance=made)
+    intervals = {
+        "mass": BODY.mass + np.array((-0.01, 0.01)),
+        "center_of_mass": BODY.center_of_mass + 1e-4 * np.array(((-1.0,), (1.0,))),
+        "inertia_at_com": BODY.inertia_at_com + np.array((-1e-6, 1e-6))[:, None, None],
+    }
+    estimate = estimate_of(
+        BODY, bias=bias, warnings=said, provenance=made, intervals=intervals
+    )
     figure = {
         "object": lambda: plot_object(estimate, shape, BODY),
         "wrench": lambda: plot_wrench(measurements, estimate),
@@ -352,3 +360,12 @@ def test_without_matplotlib_the_error_says_what_to_install(measurements, monkeyp
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'hefting\[plot\]'"):
         plot_wrench(measurements, estimate_of(hammer().parameters))
+
+
+def test_lines_break_between_numbers():
+    text = "at the COM: " + ", ".join(f"J{k} 1.2345 ± 0.0012" for k in ("xx", "yy"))
+    headline = Headline("verdict: good", "", True, (text,))
+    assert lines_of(headline, 2.0)[1:] == [
+        "at the COM: Jxx 1.2345 ± 0.0012,",
+        "Jyy 1.2345 ± 0.0012",
+    ]

@@ -1,5 +1,6 @@
 """Headline over a picture: verdict and numbers. Needs matplotlib."""
 
+import re
 from collections.abc import Callable
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from hefting.scene import Headline
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, FigureBase, SubFigure
 
-LINE = 0.135
+LINE = 0.15
 """Height of a line of the headline, or of a legend [in]."""
 COLUMN = 62
 """Characters in the width of a column, about."""
@@ -32,7 +33,15 @@ def lines_of(
     numbers = list(headline.numbers)
     if width > 1.5 * WIDTH and numbers:
         numbers = [f"{numbers[0]}   {numbers[1]}", *numbers[2:]]
+    numbers = [line for text in numbers for line in _wrapped(text, columns)]
     return [headline.verdict, *reason, *numbers]
+
+
+def _wrapped(text: str, columns: int) -> list[str]:
+    """Lines of at most so many characters that keep a name, its number and its interval
+    together."""
+    kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
+    return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
 
 
 def write_headline(
