@@ -83,17 +83,15 @@ def _rows_of_part(prediction: Prediction) -> list[Any]:
 def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
     """Verdict, its gravest reason, and the peaks."""
     verdict = prediction.verdict
-    peaks = [
+    peaks = tuple(
         f"largest {name} {plus_minus(peak.value, peak.reach)} {unit}"
         for (name, peak), (_, unit, _) in zip(
             prediction.peaks.items(), PARTS, strict=True
         )
-    ]
+    )
     reason = str(verdict.reasons[0]) if verdict.reasons else ""
     meaning = "" if prediction.std is None else "   (±: 95 %)"
-    headline = Headline(
-        f"verdict: {verdict}{meaning}", reason, verdict.usable, (", ".join(peaks),)
-    )
+    headline = Headline(f"verdict: {verdict}{meaning}", reason, verdict.usable, peaks)
     return lines_of(headline, say=say)
 
 
