@@ -24,6 +24,16 @@ def estimate_with(covariance, **more):
     )
 
 
+def intervals_of(center_half):
+    """Of a COM within `center_half` (3,) above, and half of it below."""
+    body, half = hammer().parameters, np.array(center_half)
+    return {
+        "mass": np.array((0.9, 1.1)) * body.mass,
+        "center_of_mass": body.center_of_mass + np.array((-half, 0.5 * half)),
+        "inertia_at_com": np.array((body.inertia_at_com, body.inertia_at_com)),
+    }
+
+
 def random_covariance(seed):
     """Of all ten parameters, correlated, each known to about a percent."""
     factor = np.random.default_rng(seed).normal(size=(10, 10))
@@ -91,9 +101,8 @@ def test_the_region_holds_the_com_of_95_in_100_draws(seed):
 
 def test_the_region_is_as_wide_as_the_intervals():
     """Intervals may hold errors that the covariance does not."""
-    center = hammer().parameters.center_of_mass
     half = np.array((0.003, 0.001, 0.02))
-    intervals = {"center_of_mass": np.array((center - half, center + 0.5 * half))}
+    intervals = intervals_of(half)
     for covariance in (random_covariance(5), None, np.full((10, 10), np.inf)):
         region = com_region(estimate_with(covariance, intervals=intervals))
         assert region is not None
@@ -101,8 +110,7 @@ def test_the_region_is_as_wide_as_the_intervals():
 
 
 def test_there_is_no_region_where_the_com_is_open_or_nothing_is_known():
-    center = hammer().parameters.center_of_mass
-    open_ = {"center_of_mass": np.array((center - np.inf, center + np.inf))}
+    open_ = intervals_of((1e-3, np.inf, 1e-3))
     assert com_region(estimate_with(None)) is None
     assert com_region(estimate_with(random_covariance(1), intervals=open_)) is None
     covariance = random_covariance(2)

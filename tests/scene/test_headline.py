@@ -7,6 +7,7 @@ import pytest
 
 from hefting.core.estimate import Estimate
 from hefting.core.messages import error, warning
+from hefting.core.undetermined import Undetermined
 from hefting.scene import headline_of, plus_minus
 from hefting.simulation import hammer
 
@@ -77,10 +78,10 @@ def test_without_intervals_the_covariance_serves_and_without_both_nothing_is_cla
 def test_what_is_open_has_no_number():
     found = headline(intervals=intervals(com=(1e-3, np.inf, 3e-3), inertia=np.inf))
     assert "y open" in found.numbers[1]
-    assert found.numbers[2] == "inertia at the COM: not determined"
+    assert found.numbers[2] == "inertia at the COM: open"
     # as wide as the largest moment, and wider than the others
     wide = headline(intervals=intervals(inertia=BODY.inertia_at_com.max()))
-    assert wide.numbers[2] == "inertia at the COM: not determined"
+    assert wide.numbers[2] == "inertia at the COM: open"
 
 
 def test_the_verdict_and_its_gravest_reason():
@@ -91,3 +92,12 @@ def test_the_verdict_and_its_gravest_reason():
     good = headline()
     assert (good.usable, good.reason) == (True, "")
     assert good.verdict.startswith("verdict: good")
+
+
+def test_what_is_undetermined_has_no_number_whatever_its_interval():
+    """A prior gives a finite interval to what nothing determines."""
+    open_ = Undetermined.of_parameters(["mcz", "Jxx", "Jyy", "Jzz"], "the prior")
+    for known in (intervals(), None):
+        found = headline(intervals=known, undetermined=open_)
+        assert found.numbers[1].endswith("z open mm")
+        assert found.numbers[2] == "inertia at the COM: open"

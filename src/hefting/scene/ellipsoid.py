@@ -83,12 +83,19 @@ def com_half_widths(estimate: Estimate) -> Array | None:
 
 def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | None:
     """Half-widths of the 95 % intervals of a quantity of ``Estimate.intervals`` about
-    its `value`; from the covariance where there are no intervals."""
+    its `value`, the larger side of each; from the covariance where there are no
+    intervals. Infinite where the estimate is undetermined."""
+    open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
         low, high = estimate.intervals[name]
-        return np.maximum(high - value, value - low)
-    std = estimate.std
-    return None if std is None else Z95 * np.asarray(std[name])
+        half = np.maximum(high - value, value - low)
+    elif estimate.std is not None:
+        half = Z95 * np.asarray(estimate.std[name])
+    elif open_.any():
+        half = np.full(open_.shape, np.nan)
+    else:
+        return None
+    return np.where(open_, np.inf, half)
 
 
 def _com_correlation(estimate: Estimate) -> Array:

@@ -58,10 +58,15 @@ def plus_minus(value: float, half_width: float | None) -> str:
 
 def inertia_doubt(estimate: Estimate) -> float | None:
     """Half the width of the widest 95 % interval of the moments at the COM over the
-    largest moment; None where the method has no intervals."""
+    largest moment, infinite where an entry of the tensor is open; None where the method
+    has no intervals."""
     tensor = estimate.parameters.inertia_at_com
     half = half_widths(estimate, "inertia_at_com", tensor)
     if half is None:
+        return None
+    if np.isinf(half).any():
+        return float("inf")
+    if np.isnan(half).any():
         return None
     largest = float(tensor.diagonal().max())
     widest = float(half.diagonal().max())
@@ -87,7 +92,7 @@ def _inertia(estimate: Estimate) -> str:
     half = half_widths(estimate, "inertia_at_com", tensor)
     moments = tensor.diagonal()
     if half is not None and not (half.diagonal() < np.abs(moments)).any():
-        return "inertia at the COM: not determined"
+        return "inertia at the COM: open"
     power = 3 * int(np.floor(np.log10(float(np.abs(moments).max()) or 1.0) / 3.0))
     halves = None if half is None else half.diagonal() / 10.0**power
     numbers = _each(("Jxx", "Jyy", "Jzz"), moments / 10.0**power, halves)

@@ -24,8 +24,6 @@ from hefting.shapes import Shape
 LARGEST_DOUBT = 0.75
 """`inertia_doubt` from which on no ellipsoid is drawn: its axes may be half as long, or
 a third longer."""
-NOT_DETERMINED = 1.0
-"""`inertia_doubt` from which on an inertia is that of a prior, or of nothing."""
 BOTH = np.array(((-1.0,), (1.0,)))
 LEAST_SIZE = 0.2
 """Distance from a COM to which its region is shown, however small all else is [m]."""
@@ -152,14 +150,14 @@ def _found(name: str, estimate: Estimate) -> Body:
     half = com_half_widths(estimate)
     center = np.array(estimate.parameters.center_of_mass)
     if half is not None:
-        center[~np.isfinite(half)] = np.nan
+        center[np.isinf(half)] = np.nan
     ellipsoid = uniform_ellipsoid(estimate.parameters)
     missing = "" if ellipsoid is not None else "no body has this inertia"
     doubt = inertia_doubt(estimate)
     if doubt is not None and not doubt < LARGEST_DOUBT:
-        ellipsoid, missing = None, f"inertia known to ± {doubt:.0%} only"
-        if not doubt < NOT_DETERMINED:
-            missing = "inertia not determined"
+        ellipsoid, missing = None, "inertia open"
+        if np.isfinite(doubt):
+            missing = f"inertia known to ± {doubt:.0%} only"
     return Body(name, center, com_region(estimate), ellipsoid, doubt, missing)
 
 
