@@ -14,6 +14,7 @@ from commands import refused
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
+from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import WRENCH
 from hefting.logs import write_log
@@ -445,3 +446,33 @@ def test_nothing_is_left_half_written(run, folder, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["loads.csv"]
     assert run(*words)[0] == 0
     assert out.read_text() != "old"
+
+
+def test_the_bias_that_the_text_speaks_of_is_drawn(folder):
+    """A sensor zeroed elsewhere: its mean difference is a dashed line, and the
+    prediction with it lies on what was measured."""
+    pytest.importorskip(
+        "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+    )
+    from hefting.plots.prediction import plot_prediction
+
+    bias = np.array((5.0, -3.0, 8.0, 0.4, 0.2, -0.3))
+    noise = Noise(0.1, 0.005)
+    log = simulate(MOTION, BODY, noise=noise, bias=bias, seed=1)
+    found = predict(Estimate.load(folder / "estimate.json"), log)
+    assert "constant-difference" in codes(found.warnings)
+    figure = plot_prediction(found)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["Force [N]", "[N]", "± [N]", "Torque [N m]", "[N m]", "± [N m]"]
+    # the mean of 300 samples of noise is within a fifth of its deviation
+    for rows, part, level in ((figure.axes[:3], 0, 0.1), (figure.axes[3:], 3, 0.005)):
+        means = [line.get_ydata()[0] for line in rows[1].lines[3:6]]
+        np.testing.assert_allclose(means, bias[part : part + 3], atol=0.5 * level)
+        shifted = np.array([line.get_ydata() for line in rows[0].lines[-3:]]).T
+        mean = found.agreement.difference.mean(axis=0)
+        np.testing.assert_allclose(shifted, (found.wrench + mean)[:, part : part + 3])
+    title = figure.get_suptitle()
+    assert "most of the difference is constant" in " ".join(title.split())
+    assert "usable with care" in title
+    peak = found.peaks["force"]
+    assert f"{peak.value:.1f}" in title

@@ -11,16 +11,26 @@ pytest.importorskip(
     "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
 )
 
+from matplotlib.legend import Legend
+from matplotlib.text import Text
+
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.messages import error
 from hefting.core.regressor import predict_wrench
-from hefting.plots.body import equivalent_ellipsoid, plot_object
-from hefting.plots.style import DRAWN, save_figure
+from hefting.plots.body import plot_object
+from hefting.plots.headline import lines_of
+from hefting.plots.identification import plot_identification
+from hefting.plots.shape import plot_shape
+from hefting.plots.style import DRAWN, save_figure, style
+from hefting.plots.views import VIEWS
 from hefting.plots.wrench import plot_wrench
+from hefting.scene import Headline, uniform_ellipsoid
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
+from hefting.simulation.demo import POSE
 
 UNPHYSICAL = InertialParameters.from_com(
     0.5, (0.0, 0.1, 0.0), np.diag((1e-3, 1e-3, 5e-3))
@@ -40,8 +50,25 @@ def measurements():
     )
 
 
+BODY = hammer().parameters
+
+
+def collections(axes, label):
+    """Those of a view whose label begins so."""
+    return [c for c in axes.collections if str(c.get_label()).startswith(label)]
+
+
+def texts(figure):
+    return [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+
+
+def words(figure):
+    """All that is written in a picture."""
+    return "\n".join(text.get_text() for text in texts(figure))
+
+
 def estimate_of(parameters: InertialParameters, **more) -> Estimate:
-    return Estimate("PMD", parameters, samples=100, **more)
+    return Estimate("PMD", parameters, samples=100, **({"duration": 2.0} | more))
 
 
 def test_wrench_shows_measured_predicted_and_the_difference(measurements):
@@ -80,87 +107,229 @@ def test_one_sample_can_be_drawn(measurements):
     plot_wrench(measurements[:1], estimate_of(hammer().parameters))
 
 
-def test_object_shows_masses_to_scale(shape):
+def test_object_shows_coms_and_masses_where_they_are(shape):
     masses = np.random.default_rng(2).uniform(0.0, 0.02, shape.n)
     found = InertialParameters(shape.matrix @ masses)
     truth = hammer().parameters
-    figure = plot_object(
-        estimate_of(found, point_masses=masses), shape, hammer().mesh(), truth
-    )
-    views = figure.axes[:3]
+    estimate = estimate_of(found, point_masses=masses)
+    views = plot_object(estimate, shape, truth, masses=True).axes
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in views]
     assert labels == [("", "y [mm]"), ("z [mm]", ""), ("x [mm]", "z [mm]")]
-    for axes, (i, j) in zip(views, ((0, 1), (2, 1), (0, 2)), strict=True):
+    for axes, (i, j) in zip(views, VIEWS, strict=True):
         assert axes.get_aspect() == 1.0
-        dots = next(c for c in axes.collections if len(c.get_offsets()) == shape.n)
-        order = np.argsort(masses)
+        dots = collections(axes, "point masses")[0]
+        assert "one of many sets" in dots.get_label()
+        np.testing.assert_allclose(dots.get_offsets(), 1e3 * shape.positions[:, [i, j]])
+        # their area is in proportion to their mass
         np.testing.assert_allclose(
-            dots.get_offsets(), 1e3 * shape.positions[order][:, [i, j]]
+            dots.get_sizes() / dots.get_sizes().max(), masses / masses.max()
         )
-        np.testing.assert_allclose(dots.get_array(), 1e3 * masses[order])
-        centers = [
-            c.get_offsets()[0] for c in axes.collections if len(c.get_offsets()) == 1
-        ]
-        for body, center in zip((truth, found), centers, strict=True):
+        for name, body in (("truth", truth), ("estimate", found)):
+            (center,) = collections(axes, f"COM, {name}")[0].get_offsets()
             np.testing.assert_allclose(center, 1e3 * body.center_of_mass[[i, j]])
         low, high = np.array((axes.get_xlim(), axes.get_ylim())).T
-        assert (low < 1e3 * shape.positions[:, [i, j]].min(axis=0)).all()
-        assert (high > 1e3 * shape.positions[:, [i, j]].max(axis=0)).all()
+        assert (low < 1e3 * shape.hull[:, [i, j]].min(axis=0)).all()
+        assert (high > 1e3 * shape.hull[:, [i, j]].max(axis=0)).all()
         assert (low < 0.0).all()  # the sensor is in view
         assert (high > 0.0).all()
-    assert figure.axes[-1].get_xlabel() == "Mass of a point [g]"
+    for axes in plot_object(estimate, shape).axes:
+        assert not collections(axes, "point masses")  # they are no finding
+
+
+@pytest.mark.parametrize("pose", [np.eye(4), POSE], ids=("as modelled", "turned"))
+def test_the_silhouette_is_that_of_the_mesh(pose):
+    """Oracle: the area of the projected triangles on either side, by trimesh; of a
+    convex body half of it is seen."""
+    import trimesh
+
+    mesh = trimesh.creation.box(extents=(0.1, 0.2, 0.4)).apply_transform(pose)
+    figure = plot_shape(Shape.from_mesh(mesh))
+    for axes, (i, j) in zip(figure.axes, VIEWS, strict=True):
+        (surface,) = collections(axes, "shape")
+        polygons = np.array([path.vertices[:3] for path in surface.get_paths()])
+        (ax, ay), (bx, by) = (
+            (polygons[:, 1] - polygons[:, 0]).T,
+            (polygons[:, 2] - polygons[:, 0]).T,
+        )
+        area = 0.5 * np.abs(ax * by - ay * bx).sum()
+        normal = mesh.face_normals[:, 3 - i - j]
+        seen = 0.5 * (mesh.area_faces * np.abs(normal)).sum()
+        assert area == pytest.approx(1e6 * seen, rel=1e-9)
+
+
+def test_nearer_triangles_are_in_front():
+    """Each view looks against the axis that is right-handed with its own two."""
+    import trimesh
+
+    plates = [
+        trimesh.creation.box(extents=(0.1, 0.1, 0.1)).apply_translation(3 * [k])
+        for k in (0.0, 0.5)
+    ]
+    figure = plot_shape(Shape.from_mesh(trimesh.util.concatenate(plates)))
+    for axes, far in zip(figure.axes, (0.0, 0.5, 0.5), strict=True):
+        (surface,) = collections(axes, "shape")
+        first = surface.get_paths()[0].vertices.mean()
+        assert abs(first - 1e3 * far) < 100.0
+
+
+def test_a_box_around_the_object_is_an_outline():
+    box = Shape.from_box(-0.1, 0.1, -0.2, 0.2, 0.0, 0.4)
+    for axes in plot_object(estimate_of(hammer().parameters), box).axes:
+        assert not collections(axes, "shape")
+        (line,) = (x for x in axes.lines if "somewhere inside" in str(x.get_label()))
+        i, j = VIEWS[list(axes.figure.axes).index(axes)]
+        low, high = np.array(((-0.1, -0.2, 0.0), (0.1, 0.2, 0.4))) * 1e3
+        corners = np.asarray(line.get_xydata())
+        np.testing.assert_allclose(corners.min(axis=0), low[[i, j]])
+        np.testing.assert_allclose(corners.max(axis=0), high[[i, j]])
+
+
+def test_a_com_that_is_open_is_a_line_or_nothing():
+    body = hammer().parameters
+    half = np.array((1e-3, 1e-3, np.inf))
+    intervals = {
+        "mass": np.array((0.6, 0.7)),
+        "center_of_mass": np.array(
+            (body.center_of_mass - half, body.center_of_mass + half)
+        ),
+        "inertia_at_com": np.array((body.inertia_at_com, body.inertia_at_com)),
+    }
+    figure = plot_object(estimate_of(body, intervals=intervals))
+    front, side, below = figure.axes
+    (mark,) = collections(front, "COM, estimate")[0].get_offsets()
+    np.testing.assert_allclose(mark, 1e3 * body.center_of_mass[:2])
+    for axes in (side, below):
+        (mark,) = collections(axes, "COM, estimate")[0].get_offsets()
+        assert np.ma.getmaskarray(mark).any() or np.isnan(np.asarray(mark)).any()
+    assert any(np.allclose(x.get_ydata(), mark_y(body, 1)) for x in side.lines)
+    assert any(np.allclose(x.get_xdata(), mark_y(body, 0)) for x in below.lines)
+    assert "open along z" in words(figure)
+
+
+def mark_y(body, axis):
+    return 1e3 * body.center_of_mass[axis]
 
 
 @pytest.mark.parametrize(
     "parameters", [hammer().parameters, UNPHYSICAL], ids=("physical", "unphysical")
 )
-@pytest.mark.parametrize("given", ["nothing", "shape", "mesh"])
+@pytest.mark.parametrize("given", ["nothing", "shape", "cloud"])
 def test_object_needs_little(shape, parameters, given):
-    """Without masses, shape, mesh, truth, or an ellipsoid, the rest is drawn."""
-    plot_object(
-        estimate_of(parameters),
-        shape if given == "shape" else None,
-        hammer().mesh() if given == "mesh" else None,
-    )
-
-
-def test_ellipsoid_has_the_bodys_inertia():
-    """A homogeneous ellipsoid has J1 = m/5 (s2² + s3²) along its own axes."""
-    rng = np.random.default_rng(3)
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    semi = np.array((0.05, 0.1, 0.2))
-    square = semi**2
-    J = (turn * (2.0 / 5.0 * (square.sum() - square))) @ turn.T
-    body = InertialParameters.from_com(2.0, (0.1, 0.2, 0.3), J)
-    found = equivalent_ellipsoid(body)
-    assert found is not None
-    lengths, axes = found
-    np.testing.assert_allclose(np.sort(lengths), semi, rtol=1e-12)
-    np.testing.assert_allclose(
-        (axes * lengths**2) @ axes.T, (turn * square) @ turn.T, atol=1e-15
-    )
-    assert equivalent_ellipsoid(UNPHYSICAL) is None
+    """Without masses, shape, truth, or an ellipsoid, the rest is drawn."""
+    shapes = {"shape": shape, "cloud": Shape.from_cloud(shape.positions)}
+    figure = plot_object(estimate_of(parameters), shapes.get(given))
+    physical = parameters is not UNPHYSICAL
+    said = words(figure)
+    assert ("uniform ellipsoid of equal inertia" in said) == physical
+    assert ("no body has this inertia" in said) != physical
 
 
 def test_the_drawn_outline_is_the_ellipsoids_shadow():
-    """Farthest point of the outline in any direction d of the view: sqrt(d'Qd), Q = sum
-    of s_k² e_k e_k'."""
     body = hammer().parameters
-    ellipsoid = equivalent_ellipsoid(body)
+    ellipsoid = uniform_ellipsoid(body)
     assert ellipsoid is not None
-    Q = (ellipsoid[1] * ellipsoid[0] ** 2) @ ellipsoid[1].T
     figure = plot_object(estimate_of(body))
-    for axes, (i, j) in zip(figure.axes[:3], ((0, 1), (2, 1), (0, 2)), strict=True):
+    for axes, (i, j) in zip(figure.axes, VIEWS, strict=True):
         outline = next(
             line for line in axes.lines if "inertia" in str(line.get_label())
         ).get_xydata()
-        outline = np.asarray(outline) / 1e3 - body.center_of_mass[[i, j]]
-        for angle in np.linspace(0.0, np.pi, 7):
-            d = np.array((np.cos(angle), np.sin(angle)))
-            reach = np.sqrt(d @ Q[np.ix_((i, j), (i, j))] @ d)
-            # one of 120 points is within 1.5° of the farthest, in the ellipse's
-            # parameter: 1 - cos 1.5°
-            assert (outline @ d).max() == pytest.approx(reach, rel=4e-4)
+        np.testing.assert_allclose(outline, 1e3 * ellipsoid.shadow(i, j))
+
+
+def test_verdict_and_numbers_stand_over_every_picture(measurements, shape):
+    body = hammer().parameters
+    good = estimate_of(body)
+    bad = estimate_of(body, warnings=(error("toy-mistake", "give `toy` another"),))
+    for estimate in (good, bad):
+        for figure in (
+            plot_object(estimate, shape, say=str.upper),
+            plot_wrench(measurements, estimate, say=str.upper),
+            plot_identification(measurements, estimate, shape, say=str.upper),
+        ):
+            said = words(figure)
+            assert f"{body.mass:.4g} kg" in said
+            assert (said.count("do not use") > 1) == (estimate is bad)
+            assert ("GIVE `TOY` ANOTHER" in said) == (estimate is bad)
+
+
+def test_a_long_reason_is_cut():
+    long = error("toy-mistake", 60 * "word ")
+    figure = plot_object(estimate_of(hammer().parameters, warnings=(long,)))
+    title = next(text for text in texts(figure) if "verdict" in text.get_text())
+    assert title.get_text().count("\n") == 6  # verdict, three lines, three of numbers
+    assert "…" in title.get_text()
+
+
+def test_static_poses_are_told_by_their_row(measurements):
+    figure = plot_wrench(measurements[:7], estimate_of(BODY, duration=None))
+    assert figure.axes[-1].get_xlabel() == "Pose"
+    np.testing.assert_array_equal(figure.axes[0].lines[1].get_xdata(), np.arange(1, 8))
+    assert figure.axes[0].lines[1].get_linestyle() == "None"
+
+
+def test_bias_and_turned_sign_are_told(measurements):
+    bias = np.array((1.0, -2.0, 0.5, 0.1, 0.2, -0.3))
+    made = {"wrench": "on-sensor"}
+    said = words(
+        plot_wrench(measurements, estimate_of(BODY, bias=bias, provenance=made))
+    )
+    assert "(1, −2, 0.5) N" in said
+    assert "(0.1, 0.2, −0.3) N m" in said
+    assert "sign turned" in said
+    assert "predicted + bias" in said
+
+
+@pytest.mark.parametrize("kind", ["object", "wrench", "identification", "shape"])
+@pytest.mark.parametrize("verdict", ["good", "bad"])
+def test_nothing_overlaps_or_leaves_the_picture(measurements, shape, kind, verdict):
+    """Boxes of texts, legends and axes as drawn, in pixels."""
+    said = (error("toy-mistake", 40 * "word "),) if verdict == "bad" else ()
+    bias = np.array((-9.08, 1.02, -9.98, -0.433, 0.692, 0.157))
+    made = {"wrench": "on-sensor"}
+    intervals = {
+        "mass": BODY.mass + np.array((-0.01, 0.01)),
+        "center_of_mass": BODY.center_of_mass + 1e-4 * np.array(((-1.0,), (1.0,))),
+        "inertia_at_com": BODY.inertia_at_com + np.array((-1e-6, 1e-6))[:, None, None],
+    }
+    estimate = estimate_of(
+        BODY, bias=bias, warnings=said, provenance=made, intervals=intervals
+    )
+    figure = {
+        "object": lambda: plot_object(estimate, shape, BODY),
+        "wrench": lambda: plot_wrench(measurements, estimate),
+        "identification": lambda: plot_identification(measurements, estimate, shape),
+        "shape": lambda: plot_shape(
+            shape, {"estimate": estimate}, measurements.gravity
+        ),
+    }[kind]()
+    with style():
+        figure.draw_without_rendering()
+        parts = [axes.get_tightbbox() for axes in figure.axes]
+        parts += [legend.get_window_extent() for legend in figure.findobj(Legend)]
+        title = next(text for text in texts(figure) if "\n" in text.get_text())
+        parts.append(title.get_window_extent())
+        for k, one in enumerate(parts):
+            # a pixel or two of rounding and of an arrow's tip are no overlap
+            assert min(one.x0, one.y0) >= -2.0, one
+            assert one.x1 <= figure.bbox.x1 + 2.0, one
+            assert one.y1 <= figure.bbox.y1 + 2.0, one
+            for other in parts[:k]:
+                wide = min(one.x1, other.x1) - max(one.x0, other.x0)
+                high = min(one.y1, other.y1) - max(one.y0, other.y0)
+                assert min(wide, high) < 2.0, (one, other)
+
+
+def test_a_shape_is_shown_with_what_is_known_of_it(shape, measurements):
+    found = {"estimate": estimate_of(BODY), "another": estimate_of(BODY)}
+    figure = plot_shape(shape, found, measurements.gravity)
+    said = words(figure)
+    for name in ("uniform shape", "estimate", "another", "gravity during the log"):
+        assert name in said
+    assert "ellipsoid" not in said  # it is the COM that tells of the pose
+    uniform = 1e3 * shape.homogeneous.center_of_mass
+    for axes, (i, j) in zip(figure.axes, VIEWS, strict=True):
+        (center,) = collections(axes, "COM, uniform shape")[0].get_offsets()
+        np.testing.assert_allclose(center, uniform[[i, j]])
 
 
 def test_files_are_whole_and_repeat(tmp_path, measurements):
@@ -191,3 +360,12 @@ def test_without_matplotlib_the_error_says_what_to_install(measurements, monkeyp
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'hefting\[plot\]'"):
         plot_wrench(measurements, estimate_of(hammer().parameters))
+
+
+def test_lines_break_between_numbers():
+    text = "at the COM: " + ", ".join(f"J{k} 1.2345 ± 0.0012" for k in ("xx", "yy"))
+    headline = Headline("verdict: good", "", True, (text,))
+    assert lines_of(headline, 2.0)[1:] == [
+        "at the COM: Jxx 1.2345 ± 0.0012,",
+        "Jyy 1.2345 ± 0.0012",
+    ]

@@ -21,6 +21,7 @@ LAYERS = [
     {"ingest"},
     {"identification", "prediction"},
     {"inspection"},
+    {"scene"},
     {"plots"},
     {"simulation"},
     {"reproduction"},

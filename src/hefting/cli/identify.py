@@ -28,6 +28,7 @@ from hefting.cli.options import (
 )
 from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
 from hefting.cli.progress import progress
+from hefting.cli.report.pictures import draw_pictures, is_picture, write_pictures
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details, shape_of
 from hefting.core.errors import InputError
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from hefting.core.accuracy import Accuracy
     from hefting.core.estimate import Estimate
     from hefting.core.gravity import Gravity
+    from hefting.core.measurements import Measurements
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.identification.compare import Comparison
@@ -153,12 +155,13 @@ def _formats() -> str:
     """Suffixes of files that can be written, with the format's name where its suffix
     does not tell it."""
     from hefting.export import SUFFIXES
+    from hefting.plots.style import FORMATS
 
     names = [
         suffix if name in suffix else f"{suffix} ({name.upper()})"
         for suffix, name in SUFFIXES.items()
     ]
-    return either(names)
+    return either([*names, f"a picture ({', '.join(FORMATS)})"])
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -177,18 +180,23 @@ def run(arguments: argparse.Namespace) -> int:
         shape = shape_of(a, pose)
         fill = fill_inertia_of(a.fill_inertia, shape)
         reading = _reading(a, gravity, recording)
-        comparison, estimates = _identify(a, recording, shape, reading)
+        comparison, estimates, measurements = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
+    best = comparison.recommended if comparison else next(iter(estimates))
+    truth = known.parameters if known else None
+    outputs = wanted(a, estimates[best])
+    pictures = draw_pictures(outputs, measurements, estimates[best], shape, truth)
     errors = (
         {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
         if known
         else {}
     )
-    best = comparison.recommended if comparison else next(iter(estimates))
-    outputs = wanted(a, estimates[best])
-    written = write(outputs, estimates[best], flange, a.accept, fill)
-    truth = known.parameters if known else None
-    results = Results(estimates, best, comparison, truth, errors, written)
+    texts = [path for path in outputs if path not in pictures]
+    written = write(texts, estimates[best], flange, a.accept, fill)
+    write_pictures(pictures)
+    results = Results(
+        estimates, best, comparison, truth, errors, written, tuple(pictures)
+    )
     if a.json:
         print_json(results, render)
     else:
@@ -232,8 +240,9 @@ def _identify(
     recording: "Recording",
     shape: "Shape | None",
     reading: dict[str, Any],
-) -> "tuple[Comparison | None, dict[str, Estimate]]":
-    """Estimates by method; with their comparison, where several were asked for."""
+) -> "tuple[Comparison | None, dict[str, Estimate], Measurements]":
+    """Estimates by method, with their comparison where several were asked for, and the
+    measurements that they were made from."""
     settings = _hyperparameters(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
@@ -242,12 +251,12 @@ def _identify(
         comparison = compare(
             recording, shape, names, hyperparameters=settings, **reading
         )
-        return comparison, comparison.results
+        return comparison, comparison.results, comparison.ingested.measurements
     from hefting.identification import identify
 
     method = None if a.method is None else names[0]
-    estimate = identify(recording, shape, method=method, **reading, **settings).estimate
-    return None, {estimate.method: estimate}
+    found = identify(recording, shape, method=method, **reading, **settings)
+    return None, {found.estimate.method: found.estimate}, found.measurements
 
 
 def _pose(text: str | None) -> "Array | None":
@@ -315,13 +324,16 @@ def _check_outputs(a: argparse.Namespace) -> None:
     if not a.output:
         return
     from hefting.export import SUFFIXES
+    from hefting.plots.style import FORMATS, picture_suffix
 
     for path in a.output:
-        if Path(path).suffix not in SUFFIXES:
+        if is_picture(path):
+            picture_suffix(path)
+        elif Path(path).suffix not in SUFFIXES:
             raise InputError(
                 f"'{Path(path).suffix}' is not an output format",
                 path,
-                f"use {', '.join(SUFFIXES)}",
+                f"use {', '.join((*SUFFIXES, *FORMATS))}",
             )
         check_output(
             path, a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool

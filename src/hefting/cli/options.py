@@ -138,10 +138,13 @@ def quantities(
 
 
 def add_recording(
-    parser: argparse.ArgumentParser, metavar: str = "LOG", what: str = "recording"
+    parser: argparse.ArgumentParser,
+    metavar: str = "LOG",
+    what: str = "recording",
+    count: str | None = None,
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of
-    its kind."""
+    its kind. `count` is how many logs, as `argparse` names it; by default one."""
     from hefting.logs.registry import all_options, formats, join_words, table_formats
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
@@ -149,6 +152,7 @@ def add_recording(
     parser.add_argument(
         "log",
         metavar=metavar,
+        nargs=count,
         help=f"{what}: {known}; - reads standard input; see --map, --urdf",
     )
     group = parser.add_argument_group("reading the log")

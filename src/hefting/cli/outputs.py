@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli.parser import say
+from hefting.cli.report.pictures import is_picture
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -24,6 +25,9 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 
     kept: list[str] = []
     for path in a.output:
+        if is_picture(path):  # says itself what is open and not to be used
+            kept.append(path)
+            continue
         why = _why_not(a, estimate, REGISTRY[SUFFIXES[Path(path).suffix]])
         if why is None:
             kept.append(path)

@@ -126,4 +126,4 @@ def _content(found, suffix: str) -> bytes:
         return found.csv()
     from hefting.plots import picture_of, plot_prediction
 
-    return picture_of(plot_prediction(found), suffix)
+    return picture_of(plot_prediction(found, render), suffix)

@@ -16,11 +16,21 @@ FIGURES = {
     ),
     "plot_object": (
         "body",
-        "the object found in three views: masses, centre of mass, inertia ellipsoid",
+        "the object found in three views: COM with its 95 % region, uniform ellipsoid "
+        "of equal inertia",
+    ),
+    "plot_identification": (
+        "identification",
+        "both side by side, as `hefting identify --output x.png` writes them",
+    ),
+    "plot_shape": (
+        "shape",
+        "a shape as it is posed on the sensor, before anything is identified",
     ),
     "plot_prediction": (
         "prediction",
-        "the wrench predicted along a motion, its 95 % band, and what was measured",
+        "the wrench predicted along a motion, its 95 % band, what was measured, and a "
+        "constant between the two",
     ),
 }
 """Function that draws each figure, a public name of this package: the file it is in,
@@ -28,6 +38,7 @@ and what it shows."""
 
 _HOME = {name: file for name, (file, _) in FIGURES.items()} | {
     "picture_of": "style",
+    "picture_suffix": "style",
     "save_figure": "style",
 }
 

@@ -1,11 +1,14 @@
 """Picture of a predicted wrench: force and torque with their 95 % bands, and what was
 measured. Needs matplotlib."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hefting.core.messages import codes
 from hefting.core.spatial import Array, Indices
+from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
@@ -18,63 +21,89 @@ from hefting.plots.style import (
 )
 from hefting.prediction import Prediction
 from hefting.prediction.spread import Z95
+from hefting.scene import Headline, plus_minus
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 SHADED = 0.3
 """Opacity of the band."""
+MOST_COLUMNS = 6
+"""Entries of the legend that fit a line."""
 
 
-def plot_prediction(prediction: Prediction) -> "Figure":
-    """Force and torque over time with the band, over what was measured; below each half
-    the band's width, which mostly is thinner than a line, or without a band measured
-    minus predicted.
+def plot_prediction(
+    prediction: Prediction, say: Callable[[str], str] = str
+) -> "Figure":
+    """Force and torque over time with the band, over what was measured. Below, what was
+    measured minus what was predicted, its mean dashed, which another bias of the sensor
+    would be; and half the band's width, which mostly is thinner than a line.
 
-    Where the band has no end it is not drawn. Static poses are told by their row, from
-    1. Raises `MissingDependencyError` without matplotlib.
+    Where most of a difference is constant, the prediction with that constant is drawn
+    as well. Where the band has no end it is not drawn. Static poses are told by their
+    row, from 1. The verdict stands above; `say` turns names of arguments in backquotes
+    into the reader's. Raises `MissingDependencyError` without matplotlib.
     """
-    a = prediction.agreement
-    deep = prediction.std is not None or a is not None
-    heights = (3.0, 1.2, 3.0, 1.2) if deep else (1.0, 1.0)
+    part = _rows_of_part(prediction)
+    heights = [HEIGHTS[draw] for draw in part]
+    lines = _headline(prediction, say)
     with style():
-        figure = figure_of(4.6 if deep else 3.2)
-        rows = figure.subplots(
-            len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights}
+        figure = figure_of(0.75 + 1.8 * sum(heights) + LINE * len(lines))
+        below = write_headline(figure, lines, prediction.verdict.usable)
+        rows = below.subplots(
+            2 * len(part),
+            1,
+            sharex=True,
+            gridspec_kw={"height_ratios": 2 * heights},
         )
         shown = chosen(len(prediction))
         time = prediction.time[shown] + prediction.static
-        for (name, unit, first), whole in zip(
-            PARTS, rows[:: 2 if deep else 1], strict=True
+        for (name, unit, first), axes in zip(
+            PARTS, (rows[: len(part)], rows[len(part) :]), strict=True
         ):
-            _whole(whole, prediction, shown, first)
-            whole.set_ylabel(f"{name} [{unit}]")
-            if a is not None:
-                said = f"measured − predicted: rms {a.rms[first // 3]:.2g} {unit}"
-                whole.set_title(said, loc="right", pad=2.0, color=INK)
-        for (_, unit, first), rest in zip(
-            PARTS, rows[1::2] if deep else (), strict=deep
-        ):
-            if prediction.std is not None:
-                _half_width(rest, prediction, shown, first)
-                rest.set_ylabel(f"± [{unit}]")
-            else:
-                _difference(rest, prediction, first)
-                rest.set_ylabel(f"[{unit}]")
-        _legend(figure, prediction)
+            for draw, row in zip(part, axes, strict=True):
+                draw(row, prediction, shown, first, unit)
+            axes[0].set_ylabel(f"{name} [{unit}]")
+        _legend(below, prediction)
         rows[-1].set_xlabel("Pose" if prediction.static else "Time [s]")
         margin = 0.5 if prediction.static or len(time) == 1 else 0.0
         rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
-        figure.align_ylabels()
+        below.align_ylabels()
         return settled(figure)
 
 
-def _whole(axes: "Axes", prediction: Prediction, shown: Indices, first: int) -> None:
-    """The predicted force or torque with its band, over what was measured."""
+def _rows_of_part(prediction: Prediction) -> list[Any]:
+    """What draws each row of the force, and of the torque."""
+    rows = [_whole]
+    rows += [] if prediction.agreement is None else [_difference]
+    return rows + ([] if prediction.std is None else [_half_width])
+
+
+def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
+    """Verdict, its gravest reason, and the peaks."""
+    verdict = prediction.verdict
+    peaks = tuple(
+        f"largest {name} {plus_minus(peak.value, peak.reach)} {unit}"
+        for (name, peak), (_, unit, _) in zip(
+            prediction.peaks.items(), PARTS, strict=True
+        )
+    )
+    reason = str(verdict.reasons[0]) if verdict.reasons else ""
+    meaning = "" if prediction.std is None else "   (±: 95 %)"
+    headline = Headline(f"verdict: {verdict}{meaning}", reason, verdict.usable, peaks)
+    return lines_of(headline, say=say)
+
+
+def _whole(
+    axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
+) -> None:
+    """The predicted force or torque with its band, over what was measured; with the
+    constant that is most of a difference as well."""
     a = prediction.agreement
     time, wrench = prediction.time[shown] + prediction.static, prediction.wrench[shown]
     band = None if prediction.std is None else Z95 * _finite(prediction.std[shown])
+    part = slice(first, first + 3)
     for i, colour in enumerate(COMPONENTS.values(), first):
         if a is not None:
             seen = chosen(len(a.time))
@@ -96,10 +125,30 @@ def _whole(axes: "Axes", prediction: Prediction, shown: Indices, first: int) -> 
                     time, *ends, color=colour, alpha=SHADED, linewidth=0.0
                 )
         axes.plot(time, wrench[:, i], color=colour, **_line(prediction, 0.7))
+    if a is not None and _has_constant(prediction):
+        mean = a.difference[:, part].mean(axis=0)
+        for shifted, colour in zip(
+            (wrench[:, part] + mean).T, COMPONENTS.values(), strict=True
+        ):
+            axes.plot(time, shifted, color=colour, **_dashed(prediction))
+
+
+def _has_constant(prediction: Prediction) -> bool:
+    """Whether a constant is most of the difference, as a warning then says."""
+    return "constant-difference" in codes(prediction.warnings)
+
+
+def _dashed(prediction: Prediction) -> dict[str, Any]:
+    """A dashed line, or small crosses for static poses."""
+    return (
+        {"marker": "x", "markersize": 2.5, "markeredgewidth": 0.5, "linestyle": "none"}
+        if prediction.static
+        else {"linewidth": 0.6, "linestyle": (0, (4, 2))}
+    )
 
 
 def _half_width(
-    axes: "Axes", prediction: Prediction, shown: Indices, first: int
+    axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
 ) -> None:
     assert prediction.std is not None
     reach = Z95 * prediction.std[shown, first : first + 3]
@@ -111,16 +160,21 @@ def _half_width(
             **_line(prediction, 0.8),
         )
     axes.set_ylim(bottom=0.0)
+    axes.set_ylabel(f"± [{unit}]")
     part = ", open in part" if np.isinf(reach).any() else ""
     axes.set_title(
         f"half the width of the 95 % band{part}", loc="right", pad=2.0, color=INK
     )
 
 
-def _difference(axes: "Axes", prediction: Prediction, first: int) -> None:
+def _difference(
+    axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
+) -> None:
+    """Measured minus predicted, and the mean of each component."""
     a = prediction.agreement
     assert a is not None
     seen = chosen(len(a.time))
+    mean = a.difference.mean(axis=0)
     for i, colour in enumerate(COMPONENTS.values(), first):
         axes.plot(
             a.time[seen] + prediction.static,
@@ -128,7 +182,17 @@ def _difference(axes: "Axes", prediction: Prediction, first: int) -> None:
             color=colour,
             **_line(prediction, 0.4),
         )
+    for i, colour in enumerate(COMPONENTS.values(), first):
+        axes.axhline(mean[i], color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     axes.axhline(0.0, color=INK, linewidth=0.4)
+    rms, varying = a.rms[first // 3], a.varying[first // 3]
+    axes.set_title(
+        f"measured − predicted: rms {rms:.2g}, less its mean {varying:.2g} {unit}",
+        loc="right",
+        pad=2.0,
+        color=INK,
+    )
+    axes.set_ylabel(f"[{unit}]")
 
 
 def _line(prediction: Prediction, width: float) -> dict[str, Any]:
@@ -145,7 +209,7 @@ def _finite(values: Array) -> Array:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def _legend(figure: "Figure", prediction: Prediction) -> None:
+def _legend(figure: "SubFigure", prediction: Prediction) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -159,10 +223,17 @@ def _legend(figure: "Figure", prediction: Prediction) -> None:
         handles.append(Patch(color=INK, alpha=SHADED, linewidth=0.0, label="95 %"))
     if prediction.agreement is not None:
         handles.append(Line2D([], [], color=INK, label="measured", **MEASURED))
+    if prediction.agreement is not None and _has_constant(prediction):
+        line = _dashed(prediction)
+        handles.append(Line2D([], [], color=INK, label="predicted + mean", **line))
     figure.legend(
         handles=handles,
         loc="outside upper center",
-        ncols=len(handles),
+        ncols=len(handles) if len(handles) <= MOST_COLUMNS else 4,
         handlelength=1.4,
         columnspacing=1.0,
     )
+
+
+HEIGHTS = {_whole: 1.6, _difference: 0.7, _half_width: 0.6}
+"""Relative height of each row, by what draws it."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.errors import MissingDependencyError
+from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.files import write_atomically
 from hefting.core.spatial import Indices
 
@@ -76,6 +76,17 @@ def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
     for path, content in zip(paths, contents, strict=True):
         write_atomically(path, content)
     return paths
+
+
+def picture_suffix(path: str | Path) -> str:
+    """Suffix of a picture that is to be written, in lower case. `InputError` unless it
+    is one of `FORMATS`, `MissingDependencyError` without matplotlib."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        fix = f"use {', '.join(FORMATS)}"
+        raise InputError(f"'{suffix}' is not a picture format", path, fix)
+    with style():
+        return suffix
 
 
 def picture_of(figure: "Figure", suffix: str) -> bytes:

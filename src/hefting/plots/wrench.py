@@ -1,13 +1,16 @@
-"""Picture of the wrench an estimate explains: measured, predicted, and what remains.
-Needs matplotlib."""
+"""Picture of the wrench that an estimate explains: measured, predicted, and what
+remains. Needs matplotlib."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array
+from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
@@ -18,85 +21,126 @@ from hefting.plots.style import (
     settled,
     style,
 )
+from hefting.scene import headline_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
+
+HEIGHT = 4.3
+"""Of the rows and their legend [in]."""
 
 
-def plot_wrench(measurements: Measurements, estimate: Estimate) -> "Figure":
+def plot_wrench(
+    measurements: Measurements,
+    estimate: Estimate,
+    say: Callable[[str], str] = str,
+) -> "Figure":
     """Measured wrench, the wrench the estimate predicts (with its bias), and what
-    remains, over time.
+    remains, over time or, for static poses, by pose.
 
-    Raises `MissingDependencyError` without matplotlib.
+    Both are exerted by the sensor on the object. Static is an estimate without a
+    duration. `say` is as for `plot_object`. Raises `MissingDependencyError` without
+    matplotlib.
     """
+    headline = headline_of(estimate)
+    lines = lines_of(headline, say=say)
+    with style():
+        figure = figure_of(HEIGHT + LINE * len(lines))
+        below = write_headline(figure, lines, headline.usable)
+        draw_wrench(below, measurements, estimate)
+        return settled(figure)
+
+
+def draw_wrench(
+    figure: "SubFigure", measurements: Measurements, estimate: Estimate
+) -> None:
+    """The rows of `plot_wrench` and their legend, on an empty figure."""
+    static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
     if estimate.bias is not None:
         predicted = predicted + estimate.bias
     residual = measurements.wrench - predicted
     shown = chosen(len(measurements))
-    time = measurements.time[shown] - measurements.time[0]
-    with style():
-        figure = figure_of(4.3)
-        rows = figure.subplots(
-            4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
-        )
-        for (name, unit, part), whole, rest in zip(
-            PARTS, rows[::2], rows[1::2], strict=True
-        ):
-            for i, (component, colour) in enumerate(COMPONENTS.items()):
-                column = part + i
-                whole.plot(
-                    time, measurements.wrench[shown, column], color=colour, **MEASURED
-                )
-                whole.plot(
-                    time,
-                    predicted[shown, column],
-                    color=colour,
-                    linewidth=0.7,
-                    label=component,
-                )
-                rest.plot(time, residual[shown, column], color=colour, linewidth=0.4)
-            whole.set_ylabel(f"{name} [{unit}]")
-            rest.set_ylabel(f"[{unit}]")
-            rest.axhline(0.0, color=INK, linewidth=0.4)
-            rms = float(np.sqrt(np.mean(residual[:, part : part + 3] ** 2)))
-            rest.set_title(
-                f"residual (measured − predicted), rms {rms:.2g} {unit}",
-                loc="right",
-                pad=2.0,
-                color=INK,
-            )
-            limit = 1.25 * float(np.abs(residual[:, part : part + 3]).max()) or 1.0
-            rest.set_ylim(-limit, limit)
-            _pad(whole, top=0.05)
-        _wrench_legend(rows[0])
-        rows[-1].set_xlabel("Time [s]")
-        rows[-1].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
-        figure.align_ylabels()
-        return settled(figure)
+    time = 1.0 + shown.astype(float)
+    if not static:
+        time = measurements.time[shown] - measurements.time[0]
+    rows = figure.subplots(
+        4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
+    )
+    for (name, unit, part), whole, rest in zip(
+        PARTS, rows[::2], rows[1::2], strict=True
+    ):
+        three = slice(part, part + 3)
+        measured = measurements.wrench[shown, three]
+        _draw_whole(whole, time, measured, predicted[shown, three], static)
+        whole.set_ylabel(f"{name} [{unit}]")
+        if estimate.bias is not None:
+            bias = ", ".join(f"{x:.3g}" for x in estimate.bias[three]).replace("-", "−")
+            _title(whole, f"bias found with it ({bias}) {unit}")
+        _draw_residual(rest, time, residual[shown, three], static)
+        rest.set_ylabel(f"[{unit}]")
+        rms = float(np.sqrt(np.mean(residual[:, three] ** 2)))
+        _title(rest, f"residual (measured − predicted), rms {rms:.2g} {unit}")
+        limit = 1.25 * float(np.abs(residual[:, three]).max()) or 1.0
+        rest.set_ylim(-limit, limit)
+    _draw_legend(figure, estimate, static)
+    rows[-1].set_xlabel("Pose" if static else "Time [s]")
+    margin = 0.5 if static or len(time) == 1 else 0.0
+    rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
+    figure.align_ylabels()
 
 
-def _wrench_legend(axes: "Axes") -> None:
+def _draw_whole(
+    axes: "Axes", time: Array, measured: Array, predicted: Array, static: bool
+) -> None:
+    """Three measured components, and the predicted ones over them."""
+    for i, colour in enumerate(COMPONENTS.values()):
+        axes.plot(time, measured[:, i], color=colour, **_measured(static))
+        axes.plot(time, predicted[:, i], color=colour, **_line(static, 0.7))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.05 * (high - low))
+
+
+def _draw_residual(axes: "Axes", time: Array, residual: Array, static: bool) -> None:
+    for i, colour in enumerate(COMPONENTS.values()):
+        axes.plot(time, residual[:, i], color=colour, **_line(static, 0.4))
+    axes.axhline(0.0, color=INK, linewidth=0.4)
+
+
+def _measured(static: bool) -> dict[str, Any]:
+    """A wide, pale line; dashes for static poses."""
+    dashes = {"marker": "_", "markersize": 7.0, "linestyle": "none"}
+    return MEASURED | (dashes if static else {})
+
+
+def _line(static: bool, width: float) -> dict[str, Any]:
+    """A line; dots for static poses."""
+    dots: dict[str, Any] = {"marker": ".", "markersize": 3.0, "linestyle": "none"}
+    return dots if static else {"linewidth": width}
+
+
+def _title(axes: "Axes", text: str) -> None:
+    axes.set_title(text, loc="right", pad=2.0, color=INK)
+
+
+def _draw_legend(figure: "SubFigure", estimate: Estimate, static: bool) -> None:
     from matplotlib.lines import Line2D
 
+    turned = estimate.provenance.get("wrench") == "on-sensor"
     handles = [
         Line2D([], [], color=colour, linewidth=1.2, label=name)
         for name, colour in COMPONENTS.items()
     ]
-    handles.append(Line2D([], [], color=INK, label="measured", **MEASURED))
-    handles.append(Line2D([], [], color=INK, linewidth=0.7, label="predicted"))
-    axes.legend(
+    measured = "measured, sign turned" if turned else "measured"
+    handles.append(Line2D([], [], color=INK, label=measured, **_measured(static)))
+    predicted = "predicted" if estimate.bias is None else "predicted + bias"
+    handles.append(Line2D([], [], color=INK, label=predicted, **_line(static, 0.7)))
+    figure.legend(
         handles=handles,
         ncols=5,
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
+        loc="outside upper center",
         handlelength=1.4,
-        columnspacing=1.0,
+        columnspacing=0.9,
         borderaxespad=0.2,
     )
-
-
-def _pad(axes: "Axes", top: float) -> None:
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + top * (high - low))

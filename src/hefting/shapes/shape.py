@@ -82,6 +82,8 @@ class Shape:
     hull: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by
     default `positions`."""
+    faces: np.ndarray | None = None
+    """Triangles (F, 3) of the surface, indices of `hull`; None: no surface is known."""
     shape_std: float = 0.0
     """Share of its size by which the object may differ from the shape, as a standard
     deviation: see `ROUGH`."""
@@ -394,6 +396,7 @@ class Shape:
                 matrix
             ),
             hull=solid.vertices @ rotation.T + matrix[:3, 3],
+            faces=solid.faces,
             shape_std=doubt_of_caps(solid.cap_fraction),
             warnings=tuple(warnings),
         )

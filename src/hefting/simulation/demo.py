@@ -119,10 +119,7 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
         drawn = save_figure(
             plot_wrench(found.measurements, estimate), folder / "wrench"
         )
-        picture = plot_object(
-            estimate, shape, surface.copy().apply_transform(POSE), body
-        )
-        drawn += save_figure(picture, folder / "object")
+        drawn += save_figure(plot_object(estimate, shape, body), folder / "object")
     even = InertialParameters(body.mass * shape.homogeneous.vector)
     axes = np.asarray(POSE)[:3, :3]
     return Demo(

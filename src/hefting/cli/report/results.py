@@ -28,6 +28,8 @@ class Results:
     """By method; empty where the truth is not known"""
     written: "list[tuple[str, Exported]]"
     """Files that were written, and what is in them"""
+    pictures: tuple[str, ...] = ()
+    """Pictures that were written"""
 
 
 def print_json(results: Results, render: Callable[[str], str]) -> None:
@@ -91,3 +93,5 @@ def print_results(
         )
         for line in exported.warnings:
             print(f"warning: {render(line)}")
+    for path in results.pictures:
+        print(f"wrote {path}")

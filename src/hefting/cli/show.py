@@ -1,0 +1,110 @@
+"""hefting show: draw a shape as it is posed on the sensor, to check the pose by eye."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from hefting.cli import render
+from hefting.cli.options import (
+    add_gravity,
+    add_recording,
+    check_output,
+    gravity_of,
+    read_recording,
+)
+from hefting.cli.progress import progress
+from hefting.cli.shapes import add_shape, shape_of
+from hefting.core.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
+    from hefting.core.spatial import Array
+    from hefting.shapes import Shape
+
+BY_LEAST_SQUARES = "log, by least squares"
+"""Name of what a log says of the object, whatever the shape."""
+DEFAULT = "hefting-show.png"
+EXAMPLES = (
+    "hefting show --shape drill.stl --unit mm --object-pose 0,0,0.05",
+    "hefting show --shape drill.stl log.csv",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting show``."""
+    from hefting.plots.style import FORMATS
+
+    shape = parser.add_argument_group("the object's shape")
+    add_shape(shape)
+    parser.set_defaults(points=None, points_per_cm3=None)
+    log = add_recording(
+        parser,
+        what="draw gravity, and the COM by least squares, of this recording as well",
+        count="?",
+    )
+    add_gravity(log)
+    results = parser.add_argument_group("results")
+    results.add_argument(
+        "--estimate",
+        metavar="FILE",
+        help="draw the COM of this estimate as well (JSON)",
+    )
+    results.add_argument(
+        "--output",
+        metavar="FILE",
+        default=DEFAULT,
+        help=f"the picture ({', '.join(FORMATS)}); default {DEFAULT}",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Write the picture, and print where the shape is."""
+    from hefting.core.estimate import Estimate
+    from hefting.core.files import write_atomically
+    from hefting.plots import picture_of, picture_suffix, plot_shape
+    from hefting.scene import place_of
+    from hefting.shapes import parse_pose
+
+    a = arguments
+    suffix = picture_suffix(a.output)
+    inputs = a.shape, a.object_pose, a.log, a.estimate, a.map, a.urdf
+    check_output(a.output, *inputs)
+    pose = parse_pose(a.object_pose) if a.object_pose else None
+    with progress("drawing"):
+        shape = shape_of(a, pose)
+        if shape is None:
+            raise InputError("no shape to show", "--shape", "give --shape FILE or --box")
+        found = {"estimate": Estimate.load(a.estimate)} if a.estimate else {}
+        gravity = None
+        if a.log:
+            found[BY_LEAST_SQUARES], gravity = _of_log(a)
+        picture = picture_of(plot_shape(shape, found, gravity), suffix)
+    write_atomically(a.output, picture)
+    for line in (*place_of(shape), *_depths(shape, found)):
+        print(line)
+    for line in shape.warnings:
+        print(f"warning: {render(line)}")
+    print(f"wrote {a.output}")
+
+
+def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
+    """What least squares finds without the shape, and gravity (K, 3) in sensor axes."""
+    from hefting.identification.identify import identify
+
+    found = identify(read_recording(a), method="OLS", gravity=gravity_of(a))
+    return found.estimate, found.measurements.gravity
+
+
+def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
+    """How deep each COM is in the shape's convex hull, a line each."""
+    from hefting.scene import com_half_widths, depth_of, headline_of
+
+    lines = []
+    for name, estimate in found.items():
+        depth = depth_of(shape, estimate.parameters.center_of_mass)
+        half = com_half_widths(estimate)
+        side = "inside" if depth >= 0.0 else "outside"
+        where = f"{1e3 * abs(depth):.1f} mm {side} the convex hull"
+        if depth < 0.0 and (half is None or -depth > half.max()):
+            where += ": are pose and unit right?"
+        lines.append(f"{name}: {headline_of(estimate).numbers[1]}; {where}")
+    return lines

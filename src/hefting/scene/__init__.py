@@ -1,0 +1,36 @@
+"""Scene: what is to be drawn of an object, as plain data for any renderer.
+
+    scene = scene_of(estimates={"estimate": found.estimate}, shape=shape)
+    headline_of(found.estimate).lines
+
+All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
+"""
+
+from hefting.scene.ellipsoid import (
+    Ellipsoid,
+    com_half_widths,
+    com_region,
+    uniform_ellipsoid,
+)
+from hefting.scene.headline import Headline, headline_of, plus_minus
+from hefting.scene.place import depth_of, place_of
+from hefting.scene.scene import Body, PointSet, Scene, scene_of
+from hefting.scene.surface import Surface, surface_of
+
+__all__ = [
+    "Body",
+    "Ellipsoid",
+    "Headline",
+    "PointSet",
+    "Scene",
+    "Surface",
+    "com_half_widths",
+    "com_region",
+    "depth_of",
+    "headline_of",
+    "place_of",
+    "plus_minus",
+    "scene_of",
+    "surface_of",
+    "uniform_ellipsoid",
+]

@@ -1,0 +1,108 @@
+"""Headline: verdict and numbers of an estimate, in the few lines that stand over a
+picture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.spatial import Array
+from hefting.scene.ellipsoid import com_half_widths, half_widths
+
+MOST_DIGITS = 6
+"""Digits after the point at most."""
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+@dataclass(frozen=True)
+class Headline:
+    """Verdict and numbers of an estimate."""
+
+    verdict: str
+    """Such as ``"verdict: good"``, and what ± means."""
+    reason: str
+    """The gravest reason why it is not good; else empty. Arguments of the library are
+    in backquotes, as in every message."""
+    usable: bool
+    """Whether the estimate may be used at all."""
+    numbers: tuple[str, ...]
+    """Mass, COM and inertia, a line each, with half the width of their 95 %
+    intervals."""
+
+
+def headline_of(estimate: Estimate) -> Headline:
+    """The headline of an estimate."""
+    verdict = estimate.verdict
+    return Headline(
+        f"verdict: {verdict}   (±: 95 %)",
+        str(verdict.reasons[0]) if verdict.reasons else "",
+        verdict.usable,
+        (_mass(estimate), _center(estimate), _inertia(estimate)),
+    )
+
+
+def plus_minus(value: float, half_width: float | None) -> str:
+    """A value with half the width of its interval, such as ``172.24 ± 0.83``: as many
+    digits as the half-width has with two significant ones; ``open`` where it is
+    infinite, the value alone where there is none."""
+    if half_width is None or np.isnan(half_width):
+        return f"{value:.4g}".replace("-", "−")
+    if np.isinf(half_width):
+        return "open"
+    if half_width <= 0.0:
+        return f"{value:.4g} ± 0".replace("-", "−")
+    digits = min(max(0, 1 - int(np.floor(np.log10(half_width)))), MOST_DIGITS)
+    shown = round(value, digits) + 0.0  # no minus before a zero
+    return f"{shown:.{digits}f} ± {half_width:.{digits}f}".replace("-", "−")
+
+
+def inertia_doubt(estimate: Estimate) -> float | None:
+    """Half the width of the widest 95 % interval of the moments at the COM over the
+    largest moment, infinite where an entry of the tensor is open; None where the method
+    has no intervals."""
+    tensor = estimate.parameters.inertia_at_com
+    half = half_widths(estimate, "inertia_at_com", tensor)
+    if half is None:
+        return None
+    if np.isinf(half).any():
+        return float("inf")
+    if np.isnan(half).any():
+        return None
+    largest = float(tensor.diagonal().max())
+    widest = float(half.diagonal().max())
+    return widest / largest if largest > 0.0 else float("inf")
+
+
+def _mass(estimate: Estimate) -> str:
+    mass = estimate.parameters.mass
+    half = half_widths(estimate, "mass", mass)
+    number = plus_minus(mass, None if half is None else float(half))
+    return f"mass {number} kg" + (" (no intervals)" if half is None else "")
+
+
+def _center(estimate: Estimate) -> str:
+    center = 1e3 * estimate.parameters.center_of_mass
+    half = com_half_widths(estimate)
+    return f"COM {_each('xyz', center, None if half is None else 1e3 * half)} mm"
+
+
+def _inertia(estimate: Estimate) -> str:
+    """The moments at the COM, in the power of a thousand that suits them."""
+    tensor = estimate.parameters.inertia_at_com
+    half = half_widths(estimate, "inertia_at_com", tensor)
+    moments = tensor.diagonal()
+    if half is not None and not (half.diagonal() < np.abs(moments)).any():
+        return "inertia at the COM: open"
+    power = 3 * int(np.floor(np.log10(float(np.abs(moments).max()) or 1.0) / 3.0))
+    halves = None if half is None else half.diagonal() / 10.0**power
+    numbers = _each(("Jxx", "Jyy", "Jzz"), moments / 10.0**power, halves)
+    times = "" if power == 0 else f"10{str(power).translate(SUPERSCRIPTS)} "
+    return f"at the COM [{times}kg m²]: {numbers}"
+
+
+def _each(names: tuple[str, ...] | str, values: Array, halves: Array | None) -> str:
+    widths = [None] * len(values) if halves is None else halves
+    return ", ".join(
+        f"{name} {plus_minus(value, half)}"
+        for name, value, half in zip(names, values, widths, strict=True)
+    )
