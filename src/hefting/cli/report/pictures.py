@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import progress
+from hefting.cli.progress import progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,7 +35,7 @@ def draw_pictures(
         return {}
     from hefting.plots import picture_of, plot_identification
 
-    with progress("drawing ..."):
+    with progress("drawing"):
         figure = plot_identification(measurements, estimate, shape, truth, render)
         return {path: picture_of(figure, Path(path).suffix.lower()) for path in wanted}
 
