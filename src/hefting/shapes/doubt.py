@@ -1,5 +1,7 @@
 """Doubt: how far a shape may be from the object it stands for."""
 
+from hefting.core.errors import InputError
+
 KNOWN = ("object", "bounds", "reach")
 """What may be known of an object: its shape, a box around it, or nothing."""
 REACH = 0.5
@@ -19,3 +21,14 @@ at 150 samples."""
 def doubt_of_caps(share: float) -> float:
     """`Shape.shape_std` of a mesh whose caps have this share of its surface."""
     return min(DOUBT_OF_CAPS * share, ROUGH) if share > SMALL_CAPS else 0.0
+
+
+def check_doubt(known: str, shape_std: float) -> None:
+    """`InputError` for what cannot be known of a shape, or a deviation that is no
+    share."""
+    if known not in KNOWN:
+        raise InputError(
+            f"what is known of a shape is one of {', '.join(KNOWN)}, not {known}"
+        )
+    if not 0.0 <= shape_std <= 1.0:
+        raise InputError(f"a shape's deviation is a share from 0 to 1, not {shape_std}")

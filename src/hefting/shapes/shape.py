@@ -31,7 +31,13 @@ from hefting.shapes.checks import (
 )
 from hefting.shapes.clouds import convex_hull, voxel_representatives
 from hefting.shapes.counts import DEFAULT_POINTS, count_of_points
-from hefting.shapes.doubt import KNOWN, REACH, ROUGH, SMALL_CAPS, doubt_of_caps
+from hefting.shapes.doubt import (
+    REACH,
+    ROUGH,
+    SMALL_CAPS,
+    check_doubt,
+    doubt_of_caps,
+)
 from hefting.shapes.hull import Hull
 from hefting.shapes.ply import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
@@ -120,14 +126,7 @@ class Shape:
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
         check_hull(self.hull)
         keep("warnings", tuple(self.warnings))
-        if self.known not in KNOWN:
-            raise InputError(
-                f"what is known of a shape is one of {', '.join(KNOWN)}, not {self.known}"
-            )
-        if not 0.0 <= self.shape_std <= 1.0:
-            raise InputError(
-                f"a shape's deviation is a share from 0 to 1, not {self.shape_std}"
-            )
+        check_doubt(self.known, self.shape_std)
 
     # accessors
 
