@@ -128,8 +128,6 @@ class Shape:
         keep("warnings", tuple(self.warnings))
         check_doubt(self.known, self.shape_std)
 
-    # accessors
-
     @property
     def n(self) -> int:
         """Number of points."""
