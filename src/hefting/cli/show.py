@@ -72,7 +72,9 @@ def run(arguments: argparse.Namespace) -> None:
     with progress("drawing"):
         shape = shape_of(a, pose)
         if shape is None:
-            raise InputError("no shape to show", "--shape", "give --shape FILE or --box")
+            raise InputError(
+                "no shape to show", "--shape", "give --shape FILE or --box"
+            )
         found = {"estimate": Estimate.load(a.estimate)} if a.estimate else {}
         gravity = None
         if a.log:

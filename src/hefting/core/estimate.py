@@ -67,7 +67,8 @@ class Estimate:
     """How close to the method's optimum."""
     bias: Array | None = None
     """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.core.spatial`
-    (that of an on-sensor log is the opposite); None when it was not estimated."""
+    (that of an on-sensor log is the opposite); (n, 6) of n recordings, one for each;
+    None when it was not estimated."""
     point_masses: Array | None = None
     """(n,) masses [kg] of the shape's points, for methods that find them."""
     residual: Array | None = None
@@ -185,6 +186,12 @@ class Estimate:
         a scale's reading told it."""
         gain = float(self.provenance.get("sensor_gain", 0.0))
         return (1.0 + gain) * self.parameters.vector
+
+    @property
+    def common_bias(self) -> Array | None:
+        """(6,) the bias; None also where several recordings have biases of their
+        own."""
+        return self.bias if self.bias is not None and self.bias.ndim == 1 else None
 
     @property
     def consistency(self) -> Consistency:

@@ -58,8 +58,8 @@ def draw_wrench(
     """The rows of `plot_wrench` and their legend, on an empty figure."""
     static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
-    if estimate.bias is not None:
-        predicted = predicted + estimate.bias
+    if estimate.common_bias is not None:
+        predicted = predicted + estimate.common_bias
     residual = measurements.wrench - predicted
     shown = chosen(len(measurements))
     time = 1.0 + shown.astype(float)
