@@ -211,14 +211,12 @@ class Estimate:
         m²] (3, 3), to first order."""
         if self.covariance is None:
             return None
-        J = com_jacobian(self.parameters)
         open_ = np.isinf(self.covariance.diagonal())
-        variance = np.einsum(
-            "ij,jk,ik->i",
-            J,
-            np.where(np.isinf(self.covariance), 0.0, self.covariance),
-            J,
-        )
+        known = np.where(np.isinf(self.covariance), 0.0, self.covariance)
+        # a mass of zero leaves the COM open
+        with np.errstate(divide="ignore", invalid="ignore"):
+            J = com_jacobian(self.parameters)
+            variance = np.einsum("ij,jk,ik->i", J, known, J)
         variance[(J[:, open_] != 0.0).any(axis=1)] = np.inf
         std = np.sqrt(np.where(variance >= 0, variance, np.nan))
         return {

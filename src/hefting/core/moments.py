@@ -75,7 +75,7 @@ class Moments:
     Examples
     --------
     >>> moments = hefting.Moments.of(measurements[:500])
-    >>> moments.merge(hefting.Moments.of(measurements[500:])).samples
+    >>> moments.merge(hefting.Moments.of(measurements[500:]), one_bias=True).samples
     1000
     """
 
