@@ -1,4 +1,5 @@
-"""hefting identify: find mass, COM and inertia of the object in a recording."""
+"""hefting identify: find mass, COM and inertia of the object in one or several
+recordings."""
 
 import argparse
 from dataclasses import replace
