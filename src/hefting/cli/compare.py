@@ -5,6 +5,11 @@ import argparse
 from hefting.cli.options import add_json
 from hefting.core.errors import InputError
 
+EXAMPLES = (
+    "hefting compare monday.json tuesday.json",
+    "hefting compare *.json --json",
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting compare``."""

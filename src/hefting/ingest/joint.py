@@ -27,6 +27,9 @@ MOST_NAMED = 3
 UNEQUAL_NOISE = 1.5
 """Ratio of the noise's variances of two recordings from which on they are weighed by
 them: smaller ones are chance, or change nothing."""
+PAUSE = 1.0
+"""[s] Time between the samples of one recording and of the next, where they stand one
+after the other."""
 LARGEST_WEIGHT = 100.0
 """Largest ratio of a recording's weight to one: noise-free recordings leave but
 rounding."""
@@ -108,6 +111,7 @@ class JointIngested(Ingested):
             | {
                 "name": name,
                 "samples": round(float(part.counts.sum())),
+                "rows": len(part.measurements),
                 "duration": None
                 if part.static
                 else float(np.ptp(part.measurements.time)),
@@ -186,15 +190,19 @@ def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
 
 
 def _concatenated(each: Sequence[Measurements]) -> Measurements:
-    """Samples of all, one recording after the other."""
+    """Samples of all, one recording after the other, a second between two."""
 
     def rows(name: str) -> Array:
         return np.concatenate([getattr(z, name) for z in each])
 
     noises = [z.motion_noise for z in each]
     weights = [np.ones(len(z)) if z.weights is None else z.weights for z in each]
+    times: list[Array] = []
+    for z in each:
+        start = times[-1][-1] + PAUSE if times else 0.0
+        times.append(z.time - z.time[0] + start)
     return Measurements(
-        rows("time"),
+        np.concatenate(times),
         rows("gravity"),
         rows("linear_acceleration"),
         rows("angular_velocity"),

@@ -255,7 +255,12 @@ def summary(estimate: Estimate) -> Iterable[str]:
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
     text = f"from {estimate.samples} samples{when}"
-    if "wrench" in made:
+    if recordings := made.get("recordings"):
+        text += (
+            f" in {len(recordings)} recordings, taken to be of one object, grasp and "
+            "sensor frame"
+        )
+    elif "wrench" in made:
         side = "object" if made["wrench"] == "on-object" else "sensor"
         how = "found from gravity" if made.get("wrench_found") else "as given"
         text += f"; wrench on the {side}, {how}"
