@@ -7,6 +7,7 @@ agree: one that is wrong does not make the others look wrong.
 """
 
 from dataclasses import dataclass, replace
+from functools import reduce
 
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, error
@@ -96,13 +97,11 @@ def _least_squares(found: Ingested) -> Estimate:
     """Unconstrained least squares with the intervals of all errors that are allowed
     for."""
     estimator = OLS(**OLS.settings(known_of(found, None)))
-    states = [
+    states: list[State] = [
         estimator.update(estimator.start(), part.measurements)
         for part in found.recordings
     ]
-    state: State = states[0]
-    for other in states[1:]:
-        state = estimator.merge(state, other)
+    state = reduce(estimator.merge, states)
     estimate = estimator.estimate(state)
     intervals, covariance = estimator.uncertainty(estimate.parameters, state)
     return replace(estimate, intervals=intervals, covariance=covariance)

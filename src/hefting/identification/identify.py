@@ -307,7 +307,7 @@ def with_diagnostics(
     estimate = replace(
         estimate,
         samples=round(float(found.counts.sum())),
-        duration=None if found.static else estimate.duration,
+        duration=found.duration,
         covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,

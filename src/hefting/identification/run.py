@@ -3,6 +3,7 @@ handed to the method."""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -30,10 +31,10 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     """The estimate, and the recording as far as it was used: no farther than an
     accuracy `asked` for takes."""
     if estimator.asked is None:
-        state: State = estimator.start()
-        for z in _taken(estimator, found):
-            state = estimator.merge(state, estimator.update(estimator.start(), z))
-        return estimator.estimate(state), found
+        states: list[State] = [
+            estimator.update(estimator.start(), z) for z in _taken(estimator, found)
+        ]
+        return estimator.estimate(reduce(estimator.merge, states)), found
     return _first_sufficient(estimator, found)
 
 

@@ -123,6 +123,15 @@ class Ingested:
         return (self,)
 
     @property
+    def duration(self) -> float | None:
+        """[s] from the first to the last of the measurements, summed over recordings;
+        None for static poses."""
+        if self.static:
+            return None
+        moving = [part for part in self.recordings if not part.static]
+        return sum(float(np.ptp(part.measurements.time)) for part in moving)
+
+    @property
     def covariance_with_gravity(self) -> Array | None:
         """(10, 10) covariance of the parameters by the fit that found gravity too; None
         where gravity was given."""

@@ -215,11 +215,12 @@ def _describe_recordings(estimate: Estimate) -> Iterable[str]:
     each = estimate.provenance.get("recordings", ())
     if not each:
         return
+    own = estimate.bias
+    what = "clock" if own is None else "clock and a wrench bias"
     yield (
         f"assumed: {len(each)} recordings of one object in one grasp, in the same sensor "
-        "frame, each with a clock and a wrench bias of its own:"
+        f"frame, each with a {what} of its own:"
     )
-    own = estimate.bias
     biases = [None] * len(each) if own is None or own.ndim == 1 else own
     for one, bias in zip(each, biases, strict=True):
         span = f" over {one['duration']:.3g} s" if one.get("duration") else ""
