@@ -53,6 +53,11 @@ identify log.csv --output mug.json --output mug.urdf
 identify log.csv --sensor-turned z:90
 identify log.csv --bias none --gravity 0,0,9.8
 identify - < log.csv
+identify log.csv biased.csv
+identify log.csv biased.csv --verbose
+identify log.csv late.csv heavy.csv
+compare estimate.json again.json
+compare estimate.json heavy.json
 identify foreign.csv --map foreign.toml
 inspect log.csv
 inspect log.csv --verbose
@@ -81,6 +86,7 @@ identify --help
 inspect --help
 predict --help
 methods --help
+compare --help
 export --help
 calibrate --help
 convert --help
@@ -142,6 +148,9 @@ identify log.csv --output nowhere/mug.json
 identify log.csv --tool truth.json
 identify log.csv --truth log.csv
 identify - < nothing
+compare estimate.json
+compare estimate.json estimate.json
+compare estimate.json log.csv
 export estimate.json
 export estimate.json --to urdff
 export log.csv --to urdf
@@ -185,7 +194,9 @@ def write_files(folder: Path) -> None:
     _write_texts(folder, (folder / "log.csv").read_text().splitlines())
     from hefting.identification import identify
 
-    identify(folder / "log.csv", method="OLS").estimate.save(folder / "estimate.json")
+    for log, name in (("log", "estimate"), ("biased", "again"), ("heavy", "heavy")):
+        found = identify(folder / f"{log}.csv", method="OLS").estimate
+        found.save(folder / f"{name}.json")
     for name in ("pipe.csv", "pipe.toml", "pipe.json", "pipe.urdf"):
         os.mkfifo(folder / name)
 
@@ -199,6 +210,7 @@ def _write_variants(folder: Path, log: Recording) -> None:
         "flipped.csv": (wrench.time, -wrench.values),
         "biased.csv": (wrench.time, wrench.values + BIAS),
         "late.csv": (wrench.time + 0.03, wrench.values),
+        "heavy.csv": (wrench.time, 1.5 * wrench.values),
         "touched.csv": (wrench.time, touch),
     }
     for name, (time, values) in changed.items():

@@ -69,7 +69,7 @@ def test_merged_states_know_as_much_as_one_pass(rho):
             estimator.update(estimator.start(), part) for part in (z[:cut], z[cut:])
         ]
         for order in (parts, parts[::-1]):
-            found = estimator.estimate(estimator.merge(*order))
+            found = estimator.estimate(estimator.merge(*order, one_bias=True))
             deviation = np.sqrt(whole.covariance.diagonal())
             off = np.abs(found.parameters.vector - whole.parameters.vector) / deviation
             assert off[0] < 0.1
@@ -77,7 +77,9 @@ def test_merged_states_know_as_much_as_one_pass(rho):
             np.testing.assert_allclose(
                 np.sqrt(found.covariance.diagonal()) / deviation, 1.0, atol=0.34
             )
-    again = estimator.update(estimator.merge(*parts), z[:50])  # a merged state goes on
+    again = estimator.update(
+        estimator.merge(*parts, one_bias=True), z[:50]
+    )  # a merged state goes on
     assert estimator.estimate(again).samples == len(z) + 50
 
 

@@ -166,7 +166,7 @@ def test_more_samples_do_not_lessen_it():
         z = noisy(6, 600, WHITE)
         state = SampleState.of(z)
         for _ in range(repeated - 1):
-            state = state.merge(SampleState.of(z))
+            state = state.merge(SampleState.of(z), one_bias=True)
         samples = Samples.of(state, free_bias=False)
         S = samples.noise_left(samples.least_residual)
         equations = Equations.of(samples, samples.least_squares, S, None)

@@ -192,7 +192,8 @@ def test_streaming_merging_and_batch_agree():
     for k in range(len(z)):
         single = estimator.update(single, z[k : k + 1])
     halves = [estimator.update(estimator.start(), z[i::2]) for i in (0, 1)]
-    for state in (single, estimator.merge(*halves), estimator.merge(*halves[::-1])):
+    both = [estimator.merge(*p, one_bias=True) for p in (halves, halves[::-1])]
+    for state in (single, *both):
         found = estimator.estimate(state)
         # rounding, far below a standard deviation
         np.testing.assert_allclose(

@@ -8,6 +8,7 @@ on which they visibly fail.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -257,6 +258,7 @@ def merging(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
     part = rng.choice(5, size=len(p.measurements), p=(0.0, 0.02, 0.1, 0.3, 0.58))
 
     def states(estimator: Estimator, z: Measurements) -> list:
+        merge = partial(estimator.merge, one_bias=True)
         single = estimator.start()
         for k in range(len(z)):
             single = estimator.update(single, z[k : k + 1])
@@ -266,11 +268,9 @@ def merging(p: Problem, rng: np.random.Generator) -> Iterator[Change]:
         ]
         chain = estimator.start()
         for state in parts:
-            chain = estimator.merge(chain, state)
-        tree = estimator.merge(
-            estimator.merge(parts[4], parts[1]), estimator.merge(parts[0], parts[3])
-        )
-        return [single, chain, estimator.merge(parts[2], tree)]
+            chain = merge(chain, state)
+        tree = merge(merge(parts[4], parts[1]), merge(parts[0], parts[3]))
+        return [single, chain, merge(parts[2], tree)]
 
     yield Change(p, states=states)
 

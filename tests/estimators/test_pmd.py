@@ -210,7 +210,9 @@ def test_streaming_merging_and_batch_agree(shape, z, bias):
     for k in range(len(z)):
         single = pmd.update(single, z[k : k + 1])
     parts = [pmd.update(pmd.start(), z[i::3]) for i in range(3)]
-    merged = pmd.merge(pmd.merge(parts[2], parts[0]), parts[1])
+    merged = pmd.merge(
+        pmd.merge(parts[2], parts[0], one_bias=True), parts[1], one_bias=True
+    )
     for state in (single, merged):
         found = pmd.estimate(state)
         assert_same(found, batch)

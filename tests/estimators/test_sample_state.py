@@ -95,7 +95,7 @@ def test_samples_and_duration(z, w):
     rest = w if np.ndim(w) == 0 else np.asarray(w)[20:]
     for both in (
         SampleState.of(z[:20], part).fold(z[20:], rest),
-        SampleState.of(z[20:], rest).merge(SampleState.of(z[:20], part)),
+        SampleState.of(z[20:], rest).merge(SampleState.of(z[:20], part), one_bias=True),
         SampleState.empty().merge(blend).merge(SampleState.empty()),
     ):
         assert (both.samples, both.duration) == (blend.samples, blend.duration)
@@ -107,7 +107,7 @@ def test_folding_changes_nothing_that_was(z):
     blend = SampleState.of(z[:20], 0.5)
     before = stacked_factor(blend).copy()
     blend.fold(z[20:], 0.5)
-    blend.merge(SampleState.of(z[20:], 0.5))
+    blend.merge(SampleState.of(z[20:], 0.5), one_bias=True)
     np.testing.assert_array_equal(stacked_factor(blend), before)
 
 

@@ -1,4 +1,5 @@
-"""hefting identify: find mass, COM and inertia of the object in a recording."""
+"""hefting identify: find mass, COM and inertia of the object in one or several
+recordings."""
 
 import argparse
 from dataclasses import replace
@@ -51,6 +52,7 @@ EXAMPLES = (
     "hefting identify log.csv --box 0.1,0.2,0.3 --output mug.json --output mug.urdf",
     "hefting identify log.bag --tool gripper.json --start 2 --duration 10",
     "hefting identify log.csv --map map.toml --method all --truth truth.json",
+    "hefting identify monday.csv tuesday.csv",
     "zcat log.csv.gz | hefting identify - --json",
 )
 
@@ -59,7 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting identify``."""
     _add_common(parser)
     add_shape_details(parser.add_argument_group("more on the object's shape"))
-    log = add_recording(parser)
+    log = add_recording(
+        parser, what="recording, or several of one object in one grasp", count="+"
+    )
     _add_reading(log)
     _add_methods(parser.add_argument_group("methods"))
     results = parser.add_argument_group("results")
@@ -176,7 +180,7 @@ def run(arguments: argparse.Namespace) -> int:
     known = _truth(a.truth) if a.truth else None
 
     with progress("identifying", a.json):
-        recording = read_recording(a)
+        recording = _recordings(a)
         shape = shape_of(a, pose)
         fill = fill_inertia_of(a.fill_inertia, shape)
         reading = _reading(a, gravity, recording)
@@ -207,14 +211,25 @@ def run(arguments: argparse.Namespace) -> int:
     )
 
 
+def _recordings(a: argparse.Namespace) -> "list[Recording]":
+    """The logs, read with the same options."""
+    given: set[Path] = set()
+    for log in a.log:
+        if Path(log).resolve() in given:
+            raise InputError("is given twice", log, "give each recording once")
+        given.add(Path(log).resolve())
+    each = [argparse.Namespace(**(vars(a) | {"log": log})) for log in a.log]
+    return [read_recording(one) for one in each]
+
+
 def _reading(
-    a: argparse.Namespace, gravity: "Gravity", recording: "Recording"
+    a: argparse.Namespace, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
-    """How the recording is to be read, as arguments of `hefting.identify`."""
+    """How the recordings are to be read, as arguments of `hefting.identify`."""
     return {
         "gravity": gravity,
         "wrench": a.wrench,
-        "bias": _bias(a.bias, recording),
+        "bias": _biases(a.bias, recordings),
         "motion": a.motion,
         "start": a.start,
         "duration": a.duration,
@@ -237,7 +252,7 @@ def _note_shape(
 
 def _identify(
     a: argparse.Namespace,
-    recording: "Recording",
+    recording: "list[Recording]",
     shape: "Shape | None",
     reading: dict[str, Any],
 ) -> "tuple[Comparison | None, dict[str, Estimate], Measurements]":
@@ -336,14 +351,19 @@ def _check_outputs(a: argparse.Namespace) -> None:
                 f"use {', '.join((*SUFFIXES, *FORMATS))}",
             )
         check_output(
-            path, a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
+            path, *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
         )
 
 
-def _bias(text: str, recording):
-    """A bias model's name, or six numbers from a tare window or a file."""
+def _biases(text: str, recordings: "list[Recording]"):
+    """A bias model's name, or six numbers for each recording."""
     if text in ("auto", "none", "estimate"):
         return text
+    return [_bias(text, recording) for recording in recordings]
+
+
+def _bias(text: str, recording):
+    """Six numbers from a tare window or a file."""
     from hefting.ingest.bias import load_bias, tare
 
     if text.startswith("tare:"):

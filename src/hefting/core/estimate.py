@@ -67,7 +67,8 @@ class Estimate:
     """How close to the method's optimum."""
     bias: Array | None = None
     """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.core.spatial`
-    (that of an on-sensor log is the opposite); None when it was not estimated."""
+    (that of an on-sensor log is the opposite); (n, 6) of n recordings, one for each;
+    None when it was not estimated."""
     point_masses: Array | None = None
     """(n,) masses [kg] of the shape's points, for methods that find them."""
     residual: Array | None = None
@@ -187,6 +188,12 @@ class Estimate:
         return (1.0 + gain) * self.parameters.vector
 
     @property
+    def common_bias(self) -> Array | None:
+        """(6,) the bias; None also where several recordings have biases of their
+        own."""
+        return self.bias if self.bias is not None and self.bias.ndim == 1 else None
+
+    @property
     def consistency(self) -> Consistency:
         """Margins of every condition of physical consistency, the COM's place in the
         shape included."""
@@ -204,14 +211,12 @@ class Estimate:
         m²] (3, 3), to first order."""
         if self.covariance is None:
             return None
-        J = com_jacobian(self.parameters)
         open_ = np.isinf(self.covariance.diagonal())
-        variance = np.einsum(
-            "ij,jk,ik->i",
-            J,
-            np.where(np.isinf(self.covariance), 0.0, self.covariance),
-            J,
-        )
+        known = np.where(np.isinf(self.covariance), 0.0, self.covariance)
+        # a mass of zero leaves the COM open
+        with np.errstate(divide="ignore", invalid="ignore"):
+            J = com_jacobian(self.parameters)
+            variance = np.einsum("ij,jk,ik->i", J, known, J)
         variance[(J[:, open_] != 0.0).any(axis=1)] = np.inf
         std = np.sqrt(np.where(variance >= 0, variance, np.nan))
         return {

@@ -57,7 +57,7 @@ def fields_of(data: Json) -> dict[str, Any]:
         sufficient=sufficient,
         undetermined=_undetermined(data.get("undetermined")),
         certificate=_certificate(data.get("certificate")),
-        bias=_array(data, "bias", 6),
+        bias=_bias(data),
         point_masses=_array(data, "point_masses", None),
         residual=_array(data, "residual", 2),
         hull_margin=_hull_margin(data.get("consistency")),
@@ -97,6 +97,15 @@ def _array(data: Json, name: str, *shape: int | None) -> Array | None:
         raise ValueError(f"{name} holds what is no number")
     _check_size(values, LARGEST_PARAMETER, name)
     return values
+
+
+def _bias(data: Json) -> Array | None:
+    """(6,), or (n, 6) those of n recordings."""
+    values: Any = data.get("bias")
+    several = isinstance(values, list) and any(
+        isinstance(own, list) for own in cast(list[Any], values)
+    )
+    return _array(data, "bias", None, 6) if several else _array(data, "bias", 6)
 
 
 def _check_size(values: Array | None, largest: float, name: str) -> None:
@@ -211,9 +220,14 @@ def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
 def _message(data: Json) -> Message:
     """The message of its JSON; `ValueError` when it is none."""
     severity, argument = data["severity"], data.get("argument")
-    texts = (data["code"], data["text"], *(() if argument is None else (argument,)))
+    recordings: Any = data.get("recordings", [])
+    if not isinstance(recordings, list):
+        raise ValueError("the recordings of a message are not a list")
+    own = tuple(cast(list[Any], recordings))
+    texts = (data["code"], data["text"], *own)
+    texts = texts if argument is None else (*texts, argument)
     if severity not in get_args(Severity) or not all(
         isinstance(text, str) for text in texts
     ):
         raise ValueError("a message is not made of texts")
-    return Message(data["code"], data["text"], severity, argument)
+    return Message(data["code"], data["text"], severity, argument, own)

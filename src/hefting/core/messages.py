@@ -24,12 +24,15 @@ class Message(str):
         doubt, ``"error"`` for what makes the answer wrong.
     argument : argument of the library with which the user can act on it, if there is
         one.
+    recordings : names of the recordings it is about, where there are several and it is
+        not about all of them; the text begins with them.
     """
 
-    __slots__ = ("argument", "code", "severity")
+    __slots__ = ("argument", "code", "recordings", "severity")
     code: str
     severity: Severity
     argument: str | None
+    recordings: tuple[str, ...]
 
     def __new__(
         cls,
@@ -37,25 +40,36 @@ class Message(str):
         text: str,
         severity: Severity = "warning",
         argument: str | None = None,
+        recordings: Iterable[str] = (),
     ) -> Self:
         """A message; see the class."""
         self = super().__new__(cls, text)
         self.code, self.severity, self.argument = code, severity, argument
+        self.recordings = tuple(recordings)
         return self
 
     def __getnewargs__(  # pyright: ignore[reportIncompatibleMethodOverride]
         self,
-    ) -> tuple[str, str, Severity, str | None]:  # for copies and worker processes
-        return self.code, str(self), self.severity, self.argument
+    ) -> tuple[str, str, Severity, str | None, tuple[str, ...]]:
+        # for copies and worker processes
+        return self.code, str(self), self.severity, self.argument, self.recordings
+
+    def about(self, recordings: Iterable[str]) -> "Message":
+        """The message as one about some of several recordings, by their names."""
+        names = tuple(recordings)
+        text = f"{', '.join(names)}: {self}"
+        return Message(self.code, text, self.severity, self.argument, names)
 
     def to_dict(self) -> dict[str, Any]:
-        """Code, severity, text and argument, JSON-ready."""
+        """Code, severity, text and argument, JSON-ready; with the recordings it is
+        about, if it is not about all."""
+        own = {"recordings": list(self.recordings)} if self.recordings else {}
         return {
             "code": self.code,
             "severity": self.severity,
             "text": str(self),
             "argument": self.argument,
-        }
+        } | own
 
 
 def note(code: str, text: str, argument: str | None = None) -> Message:

@@ -17,6 +17,7 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.errors import InputError
 from hefting.core.lapack import lapack
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import (
@@ -74,7 +75,7 @@ class Moments:
     Examples
     --------
     >>> moments = hefting.Moments.of(measurements[:500])
-    >>> moments.merge(hefting.Moments.of(measurements[500:])).samples
+    >>> moments.merge(hefting.Moments.of(measurements[500:]), one_bias=True).samples
     1000
     """
 
@@ -121,12 +122,45 @@ class Moments:
         start, end = min(self.start, first), max(self.end, last)
         return type(self)(factor, self.samples + len(time), start, end)
 
-    def merge(self, other: Moments) -> Self:
+    def merge(self, other: Moments, *, one_bias: bool = False) -> Self:
         """Moments of both sets of samples together, in whichever order and on whichever
-        machine they were folded."""
+        machine they were folded.
+
+        Parameters
+        ----------
+        other : moments of other samples of the same object, in the same sensor frame.
+        one_bias : that the wrench of both has the same constant bias, or none, as in
+            parts of one recording.
+
+        Raises `InputError` where that is not said and both may have a bias of their
+        own: a bias found in the merged samples would be that of neither.
+        """
+        if not one_bias and self.may_hold_bias and other.may_hold_bias:
+            raise InputError(
+                "each of the moments may hold a wrench bias of its own",
+                fix="merge `without_bias()` of each, or say one_bias=True of parts of "
+                "one recording",
+            )
         factor = triangular(np.vstack((self.factor, other.factor)))
         start, end = min(self.start, other.start), max(self.end, other.end)
         return type(self)(factor, self.samples + other.samples, start, end)
+
+    def without_bias(self) -> Self:
+        """What the samples tell whatever their constant bias, which may be merged with
+        that of other recordings.
+
+        The column of ones is that of the bias in each of the six equations, so to take
+        it out of the features takes the best bias out of any of their equations.
+        """
+        factor = np.zeros((FEATURES, FEATURES))
+        columns = np.column_stack((self.ones, self.factor[:, :ONE]))
+        factor[:ONE, :ONE] = triangular(columns)[1:, 1:]
+        return type(self)(factor, self.samples, self.start, self.end)
+
+    @property
+    def may_hold_bias(self) -> bool:
+        """Whether there are samples whose bias was not taken out."""
+        return bool(self.ones.any())
 
     def factor_of(self, equations: Array) -> Array:
         """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of

@@ -7,7 +7,8 @@ explicit value:
     state = estimator.update(state, measurements)    # any number of samples, as often as wanted
     estimate = estimator.estimate(state)             # any time; cost independent of the samples seen
     estimate = estimator.fit(measurements)           # all three
-    state = estimator.merge(state_a, state_b)        # samples seen apart, by time or by machine
+    state = estimator.merge(state_a, state_b)        # samples of two recordings
+    state = estimator.merge(part_a, part_b, one_bias=True)   # of two parts of one
 
 What the rest of the library must know of a method, the class declares here: a new one
 is a file, and its line in `hefting.estimators.methods`. Some fields have the same
@@ -30,6 +31,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
+from hefting.estimators.joint_state import JointState, State, as_one, join
 from hefting.estimators.quadratic import whitening
 from hefting.estimators.sample_state import SampleState, model_weight, require_model
 from hefting.shapes import Shape
@@ -217,16 +219,30 @@ class Estimator:
         """The state with the samples of `measurements` added."""
         return state.fold(measurements, self.weight(measurements))
 
-    def merge(self, first: SampleState, second: SampleState) -> SampleState:
-        """The state of an estimator that has seen the samples of both."""
-        return first.merge(second)
+    def merge(self, first: State, second: State, *, one_bias: bool = False) -> State:
+        """The state of an estimator that has seen the samples of both.
 
-    def estimate(self, state: SampleState) -> Estimate:
+        Where a bias is estimated, each recording has its own; `one_bias` says that the
+        two are parts of one recording, seen apart by time or by machine. Raises
+        `InputError` where that is said of several recordings.
+        """
+        if getattr(self, "bias", "none") == "none":
+            return as_one(first).merge(as_one(second), one_bias=True)
+        if not one_bias:
+            return join(first, second)
+        if isinstance(first, JointState) or isinstance(second, JointState):
+            raise InputError(
+                "a state of several recordings has more than one bias",
+                fix="merge the parts of one recording before others join it",
+            )
+        return first.merge(second, one_bias=True)
+
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there
         are none."""
         raise NotImplementedError
 
-    def estimate_from(self, state: SampleState, start: Estimate | None) -> Estimate:
+    def estimate_from(self, state: State, start: Estimate | None) -> Estimate:
         """The estimate; those that search for it may begin at `start`, an earlier one
         over the same shape."""
         return self.estimate(state)

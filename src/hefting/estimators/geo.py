@@ -16,13 +16,13 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
+from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import (
     SMOOTHED_C1,
     Model,
-    SampleState,
     require_one_of,
     require_positive,
 )
@@ -129,7 +129,7 @@ class GEO(PointEstimator):
         usual = self.gamma is None and self.distance != "euclidean"
         return super().provenance | ({"gamma": GAMMA} if usual else {})
 
-    def estimate(self, state: SampleState) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there
         are none."""
         require_samples(state.samples)

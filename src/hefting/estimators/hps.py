@@ -13,6 +13,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
+from hefting.estimators.joint_state import State
 from hefting.estimators.nonnegative import nonnegative_least_squares
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
@@ -113,7 +114,7 @@ class HPS(PointEstimator):
         record = state.fold(measurements, 0.0).record
         return replace(state.fold(measurements[chosen], 0.0), record=record)
 
-    def estimate(self, state: SampleState) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the near-static samples seen.
 
         Raises `NotIdentifiableError` when there are none, when they do not tell the
@@ -130,7 +131,7 @@ class HPS(PointEstimator):
         G, g = problem.A @ self._matrix, problem.b
         lengths = np.sqrt(
             (G * G).sum(axis=0)
-            + ((problem.bias_rows[:, 6:16] @ self._matrix) ** 2).sum(axis=0)
+            + ((problem.bias_rows[:, :, 6:16] @ self._matrix) ** 2).sum(axis=(0, 1))
         )
         lengths[lengths == 0.0] = 1.0
         U, S, V = np.linalg.svd(G / lengths, full_matrices=False)

@@ -18,10 +18,10 @@ from hefting.estimators.base import (
     require_shape,
 )
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
+from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
-from hefting.estimators.sample_state import SampleState
 from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
 
@@ -76,7 +76,7 @@ class LMI(PointEstimator):
         """``LMI``, or ``LMI-ellipsoid``."""
         return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
-    def estimate(self, state: SampleState) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there
         are none."""
         require_samples(state.samples)

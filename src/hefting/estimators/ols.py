@@ -12,6 +12,7 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
+from hefting.estimators.joint_state import JointState, State, as_one
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.quadratic import (
     Quadratic,
@@ -20,7 +21,7 @@ from hefting.estimators.quadratic import (
     stacked_factor,
     with_equation,
 )
-from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
+from hefting.estimators.sample_state import SMOOTHED_C1, Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class OLS(PointEstimator):
     c1: float = 300.0
     """Of the blend: dynamism at which the full model takes over."""
 
-    def estimate(self, state: SampleState) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there
         are none."""
         require_samples(state.samples)
@@ -80,7 +81,7 @@ class OLS(PointEstimator):
             duration=state.duration,
             covariance=fit.covariance[:10, :10],
             certificate=Certificate(fit.square, fit.bound, iterations=1),
-            bias=fit.solution[10:] if free_bias else None,
+            bias=fit.bias,
             warnings=fit.warnings,
         )
         return self.with_intervals(found, state, row)
@@ -92,9 +93,11 @@ class LeastSquares:
     six of a constant bias."""
 
     solution: Array
-    """(10,) or (16,)"""
+    """(10,) or (16,); (10,) of several recordings"""
+    bias: Array | None
+    """(6,) constant bias, or (n, 6) those of n recordings; None where none is free"""
     covariance: Array
-    """(10, 10) or (16, 16), infinite where the data do not decide"""
+    """(10, 10) or (16, 16), as the solution; infinite where the data do not decide"""
     free: Indices
     """indices of the unknowns the data do not decide"""
     square: float
@@ -118,7 +121,7 @@ BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
 
 
 def least_squares(
-    state: SampleState,
+    state: State,
     free_bias: bool,
     noise: WrenchNoise,
     equation: Array | None = None,
@@ -129,12 +132,20 @@ def least_squares(
     Without `noise` the covariance is scaled by the mean squared residual. Directions
     that no sample excites get the smallest solution (with columns scaled to one length)
     and infinite variance. An `equation` (11,) of the parameters alone is one row more.
+    Biases of several recordings are eliminated beforehand.
     """
-    R = with_equation(stacked_factor(state, noise, free_bias), equation)
-    if free_bias:
-        R = R[:, [*range(6, 16), *range(6), 16]]
-    A, b = R[:, :-1], R[:, -1]
-    svd = ScaledSVD.of(A)
+    if free_bias and isinstance(state, JointState):
+        problem = Quadratic.of(state, noise, True).with_equation(equation)
+        A, b, svd, eliminated = problem.A, problem.b, problem.svd, 6 * len(state.states)
+        bias = problem.bias(svd.solve(b))
+    else:
+        R = stacked_factor(as_one(state), noise, free_bias)
+        R, eliminated = with_equation(R, equation), 0
+        if free_bias:
+            R = R[:, [*range(6, 16), *range(6), 16]]
+        A, b = R[:, :-1], R[:, -1]
+        svd = ScaledSVD.of(A)
+        bias = svd.solve(b)[10:] if free_bias else None
     solution = svd.solve(b)
     r = b - A @ solution
     square = float(r @ r)
@@ -142,10 +153,9 @@ def least_squares(
     half = svd.V.T / svd.S / svd.scale[:, None]
     covariance = half @ half.T
     if noise is None:
-        covariance *= square / max(6 * state.samples - len(svd.S), 1)
+        covariance *= square / max(6 * state.samples - len(svd.S) - eliminated, 1)
     free = svd.open
     covariance[free], covariance[:, free] = 0.0, 0.0
     covariance[free, free] = np.inf
-    return LeastSquares(
-        solution, covariance, free, square, max(0.0, square - float(slack @ slack))
-    )
+    bound = max(0.0, square - float(slack @ slack))
+    return LeastSquares(solution, bias, covariance, free, square, bound)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
@@ -13,14 +14,14 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments, triangular
-from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
+from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import with_equation
-from hefting.estimators.sample_state import SMOOTHED_C1, Model, SampleState
+from hefting.estimators.sample_state import SMOOTHED_C1, Model
 from hefting.shapes import Shape
 
 ACCURACY = 1e-6
@@ -100,7 +101,7 @@ class PMD(PointEstimator):
         rank = int(np.sum(1e-12 * S[0] < S))
         return U[:, :rank] * S[:rank], np.ascontiguousarray(V[:rank])
 
-    def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
+    def estimate(self, state: State, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the
         same shape, saves time.
 
@@ -176,76 +177,103 @@ class _Rows:
     the bias columns are one multiple of the identity for each sample, they stay so: c
     I6 in the first six rows, c² the sum of squared weights. A dual point must be
     orthogonal to them, (c0 u0 + c1 u1) = 0 in those rows, which one unknown in place of
-    two satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
+    two satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1². Each recording has a bias,
+    and six such rows, of its own.
     """
 
-    reduced: Array
-    """(5 or 11, 5 or 11) factor of [bias columns | m, mc | b]"""
-    full: Array
-    """(11 or 17, 11 or 17) factor of [bias columns | ten parameters | b]"""
+    reduced: tuple[Array, ...]
+    """(5 or 11, 5 or 11) factor of [bias columns | m, mc | b] of each bias"""
+    full: tuple[Array, ...]
+    """(11 or 17, 11 or 17) factor of [bias columns | ten parameters | b] of each"""
     A: Array
     b: Array
     K: Array
     size: float
-    """|b| of both models together, before the bias was taken out"""
-    c0: float
-    c1: float
+    """|b| of both models together, before the biases were taken out"""
 
     @classmethod
-    def of(
-        cls, state: SampleState, free_bias: bool, equation: Array | None = None
-    ) -> _Rows:
-        """Of all samples in `state`. An `equation` (11,) more of the parameters belongs
+    def of(cls, state: State, free_bias: bool, equation: Array | None = None) -> _Rows:
+        """Of all samples: first the rows that each bias couples, then those of the
+        reduced and of the full model. An `equation` (11,) more of the parameters belongs
         to the model that has more of the samples."""
-        more_full = _weight(state.full) >= _weight(state.reduced)
-        full = _factor(
-            state.full, FULL_EQUATIONS, free_bias, equation if more_full else None
-        )
-        if equation is not None:
-            equation = None if more_full else equation[[0, 1, 2, 3, 10]]
-        reduced = _factor(state.reduced, REDUCED_EQUATIONS, free_bias, equation)
+        states = states_by_bias(state, free_bias)
+        reduced, full = [s.reduced for s in states], [s.full for s in states]
+        more_full = _weight(full) >= _weight(reduced)
+        of_full = equation if more_full else None
+        of_reduced = None
+        if equation is not None and not more_full:
+            of_reduced = equation[[0, 1, 2, 3, 10]]
+        reduced = _factors(reduced, REDUCED_EQUATIONS, free_bias, of_reduced)
+        full = _factors(full, FULL_EQUATIONS, free_bias, of_full)
+        size = _norm(np.concatenate([R[:, -1] for R in (*reduced, *full)]))
         n = 6 if free_bias else 0
-        A = np.zeros((len(reduced) + len(full) - n, 10))
-        b = np.zeros(len(reduced) + len(full) - n)
-        middle = len(reduced)
-        A[n:middle, :4], b[n:middle] = reduced[n:, n:-1], reduced[n:, -1]
-        A[middle:], b[middle:] = full[n:, n:-1], full[n:, -1]
-        K = np.zeros((2, len(b)))
-        K[0, n:middle] = K[1, middle:] = 1.0
-        c0 = c1 = 0.0
-        if free_bias:
-            c0, c1 = float(reduced[0, 0]), float(full[0, 0])
-            c = math.hypot(c0, c1) or 1.0
-            A[:6] = -c0 / c * full[:6, 6:-1]
-            A[:6, :4] += c1 / c * reduced[:6, 6:-1]
-            b[:6] = c1 / c * reduced[:6, -1] - c0 / c * full[:6, -1]
-            K[0, :6], K[1, :6] = (c1 / c) ** 2, (c0 / c) ** 2
-        size = math.hypot(_norm(reduced[:, -1]), _norm(full[:, -1]))
-        return cls(reduced, full, A, b, K, size, c0, c1)
+        parts = [_coupled(*both) for both in zip(reduced, full, strict=True) if n]
+        for K, factors in (((1.0, 0.0), reduced), ((0.0, 1.0), full)):
+            rows = np.concatenate([R[n:, n:] for R in factors])
+            parts.append((rows if len(states) == 1 else triangular(rows), K))
+        rows = np.concatenate([_with_inertia(rows) for rows, _ in parts])
+        K = np.concatenate([np.tile(K, (len(rows), 1)) for rows, K in parts]).T
+        return cls(tuple(reduced), tuple(full), rows[:, :10], rows[:, 10], K, size)
 
     def bias(self, vector: Array, scales: Array) -> Array:
         """(6,) bias that minimises the sum of both norms, given parameters (10,) and
-        the norms' optimal values (2,)."""
-        g0 = self.reduced[:6, 6:-1] @ vector[:4] - self.reduced[:6, -1]
-        g1 = self.full[:6, 6:-1] @ vector - self.full[:6, -1]
-        weight0, weight1 = self.c0 / scales[0], self.c1 / scales[1]
-        return -(weight0 * g0 + weight1 * g1) / (
-            weight0 * self.c0 + weight1 * self.c1 or 1.0
-        )
+        the norms' optimal values (2,); (n, 6) those of n recordings."""
+        found = np.empty((len(self.full), 6))
+        for i, (reduced, full) in enumerate(zip(self.reduced, self.full, strict=True)):
+            g0 = reduced[:6, 6:-1] @ vector[:4] - reduced[:6, -1]
+            g1 = full[:6, 6:-1] @ vector - full[:6, -1]
+            c0, c1 = float(reduced[0, 0]), float(full[0, 0])
+            weight0, weight1 = c0 / scales[0], c1 / scales[1]
+            found[i] = -(weight0 * g0 + weight1 * g1) / (
+                weight0 * c0 + weight1 * c1 or 1.0
+            )
+        return found[0] if len(found) == 1 else found
 
     def objective(self, vector: Array, bias: Array | None) -> float:
         """Sum of both residual norms, from the factors themselves."""
-        reduced = self.reduced[:, -5:-1] @ vector[:4] - self.reduced[:, -1]
-        full = self.full[:, -11:-1] @ vector - self.full[:, -1]
-        if bias is not None:
-            reduced += self.reduced[:, :6] @ bias
-            full += self.full[:, :6] @ bias
-        return _norm(reduced) + _norm(full)
+        norms: list[float] = []
+        for factors, x in ((self.reduced, vector[:4]), (self.full, vector)):
+            left = [R[:, -1 - len(x) : -1] @ x - R[:, -1] for R in factors]
+            if bias is not None:
+                for r, R, own in zip(left, factors, np.atleast_2d(bias), strict=True):
+                    r += R[:, :6] @ own
+            norms.append(_norm(np.concatenate(left)))
+        return sum(norms)
 
 
-def _weight(moments: Moments) -> float:
+def _coupled(reduced: Array, full: Array) -> tuple[Array, tuple[float, float]]:
+    """The six rows [A | b] that a bias couples, and their shares in both norms."""
+    c0, c1 = float(reduced[0, 0]), float(full[0, 0])
+    c = math.hypot(c0, c1) or 1.0
+    rows = -c0 / c * full[:6, 6:] + c1 / c * _with_inertia(reduced[:6, 6:])
+    return rows, ((c1 / c) ** 2, (c0 / c) ** 2)
+
+
+def _with_inertia(rows: Array) -> Array:
+    """Rows (r, 11) of [ten parameters | b], of the reduced model's (r, 5) too."""
+    if rows.shape[1] == 11:
+        return rows
+    whole = np.zeros((len(rows), 11))
+    whole[:, :4], whole[:, 10] = rows[:, :4], rows[:, 4]
+    return whole
+
+
+def _weight(moments: Sequence[Moments]) -> float:
     """Root of the sum of the samples' squared weights."""
-    return _norm(moments.factor[:, ONE])
+    return _norm(np.concatenate([each.ones for each in moments]))
+
+
+def _factors(
+    moments: Sequence[Moments],
+    equations: Array,
+    free_bias: bool,
+    equation: Array | None,
+) -> list[Array]:
+    """`_factor` of each; the one `equation` more is in the first."""
+    return [
+        _factor(each, equations, free_bias, None if i else equation)
+        for i, each in enumerate(moments)
+    ]
 
 
 def _factor(

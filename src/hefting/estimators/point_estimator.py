@@ -15,6 +15,7 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known
+from hefting.estimators.joint_state import State
 from hefting.estimators.mass_row import NO_ROW, MassRow
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
@@ -110,7 +111,7 @@ class PointEstimator(Estimator):
         """
         return PossibleBodies.any(center) if self.consistent else None
 
-    def mass_row(self, state: SampleState, A: Array) -> MassRow:
+    def mass_row(self, state: State, A: Array) -> MassRow:
         """What a scale showed, as a row beside the method's equations A (r, 10);
         `NO_ROW` where nothing was weighed.
 
@@ -123,7 +124,7 @@ class PointEstimator(Estimator):
         return MassRow.of(reading, samples, self.systematic, A)
 
     def with_intervals(
-        self, estimate: Estimate, state: SampleState, row: MassRow = NO_ROW
+        self, estimate: Estimate, state: State, row: MassRow = NO_ROW
     ) -> Estimate:
         """The estimate, as the `row` of a scale makes it, with intervals, and with a
         covariance about it where it has none; as it is where the state keeps no record
@@ -139,7 +140,7 @@ class PointEstimator(Estimator):
         return replace(estimate, intervals=found, covariance=covariance)
 
     def uncertainty(
-        self, body: InertialParameters, state: SampleState
+        self, body: InertialParameters, state: State
     ) -> tuple[dict[str, Array], Array]:
         """Intervals about an estimate that hold the truth with 95 % probability, and
         the mean square of the truth's distance (10, 10) from it, with all errors that
@@ -150,14 +151,14 @@ class PointEstimator(Estimator):
         reading = MassReading.of(self.mass)
         return self._uncertainty(body, self._require_samples(state), reading)
 
-    def _require_samples(self, state: SampleState) -> StateSamples:
+    def _require_samples(self, state: State) -> StateSamples:
         """What a state tells; `InputError` where it keeps no record of time."""
         samples = self._samples(state)
         if samples is None:
             raise InputError("the state keeps no record of time", fix="intervals=True")
         return samples
 
-    def _samples(self, state: SampleState) -> StateSamples | None:
+    def _samples(self, state: State) -> StateSamples | None:
         free_bias = getattr(self, "bias", "none") == "estimate"
         noise = None if self.noise_found else getattr(self, "noise", None)
         accuracy = SensorAccuracy.of(self.sensor_accuracy)

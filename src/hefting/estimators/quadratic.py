@@ -18,6 +18,7 @@ from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array, Indices, frozen
+from hefting.estimators.joint_state import State, as_one, states_of
 from hefting.estimators.sample_state import SampleState
 
 WrenchNoise = Noise | Array | None
@@ -155,22 +156,26 @@ class Quadratic:
     b: Array
     """(11,)"""
     bias_rows: Array
-    """(6, 17) rows [C | A | b] that the best bias satisfies exactly; (0, 17) where none
-    is free"""
+    """(n, 6, 17) rows [C | A | b] that the best bias of each recording satisfies
+    exactly; (0, 6, 17) where none is free"""
 
     @classmethod
     def of(
-        cls, state: SampleState, noise: WrenchNoise = None, free_bias: bool = False
+        cls, state: State, noise: WrenchNoise = None, free_bias: bool = False
     ) -> "Quadratic":
         """Of all samples in `state`."""
-        R = stacked_factor(state, noise, free_bias)
-        if free_bias:
-            A, lengths = R[6:, 6:16], np.sqrt((R[:, 6:16] ** 2).sum(axis=0))
-            svd = ScaledSVD.of(A, lengths)
-            if len(svd.kernel):  # what a bias explains as well leaves but rounding
-                A = ((svd.U * svd.S) @ svd.V) * svd.scale
-            return cls(A, R[6:, 16], R[:6])
-        return cls(R[:, :10], R[:, 10], np.zeros((0, 17)))
+        if not free_bias:
+            R = stacked_factor(as_one(state), noise, False)
+            return cls(R[:, :10], R[:, 10], np.zeros((0, 6, 17)))
+        factors = np.stack([stacked_factor(each, noise) for each in states_of(state)])
+        R = factors[:, 6:, 6:].reshape(-1, 11)
+        if len(factors) > 1:
+            R = triangular(R)
+        A, lengths = R[:, :10], np.sqrt((factors[:, :, 6:16] ** 2).sum(axis=(0, 1)))
+        svd = ScaledSVD.of(A, lengths)
+        if len(svd.kernel):  # what a bias explains as well leaves but rounding
+            A = ((svd.U * svd.S) @ svd.V) * svd.scale
+        return cls(A, R[:, 10], factors[:, :6])
 
     def with_equation(self, row: Array | None) -> "Quadratic":
         """With one equation more (11,) of the parameters alone; None for none."""
@@ -195,13 +200,17 @@ class Quadratic:
         return float(r @ r)
 
     def bias(self, vector: Array) -> Array | None:
-        """(6,) best bias [N, N m] beside parameters (10,); None where none is free."""
+        """(6,) best bias [N, N m] beside parameters (10,), or (n, 6) those of n
+        recordings; None where none is free."""
         if not len(self.bias_rows):
             return None
-        C = self.bias_rows[:, :6]
-        right = self.bias_rows[:, 16] - self.bias_rows[:, 6:16] @ vector
-        solution, failed = lapack.dtrtrs(C, right)
-        return solution if not failed else np.zeros(6)
+        right = self.bias_rows[:, :, 16] - self.bias_rows[:, :, 6:16] @ vector
+        found = np.zeros((len(right), 6))
+        for i, C in enumerate(self.bias_rows[:, :, :6]):
+            solution, failed = lapack.dtrtrs(C, right[i])
+            if not failed:
+                found[i] = solution
+        return found[0] if len(found) == 1 else found
 
     def least_squares(self) -> Array:
         """(10,) unconstrained least squares; of directions the data leave open the

@@ -13,15 +13,9 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.spatial import PARAMETERS, Array
 from hefting.estimators.base import BiasModel, Known, require_samples
+from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.quadratic import (
-    RANK_TOLERANCE,
-    Quadratic,
-    ScaledSVD,
-    stacked_factor,
-    with_equation,
-)
-from hefting.estimators.sample_state import SampleState
+from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, ScaledSVD
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,35 +82,32 @@ class RTLS(PointEstimator):
         )
         return super().settings(known, model) | {"noise": both}
 
-    def estimate(self, state: SampleState) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen.
 
         Raises `NotIdentifiableError` when there are none, or when no finite parameters
         are best.
         """
         require_samples(state.samples)
-        n = 6 if self.bias == "estimate" else 0
-        row = self.mass_row(state, Quadratic.of(state, self.noise, n > 0).A)
-        R = stacked_factor(state, self.noise, n > 0)
-        R = with_equation(R, row.equation)
+        problem = Quadratic.of(state, self.noise, self.bias == "estimate")
+        row = self.mass_row(state, problem.A)
+        problem = problem.with_equation(row.equation)
         levels = np.ones(10) if self.noise is None else column_levels(self.noise)
-        exact = np.concatenate((np.arange(n), n + np.flatnonzero(levels == 0.0)))
-        noisy, levels = n + np.flatnonzero(levels > 0.0), levels[levels > 0.0]
-        E, A, b = R[:, exact], R[:, noisy] / levels, R[:, -1]
+        exact, noisy = np.flatnonzero(levels == 0.0), np.flatnonzero(levels > 0.0)
+        levels = levels[noisy]
+        E, A, b = problem.A[:, exact], problem.A[:, noisy] / levels, problem.b
         svd = ScaledSVD.of(E) if len(exact) else None
-        U = np.empty((len(R), 0)) if svd is None else svd.U
+        U = np.empty((len(b), 0)) if svd is None else svd.U
         lengths = np.sqrt((A * A).sum(axis=0))
         lengths[lengths == 0.0] = 1.0
         y, square, bound = _total_least_squares(
             A - U @ (U.T @ A), b - U @ (U.T @ b), lengths
         )
-        solution = np.empty(n + 10)
-        solution[noisy] = y / levels
+        vector = np.empty(10)
+        vector[noisy] = y / levels
         if svd is not None:
-            solution[exact] = svd.solve(b - A @ y)
-        vector = solution[n:]
-        unknowns: list[int] = ScaledSVD.of(R[:, :-1]).open.tolist()
-        open_ = [i - n for i in unknowns if i >= n]
+            vector[exact] = svd.solve(b - A @ y)
+        open_: list[int] = problem.svd.open.tolist()
         warnings = ()
         if open_:
             names = ", ".join(PARAMETERS[i] for i in open_)
@@ -129,7 +120,7 @@ class RTLS(PointEstimator):
             samples=state.samples,
             duration=state.duration,
             certificate=Certificate(square, bound, iterations=1),
-            bias=solution[:6] if n else None,
+            bias=problem.bias(vector),
             warnings=warnings,
         )
         return self.with_intervals(found, state, row)

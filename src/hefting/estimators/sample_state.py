@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments
-from hefting.core.regressor import ONE, features, full_model_weight
+from hefting.core.regressor import features, full_model_weight
 from hefting.core.spatial import CHUNK, Array
 from hefting.estimators.time_record import TimeRecord
 
@@ -105,18 +105,34 @@ class SampleState:
             state = state.fold(measurements[part], own)
         return state
 
-    def merge(self, other: "SampleState") -> Self:
-        """Of the samples of both."""
+    def merge(self, other: "SampleState", *, one_bias: bool = False) -> Self:
+        """Of the samples of both; `one_bias` says that they have the same bias or none,
+        as parts of one recording.
+
+        States of several recordings are joined (`hefting.estimators.joint_state`).
+        Raises `InputError` where `one_bias` is not said and both have samples.
+        """
+        if not (one_bias or self.is_empty or other.is_empty):
+            raise InputError(
+                "each of the states may have a wrench bias of its own",
+                fix="use the estimator's merge, or say one_bias=True of parts of one "
+                "recording",
+            )
         samples, record = self.samples + other.samples, None
         if self.record is not None and other.record is not None:
             first, later = (self, other) if self.end <= other.end else (other, self)
             record = first.record.merge(later.record)  # type: ignore[union-attr]
         return type(self)(
-            self.reduced.merge(other.reduced),
-            self.full.merge(other.full),
+            self.reduced.merge(other.reduced, one_bias=True),
+            self.full.merge(other.full, one_bias=True),
             samples,
             record,
         )
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no sample was seen, not even one that a method leaves out."""
+        return not self.samples and (self.record is None or not self.record.motion[0])
 
     @property
     def end(self) -> float:
@@ -181,9 +197,9 @@ def require_common_covariance(value: ArrayLike | None) -> None:
         raise InputError("a systematic error's covariance is positive semidefinite")
 
 
-def require_weight(state: SampleState) -> None:
+def require_weight(states: Iterable[SampleState]) -> None:
     """`NotIdentifiableError` where no sample has any weight."""
-    if not np.abs(state.full.factor[:, ONE]).max() > 0.0:
+    if not any(state.full.ones.any() for state in states):
         raise NotIdentifiableError(
             "no sample has any weight", fix="give weights above zero"
         )

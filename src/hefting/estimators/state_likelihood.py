@@ -18,6 +18,12 @@ from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.likelihood import Likelihood, Samples
 from hefting.estimators.bayes.noise import NoiseSource, inflation_of
+from hefting.estimators.joint_state import (
+    JointState,
+    State,
+    motion_record,
+    states_by_bias,
+)
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.stretches import Stretches
@@ -55,7 +61,7 @@ class StateSamples:
     @classmethod
     def of(
         cls,
-        state: SampleState,
+        state: State,
         free_bias: bool,
         noise: WrenchNoise,
         carried: Array | None = None,
@@ -63,10 +69,14 @@ class StateSamples:
     ) -> Self | None:
         """Of a state; None where it has no time record, or no samples of any weight.
         For the other arguments see `NoiseSource.of`."""
-        record = state.record
-        if record is None or not record.motion[0]:
+        seen = motion_record(state)
+        if seen is None or not seen.motion[0]:
             return None
-        whole, weight = _of_mean_weight_one(state, record)
+        states = states_by_bias(state, free_bias)
+        samples = sum(map(_samples_recorded, states))
+        weight = max(seen.motion[0] / samples, 1.0)
+        wholes = tuple(_divided_by(weight, each) for each in states)
+        whole = wholes[0] if len(wholes) == 1 else JointState(wholes)
         source = NoiseSource.of(whole, free_bias, noise, carried, sensor_accuracy)
         if source.given is not None:
             source = replace(source, given=source.given / weight)
@@ -104,18 +114,24 @@ class StateSamples:
         )
 
 
-def _of_mean_weight_one(
-    state: SampleState, record: TimeRecord
-) -> tuple[SampleState, float]:
-    """The state of the full model for all samples of a record, and the mean weight of a
-    sample.
+def _samples_recorded(state: SampleState) -> int:
+    """Number of samples in a state's time record."""
+    assert state.record is not None
+    stretches = state.record.complete[1]
+    return sum(stretches.counts) + stretches.open_count
+
+
+def _divided_by(weight: float, state: SampleState) -> SampleState:
+    """The state of the full model for all samples of a state's time record, their
+    weights divided by `weight`.
 
     Samples that are averages weigh as many as they are, but each is one observation of
     the noise: the weights are divided by their mean where it is more than 1.
     """
+    record = state.record
+    assert record is not None
     scales, stretches = record.complete
-    samples = sum(stretches.counts) + stretches.open_count
-    weight = max(record.motion[0] / samples, 1.0)
+    samples = _samples_recorded(state)
     scale = weight**-0.5
     rows = [*stretches.factors, stretches.open_factor]
     whole = Moments(
@@ -138,4 +154,4 @@ def _of_mean_weight_one(
             stretches.open_count,
         )
     kept = TimeRecord(scales, stretches, motion=record.motion)
-    return SampleState(Moments.empty(), whole, samples, kept), weight
+    return SampleState(Moments.empty(), whole, samples, kept)

@@ -3,23 +3,22 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.progress import each
-from hefting.core.recording import Recording
 from hefting.estimators import METHODS, VARIANTS, method_named, spelled
 from hefting.identification.answer import Answer
 from hefting.identification.identify import (
     estimator_for,
-    run,
     with_diagnostics,
 )
 from hefting.identification.recommend import recommend
-from hefting.ingest.ingest import Ingested, ingest
+from hefting.identification.run import run, understand
+from hefting.ingest.ingest import Ingested
 from hefting.ingest.plausibility import require_object
+from hefting.ingest.several import Log
 from hefting.shapes import Shape
 
 
@@ -58,14 +57,14 @@ class Comparison(Answer):
 
 
 def compare(
-    recording: Recording | str | Path,
+    recording: Log | Sequence[Log],
     shape: Shape | None = None,
     methods: Sequence[str] | str = "all",
     *,
     hyperparameters: dict[str, Any] | None = None,
     **reading: Any,
 ) -> Comparison:
-    """Identify the object by several methods from one recording.
+    """Identify the object by several methods from one recording, or from several of it.
 
     Parameters
     ----------
@@ -105,7 +104,7 @@ def compare(
     for key in wanted:
         if not any(key in known for known in taken.values()):
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
-    found = ingest(recording, **reading)
+    found = understand(recording, **reading)
     require_object(found, shape)
     results, seconds, skipped, seen = {}, {}, {}, {}
     for name, (kind, settings) in each("identifying", list(kinds.items())):

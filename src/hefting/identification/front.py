@@ -71,12 +71,14 @@ def identify(
     tool: Estimate | str | Path | None = None,
     **hyperparameters: Any,
 ) -> Identification | Comparison:
-    """Identify the object that a recording shows.
+    """Identify the object that a recording shows, or several recordings of it.
 
     Parameters
     ----------
     recording : path, mapping, data frame, structured array or Recording, optional
         A log's path, or a table in memory with its columns; see `hefting.as_recording`.
+        A list of these are several recordings of the same object, in one grasp and one
+        sensor frame: each has a wrench bias, a clock and a sign of its own.
     shape : path, str, mesh, points or Shape, optional
         Where the object may have mass, in the sensor frame: a mesh or point cloud file,
         ``"box:X0,X1,Y0,Y1,Z0,Z1"`` [m], a ``trimesh.Trimesh``, points (n, 3) that fill
@@ -102,14 +104,15 @@ def identify(
         In world axes [m/s²], which is exact; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,
         whose size may be that of anywhere on the Earth.
-    bias : {"auto", "estimate", "none"} or (6,)
+    bias : {"auto", "estimate", "none"}, (6,) or (n, 6)
         ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
         is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
-        numbers [N, N m], as recorded, to subtract.
+        numbers [N, N m], as recorded, to subtract; (n, 6) are one for each of n
+        recordings.
     motion : {"auto", "columns", "smooth", "filter"}
         Where velocities and accelerations come from, see `hefting.measure`.
     start, duration : float, optional
-        Part of the recording to use [s].
+        Part of the recording to use [s], or of each.
     tool : Estimate or path, optional
         What the sensor holds besides the object, to subtract; see `hefting.calibrate`.
     **hyperparameters

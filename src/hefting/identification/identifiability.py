@@ -16,8 +16,8 @@ from hefting.core.estimate_json import json_ready
 from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
+from hefting.estimators.joint_state import State, as_one
 from hefting.estimators.quadratic import RANK_TOLERANCE
-from hefting.estimators.sample_state import SampleState
 from hefting.identification.reasons import _join_findings, _Reasons, _sentence
 from hefting.ingest.free_fit import FreeFit
 
@@ -26,7 +26,7 @@ _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
 
 
 def rank(
-    state: SampleState | Moments,
+    state: State | Moments,
     model: RigidModel = "full",
     tolerance: float = RANK_TOLERANCE,
 ) -> int:
@@ -69,8 +69,11 @@ def condition_number(
     return float(np.linalg.cond(_columns(moments, model, size)))
 
 
-def _moments(state: SampleState | Moments) -> Moments:
-    return state if isinstance(state, Moments) else state.reduced.merge(state.full)
+def _moments(state: State | Moments) -> Moments:
+    if isinstance(state, Moments):
+        return state
+    whole = as_one(state)
+    return whole.reduced.merge(whole.full, one_bias=True)
 
 
 def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:

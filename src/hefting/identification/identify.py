@@ -3,7 +3,7 @@ bias, weights) and told."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -27,16 +27,17 @@ from hefting.estimators import (
     method_named,
     methods_with,
 )
-from hefting.estimators.base import Known
 from hefting.identification.answer import Answer
 from hefting.identification.checks import Checked, warnings_of
+from hefting.identification.known import known_of
 from hefting.identification.own_estimator import require_its_bias, shape_of
-from hefting.identification.stopping import first_sufficient, with_stop_reason
+from hefting.identification.run import run, understand
 from hefting.identification.undetermined import undetermined_by
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import inflated
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import named_instead, require_object
+from hefting.ingest.several import Log
 from hefting.motion.measure import Source
 from hefting.shapes import Shape
 from hefting.shapes.doubt import REACH
@@ -73,7 +74,7 @@ class Identification(Answer):
 
 
 def identify(
-    recording: Recording | str | Path,
+    recording: Log | Sequence[Log],
     shape: Shape | None = None,
     *,
     method: str | Estimator | None = None,
@@ -90,7 +91,9 @@ def identify(
 
     Parameters
     ----------
-    recording : a recording or the path of a log.
+    recording : a recording or the path of a log; or a list of these, several recordings
+        of the same object in the same grasp, each of which has a clock, a wrench bias
+        and a sign of its own.
     shape : where the object may have mass, in the sensor frame. Without one Bayes takes
         an object of any shape near the sensor for possible (`Shape.unknown`).
     method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
@@ -102,10 +105,11 @@ def identify(
     wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
     bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes
         there is none, ``"auto"`` keeps one that exceeds three standard deviations; or
-        six numbers [N, N m], as recorded, to subtract.
+        six numbers [N, N m], as recorded, to subtract. Of n recordings (n, 6) are one
+        for each.
     motion : where velocities and accelerations come from, see
         `hefting.motion.measure.measure`.
-    start, duration : part of the recording to use [s].
+    start, duration : part of the recording to use [s], or of each.
     tool : estimate, in the same sensor frame, of what the sensor holds besides the
         object, to subtract.
     hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
@@ -130,7 +134,7 @@ def identify(
             warnings = (warning("no-shape", what, "shape"),)
     if isinstance(method, Estimator):
         shape = shape_of(method, shape, hyperparameters)
-    found = ingest(
+    found = understand(
         recording,
         gravity=gravity,
         wrench=wrench,
@@ -182,7 +186,7 @@ def calibrate(
     """
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)
-    settings = OLS.settings(_known(found, None))
+    settings = OLS.settings(known_of(found, None))
     estimator = OLS(**settings, sensor_accuracy=sensor_accuracy)
     state = estimator.update(estimator.start(), found.measurements)
     estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
@@ -236,7 +240,7 @@ def estimator_for(
         name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
     ]
     _require_what_it_needs(kind, shape, hyperparameters, named_shape)
-    settings = kind.settings(_known(found, shape), model)
+    settings = kind.settings(known_of(found, shape), model)
     if any(name in hyperparameters for name in kind.instead_of_shape):
         settings.pop("shape", None)
     return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
@@ -275,36 +279,6 @@ def _require_what_it_needs(
         raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
 
 
-def _known(found: Ingested, shape: Shape | None) -> Known:
-    """What hyperparameters may follow from."""
-    return Known(
-        bias=found.bias,
-        noise=found.fit.noise,
-        motion_noise=None
-        if found.source == "columns"
-        else found.measurements.motion_noise,
-        smoothed=found.source in ("smooth", "inertial"),
-        systematic=found.common_errors,
-        carried=None if found.tool is None else found.tool.parameters.vector,
-        shape=shape,
-    )
-
-
-def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
-    """The estimate, and the recording as far as it was used: no farther than an
-    accuracy `asked` for takes."""
-    z = found.weighted_by_count if estimator.depends_on_count else found.measurements
-    if estimator.asked is None:
-        return estimator.fit(z), found
-    estimate, used = first_sufficient(estimator, z, found.static)
-    if found.static:
-        estimate = with_stop_reason(estimate, estimator.asked, used, len(z), "poses")
-    else:
-        spans = float(np.ptp(z.time[:used])), float(np.ptp(z.time))
-        estimate = with_stop_reason(estimate, estimator.asked, *spans, "s")
-    return estimate, replace(found, measurements=z[:used], counts=found.counts[:used])
-
-
 def with_diagnostics(
     estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
 ) -> Estimate:
@@ -333,7 +307,7 @@ def with_diagnostics(
     estimate = replace(
         estimate,
         samples=round(float(found.counts.sum())),
-        duration=None if found.static else estimate.duration,
+        duration=found.duration,
         covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,
@@ -369,8 +343,8 @@ def _covariance(
     if estimate.covariance is None or not white or weighed:
         return estimate.covariance
     covariance = inflated(estimate.covariance, found.fit.inflation)
-    if found.conditioned.tilt_std is not None:
-        covariance = found.conditioned.covariance
+    if found.covariance_with_gravity is not None:
+        covariance = found.covariance_with_gravity
     tool, error = found.tool, found.gravity_error
     if error is not None:
         covariance = covariance + np.outer(error, error)

@@ -17,7 +17,6 @@ from hefting.core.estimate import Estimate
 from hefting.estimators import METHODS
 from hefting.estimators.base import Role
 from hefting.estimators.quadratic import Quadratic
-from hefting.estimators.sample_state import SampleState
 from hefting.ingest.ingest import Ingested
 from hefting.shapes import Shape
 
@@ -45,9 +44,7 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
     taken into account. Where a scale told a gain of the sensor, single channels may be
     wrong by as much, so that share of the wrench is no misfit.
     """
-    problem = Quadratic.of(
-        SampleState.of(found.measurements), found.fit.noise, found.bias == "estimate"
-    )
+    problem = Quadratic.of(found.state, found.fit.noise, found.bias == "estimate")
     excess = problem.square(estimate.sensed_vector) - problem.square(
         problem.least_squares()
     )

@@ -11,6 +11,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
 from hefting.estimators.base import Estimator
+from hefting.estimators.joint_state import State
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
 """Number of samples before the first estimate; static poses are checked from the first
@@ -23,20 +24,24 @@ longer."""
 
 
 def first_sufficient(
-    estimator: Estimator, measurements: Measurements, static: bool = False
+    estimator: Estimator,
+    measurements: Measurements,
+    static: bool = False,
+    before: State | None = None,
 ) -> tuple[Estimate, int]:
     """The first sufficient estimate and how many samples it took; or that of all, where
     none is.
 
-    The samples are in order of time, or static poses. Errors as for the `estimate` of
-    all samples.
+    The samples are in order of time, or static poses; `before` is the state of other
+    recordings, which were seen whole. Errors as for the `estimate` of all samples.
     """
     z = measurements
     state, estimate, seen = estimator.start(), None, 0
     for end in _sample_counts_at_checks(z, static):
         state, seen = estimator.update(state, z[seen:end]), end
         try:
-            estimate = estimator.estimate_from(state, estimate)
+            seen_in_all = state if before is None else estimator.merge(before, state)
+            estimate = estimator.estimate_from(seen_in_all, estimate)
         except NotIdentifiableError:
             if seen == len(z):
                 raise

@@ -4,21 +4,27 @@ All fits here (with or without a bias, with gravity reversed, without a tool) ar
 computed from one triangular factor of the samples' moments.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.moments import triangular
+from hefting.core.moments import Moments, triangular
 from hefting.core.regressor import (
     GRAVITY,
     ONE,
     WRENCH,
-    full_rows,
     predict_wrench,
 )
 from hefting.core.spatial import PARAMETERS, Array, skew
-from hefting.estimators.ols import least_squares
+from hefting.estimators.joint_state import (
+    State,
+    as_one,
+    full_without_bias,
+    states_by_bias,
+)
+from hefting.estimators.ols import LeastSquares, least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
 
@@ -38,9 +44,10 @@ class FreeFit:
     """(10,) Parameters about the sensor origin, with the sign of the recorded
     wrench."""
     bias: Array | None
-    """(6,) [N, N m] Constant bias; None if it was not free."""
+    """(6,) [N, N m] Constant bias, or (n, 6) those of n recordings; None if it was not
+    free."""
     covariance: Array
-    """(10, 10), or (16, 16) with a bias; includes the residuals' autocorrelation, and
+    """(10, 10), or (16, 16) with a bias of one recording; includes the residuals' autocorrelation, and
     is infinite where undetermined."""
     noise: Noise
     """Noise of the wrench: root-mean-square residual of a sample of unit weight."""
@@ -121,35 +128,42 @@ class FreeFit:
         return replace(self, vector=self.vector - vector, covariance=own)
 
 
-def free_fit(
-    state: SampleState, free_bias: bool, inflation: Array | None = None
-) -> FreeFit:
+def free_fit(state: State, free_bias: bool, inflation: Array | None = None) -> FreeFit:
     """Ten parameters, and a constant bias if it is free, by iterated least squares.
 
     The residuals of an unweighted fit weight the next ones. The noise is the residual
     of the full model, so it includes the effect of the motion's errors. The covariance
     is that for white residuals, times the `inflation` (16,) where that exceeds 1.
     """
-    factor, rows = state.full.factor, float(max(state.full.samples, 1))
-    regressor, wrench, ones = full_rows(factor), factor[:, WRENCH], factor[:, ONE]
-    size = float(np.sqrt(np.sum(wrench**2) / (6.0 * rows))) or 1.0
+    parts = [part.full for part in states_by_bias(state, free_bias)]
+    rows = float(max(sum(part.samples for part in parts), 1))
+    square = sum(float(np.sum(part.wrench**2)) for part in parts)
+    size = (square / (6.0 * rows)) ** 0.5 or 1.0
     fit, noise = least_squares(state, free_bias, None), Noise()
     for _ in range(2):
-        r = wrench - regressor @ fit.solution[:10]
-        if free_bias:
-            r = r - ones[:, None] * fit.solution[10:]
-        spent = max(
-            1.0 - (len(fit.solution) - len(fit.free)) / (6.0 * rows), 1.0 / (6.0 * rows)
-        )
+        r = _left(parts, fit)
+        unknowns = 10 + (0 if fit.bias is None else fit.bias.size) - len(fit.free)
+        spent = max(1.0 - unknowns / (6.0 * rows), 1.0 / (6.0 * rows))
         levels = np.sqrt(
             np.sum(r.reshape(-1, 2, 3) ** 2, axis=(0, 2)) / (3.0 * rows * spent)
         )
         noise = Noise(*(max(float(level), 1e-9 * size) for level in levels))
         fit = least_squares(state, free_bias, noise)
-    bias = fit.solution[10:] if free_bias else None
     ratio = np.ones(16) if inflation is None else np.maximum(inflation, 1.0)
     return FreeFit(
-        fit.solution[:10], bias, inflated(fit.covariance, ratio), noise, ratio
+        fit.solution[:10], fit.bias, inflated(fit.covariance, ratio), noise, ratio
+    )
+
+
+def _left(parts: Sequence[Moments], fit: LeastSquares) -> Array:
+    """What a fit leaves of the virtual samples' wrench (r, 6)."""
+    none = np.zeros((len(parts), 6))
+    biases = none if fit.bias is None else np.atleast_2d(fit.bias)
+    return np.concatenate(
+        [
+            part.wrench - part.full @ fit.solution[:10] - part.ones[:, None] * bias
+            for part, bias in zip(parts, biases, strict=True)
+        ]
     )
 
 
@@ -189,7 +203,7 @@ def with_gravity_reversed(state: SampleState) -> SampleState:
     return replace(state, full=replace(state.full, factor=triangular(factor)))
 
 
-def lever(state: SampleState, free_bias: bool) -> float:
+def lever(state: State, free_bias: bool) -> float:
     """Approximate distance [m] of the COM from the sensor origin.
 
     It is the ratio of the first moment by the torque to the mass by the force, both
@@ -198,13 +212,13 @@ def lever(state: SampleState, free_bias: bool) -> float:
     0 if undetermined: with a free bias, where gravity in sensor axes turns by less than
         `SMALLEST_GRAVITY_CHANGE`.
     """
-    factor = state.full.factor
-    ones, weight = factor[:, ONE], max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)
+    factor = as_one(state).full.factor
+    weight = max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)
     gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
     size = float(np.sqrt(np.sum(gravity**2) / weight))
     if free_bias:
-        gravity = gravity - np.outer(ones, ones @ gravity) / weight
-        wrench = wrench - np.outer(ones, ones @ wrench) / weight
+        factor = full_without_bias(state).factor
+        gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
         if (
             np.sqrt(np.sum(gravity**2, axis=0) / weight).max()
             < SMALLEST_GRAVITY_CHANGE * size

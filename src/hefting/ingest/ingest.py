@@ -356,16 +356,21 @@ def _systematic_covariance(
     `gravity_errors` (10, 2) are those by one standard deviation of gravity's direction
     about each of two axes.
     """
-    C = (
-        np.zeros((10, 10))
-        if gravity_errors is None
-        else gravity_errors @ gravity_errors.T
-    )
-    if tool is not None and tool.covariance is not None:
-        undetermined = np.isinf(tool.covariance.diagonal())
-        tool_covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
-        tool_covariance[undetermined, undetermined] = np.square(
-            UNDETERMINED_TOOL_INERTIA * tool.parameters.mass
-        )
-        C = C + tool_covariance
+    parts = [] if gravity_errors is None else [gravity_errors @ gravity_errors.T]
+    of_tool = tool_covariance(tool)
+    parts += [] if of_tool is None else [of_tool]
+    C = np.sum(parts, axis=0) if parts else np.zeros((10, 10))
     return C if C.any() else None
+
+
+def tool_covariance(tool: Estimate | None) -> Array | None:
+    """(10, 10) covariance of a tool that was subtracted, for parameters it left
+    undetermined that of `UNDETERMINED_TOOL_INERTIA`; None where it has none."""
+    if tool is None or tool.covariance is None:
+        return None
+    undetermined = np.isinf(tool.covariance.diagonal())
+    covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
+    covariance[undetermined, undetermined] = np.square(
+        UNDETERMINED_TOOL_INERTIA * tool.parameters.mass
+    )
+    return covariance

@@ -12,6 +12,7 @@ from hefting.core.messages import Message
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
+from hefting.estimators.joint_state import State
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.averages import residual_size
 from hefting.ingest.changes.stretches import Changes
@@ -116,8 +117,29 @@ class Ingested:
         parts += [] if self.systematic is None else [self.systematic]
         return np.sum(parts, axis=0) if parts else None
 
+    @property
+    def recordings(self) -> "tuple[Ingested, ...]":
+        """Each recording, where there are several (`hefting.ingest.joint`)."""
+        return (self,)
+
+    @property
+    def duration(self) -> float | None:
+        """[s] from the first to the last of the measurements, summed over recordings;
+        None for static poses."""
+        if self.static:
+            return None
+        moving = [part for part in self.recordings if not part.static]
+        return sum(float(np.ptp(part.measurements.time)) for part in moving)
+
+    @property
+    def covariance_with_gravity(self) -> Array | None:
+        """(10, 10) covariance of the parameters by the fit that found gravity too; None
+        where gravity was given."""
+        c = self.conditioned
+        return None if c.tilt_std is None else c.covariance
+
     @cached_property
-    def state(self) -> SampleState:
+    def state(self) -> State:
         """The full model's moments of the measurements."""
         return SampleState.of(self.measurements)
 

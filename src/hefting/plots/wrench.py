@@ -58,8 +58,7 @@ def draw_wrench(
     """The rows of `plot_wrench` and their legend, on an empty figure."""
     static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
-    if estimate.bias is not None:
-        predicted = predicted + estimate.bias
+    predicted = predicted + _bias_of_each(estimate, len(measurements))
     residual = measurements.wrench - predicted
     shown = chosen(len(measurements))
     time = 1.0 + shown.astype(float)
@@ -75,9 +74,12 @@ def draw_wrench(
         measured = measurements.wrench[shown, three]
         _draw_whole(whole, time, measured, predicted[shown, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
-        if estimate.bias is not None:
-            bias = ", ".join(f"{x:.3g}" for x in estimate.bias[three]).replace("-", "−")
+        if estimate.common_bias is not None:
+            own = estimate.common_bias[three]
+            bias = ", ".join(f"{x:.3g}" for x in own).replace("-", "−")
             _title(whole, f"bias found with it ({bias}) {unit}")
+        elif estimate.bias is not None:
+            _title(whole, "with the bias of each recording, one after the other")
         _draw_residual(rest, time, residual[shown, three], static)
         rest.set_ylabel(f"[{unit}]")
         rms = float(np.sqrt(np.mean(residual[:, three] ** 2)))
@@ -89,6 +91,17 @@ def draw_wrench(
     margin = 0.5 if static or len(time) == 1 else 0.0
     rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
     figure.align_ylabels()
+
+
+def _bias_of_each(estimate: Estimate, samples: int) -> Array:
+    """(K, 6) or (6,) bias of each of K samples; zero where it is not known."""
+    bias = estimate.bias
+    if bias is None or bias.ndim == 1:
+        return np.zeros(6) if bias is None else bias
+    rows = [each.get("rows", 0) for each in estimate.provenance.get("recordings", ())]
+    if len(rows) != len(bias) or sum(rows) != samples:
+        return np.zeros(6)
+    return np.repeat(bias, rows, axis=0)
 
 
 def _draw_whole(

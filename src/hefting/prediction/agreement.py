@@ -75,8 +75,9 @@ def agreement(
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
-    if estimate.bias is not None:
-        difference = difference - estimate.bias
+    bias = estimate.common_bias
+    if bias is not None:
+        difference = difference - bias
     rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
     own = within = None
     if len(z) >= FEWEST:
@@ -89,7 +90,7 @@ def agreement(
         within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
     if own is not None:
         warnings += _doubts(difference.mean(axis=0), rms, varying, own)
-    wrench = z.wrench if estimate.bias is None else z.wrench - estimate.bias
+    wrench = z.wrench if bias is None else z.wrench - bias
     notes = found.conditioned.findings
     return Agreement(
         z.time,

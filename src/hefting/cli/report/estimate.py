@@ -196,6 +196,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     if "motion" in made:
         what += f"; motion from {made['motion']}"
     yield what
+    yield from _describe_recordings(estimate)
     if "wrench" in made:
         yield _describe_wrench(made)
     if made.get("tool"):
@@ -205,8 +206,30 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
             yield f"- {note}"
     if made.get("bias_searched") and made.get("bias") == "none":
         yield "wrench bias: none beyond three standard deviations, so none assumed"
-    if estimate.bias is not None:
-        yield _describe_bias(estimate.bias, made.get("wrench") == "on-sensor")
+    if estimate.common_bias is not None:
+        yield _describe_bias(estimate.common_bias, made.get("wrench") == "on-sensor")
+
+
+def _describe_recordings(estimate: Estimate) -> Iterable[str]:
+    """Each of several recordings, with the bias that it has."""
+    each = estimate.provenance.get("recordings", ())
+    if not each:
+        return
+    own = estimate.bias
+    what = "clock" if own is None else "clock and a wrench bias"
+    yield (
+        f"assumed: {len(each)} recordings of one object in one grasp, in the same sensor "
+        f"frame, each with a {what} of its own:"
+    )
+    biases = [None] * len(each) if own is None or own.ndim == 1 else own
+    for one, bias in zip(each, biases, strict=True):
+        span = f" over {one['duration']:.3g} s" if one.get("duration") else ""
+        text = f"- {one['name']}: {one['samples']} samples{span}"
+        if bias is None:
+            yield text
+        else:
+            found = _describe_bias(bias, one.get("wrench") == "on-sensor")
+            yield f"{text}; {found.replace('found with it, ', '')}"
 
 
 def _describe_wrench(made: Mapping[str, Any]) -> str:
@@ -233,7 +256,12 @@ def summary(estimate: Estimate) -> Iterable[str]:
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
     text = f"from {estimate.samples} samples{when}"
-    if "wrench" in made:
+    if recordings := made.get("recordings"):
+        text += (
+            f" in {len(recordings)} recordings, taken to be of one object, grasp and "
+            "sensor frame"
+        )
+    elif "wrench" in made:
         side = "object" if made["wrench"] == "on-object" else "sensor"
         how = "found from gravity" if made.get("wrench_found") else "as given"
         text += f"; wrench on the {side}, {how}"

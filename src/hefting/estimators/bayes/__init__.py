@@ -37,9 +37,9 @@ from hefting.estimators.bayes.posterior import (
 )
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.weighed import scale_doubts
+from hefting.estimators.joint_state import State, motion_record, states_of
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
-    SampleState,
     require_body,
     require_common_covariance,
     require_weight,
@@ -208,7 +208,7 @@ class Bayes(Estimator):
         """The accuracy that `until` asks for."""
         return self.until if isinstance(self.until, Accuracy) else None
 
-    def estimate_from(self, state: SampleState, start: Estimate | None) -> Estimate:
+    def estimate_from(self, state: State, start: Estimate | None) -> Estimate:
         """The estimate; `start`, an earlier one over the same shape, saves time. Errors
         as for `estimate`."""
         return self.estimate(state, start)
@@ -225,7 +225,7 @@ class Bayes(Estimator):
         shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
         return Prior.of(self.shape, self.pose_std, shape_std)
 
-    def estimate(self, state: SampleState, start: Estimate | None = None) -> Estimate:
+    def estimate(self, state: State, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the
         same shape, saves time.
 
@@ -263,7 +263,7 @@ class Bayes(Estimator):
             provenance=posterior.noise_found,
         )
 
-    def posterior(self, state: SampleState, start: Estimate | None = None) -> Posterior:
+    def posterior(self, state: State, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any
         level.
 
@@ -271,7 +271,7 @@ class Bayes(Estimator):
         """
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
-        require_weight(state)
+        require_weight(states_of(state))
         source = NoiseSource.of(
             state,
             free_bias,
@@ -331,7 +331,8 @@ class Bayes(Estimator):
             disagreement=disagreement,
             response=noise.response,
             variances=None if colour is None else colour.variances,
-            noise_known=known or (state.record is not None and (enough or slow)),
+            noise_known=known
+            or (motion_record(state) is not None and (enough or slow)),
             coloured=colour is not None and known and colour.exceeds_claim,
             motion=source.motion,
             shape_known=self.shape.known != "reach",
@@ -348,10 +349,11 @@ def _largest(changes: Array) -> float:
     return float(np.abs(changes).max(initial=0.0))
 
 
-def _require_information(samples: Samples, state: SampleState, free_bias: bool) -> None:
+def _require_information(samples: Samples, state: State, free_bias: bool) -> None:
     """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
     is zero up to rounding."""
-    if float(np.abs(samples.A).max()) <= 1e-9 * float(np.abs(state.full.full).max()):
+    size = max(float(np.abs(each.full.full).max()) for each in states_of(state))
+    if float(np.abs(samples.A).max()) <= 1e-9 * size:
         beside = " beside a bias" if free_bias else ""
         raise NotIdentifiableError(
             f"the samples determine nothing{beside}", fix="record other orientations"

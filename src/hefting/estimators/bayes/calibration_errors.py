@@ -68,8 +68,7 @@ class CalibrationErrors:
         by_entry = np.tensordot(w.T, A, 1).transpose(1, 0, 2)  # (6, 6, 10): of M[c, d]
         square = float(np.sum((w / accuracy.scale) ** 2)) / samples.K
         if free_bias:
-            mean = samples.A_mean @ whole
-            square += float(np.sum((mean / accuracy.scale) ** 2))
+            square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
         load = max((square / 6.0) ** 0.5, 1e-12)
         with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
         entries = np.hypot(accuracy.channel_stds, with_load / (12.0**0.5 * load))
@@ -77,7 +76,7 @@ class CalibrationErrors:
         common = accuracy.gain_std * np.einsum("cci->i", by_entry)
         score = rows.T @ rows + np.outer(common, common)
         if not free_bias:
-            constant = samples.K * (precision @ samples.A_mean)
+            constant = samples.K * (precision @ samples.A_mean[0])
             constant = accuracy.offset_std[:, None] * constant
             score += constant.T @ constant
         return cls(

@@ -11,14 +11,17 @@ over the time scales. Two doubts widen it:
   `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.moments import triangular
 from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Groups, Scores
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, spectrum
+from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.sample_state import SampleState
 
 FEWEST_SAMPLES_FOR_NOISE = 20
@@ -115,34 +118,41 @@ class TimeSamples:
     scales: Groups
     stretches: Groups
     samples: float
-    """of the whole record"""
+    """of the whole record; of several recordings that of the longest"""
     free_bias: bool
     """whether a constant bias is free"""
 
     @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> "TimeSamples | None":
-        """Of a state; None where it has no time record, or of one sample only."""
-        if state.record is None:
+    def of(cls, state: State, free_bias: bool) -> "TimeSamples | None":
+        """Of a state; None where it has no time record, or of one sample only.
+
+        No time scale and no stretch spans two recordings.
+        """
+        states = states_by_bias(state, free_bias)
+        known = [_Grouped.of(each, free_bias) for each in states]
+        groups = [each for each in known if each is not None]
+        if len(groups) < len(known):
             return None
-        scales, stretches = state.record.complete
-        # else what is left holds the mean, and counts like the longest sums
-        if free_bias:
-            scales = scales.closed()
-        if not any(scales.counts):
+        scales = [each.scales for each in groups]
+        levels = max(len(factors) for factors, _ in scales)
+        counts = [
+            sum(own[j] for _, own in scales if j < len(own)) for j in range(levels)
+        ]
+        if not any(counts):
             return None
-        mean = own = None
-        parts = stretches.parts
-        if free_bias:
-            mean = _means(state.full.factor[None])
-            own = _means(np.array([factor for factor, _ in parts])) if parts else None
+        factors = scales[0][0]
+        if len(scales) > 1:
+            factors = [
+                triangular(
+                    np.concatenate([own[j] for own, _ in scales if j < len(own)])
+                )
+                for j in range(levels)
+            ]
+        stretches = [part for each in groups for part in each.stretches]
         return cls(
-            Groups.of(scales.factors, scales.counts, mean),
-            Groups.of(
-                [factor for factor, _ in parts],
-                [count - bool(free_bias) for _, count in parts],
-                own,
-            ),
-            float(state.samples),
+            Groups.of(factors, counts, None),
+            Groups.of([part[0] for part in stretches], [n for _, n in stretches], None),
+            float(max(each.samples for each in states)),
             free_bias,
         )
 
@@ -283,10 +293,37 @@ def response_errors(
     return errors
 
 
-def _means(factors: Array) -> Array:
-    """(g, 22) weighted mean features of triangular factors (g, 22, 22)."""
-    ones = factors[:, :, ONE]
-    return (
-        np.einsum("gi,gij->gj", ones, factors)
-        / np.maximum((ones * ones).sum(axis=1), 1e-300)[:, None]
-    )
+@dataclass(frozen=True, eq=False)
+class _Grouped:
+    """Factors (22, 22) and numbers of samples of one recording's time scales and
+    stretches, without their mean where a bias is free."""
+
+    scales: tuple[Sequence[Array], Sequence[int]]
+    stretches: list[tuple[Array, int]]
+
+    @classmethod
+    def of(cls, state: SampleState, free_bias: bool) -> "_Grouped | None":
+        """Of a state; None where it has no time record."""
+        if state.record is None:
+            return None
+        scales, stretches = state.record.complete
+        parts = stretches.parts
+        if not free_bias:
+            return cls((scales.factors, scales.counts), parts)
+        # else what is left holds the mean, and counts like the longest sums
+        scales = scales.closed()
+        mean = _mean(state.full.factor)
+        factors = [_without(mean, factor) for factor in scales.factors]
+        own = [(_without(_mean(factor), factor), n - 1) for factor, n in parts]
+        return cls((factors, scales.counts), own)
+
+
+def _mean(factor: Array) -> Array:
+    """(22,) weighted mean features of a triangular factor (22, 22)."""
+    ones = factor[:, ONE]
+    return (ones @ factor) / max(float(ones @ ones), 1e-300)
+
+
+def _without(mean: Array, factor: Array) -> Array:
+    """The factor (22, 22) of features less their `mean` (22,)."""
+    return factor - factor[:, ONE, None] * mean

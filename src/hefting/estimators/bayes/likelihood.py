@@ -24,9 +24,10 @@ from typing import Self
 import numpy as np
 
 from hefting.core.lapack import lapack
+from hefting.core.moments import triangular
 from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
-from hefting.estimators.sample_state import SampleState
+from hefting.estimators.joint_state import State, states_by_bias
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
@@ -62,41 +63,45 @@ class Samples:
     b: Array
     """(22, 6)"""
     K: float
-    """samples, by weight; one less beside a free bias"""
+    """samples, by weight; one less for each free bias"""
     d: Array
     """(22, 3) a - g"""
     floor: Array
     """(6,) least standard deviations of the wrench [N, N m]"""
     A_mean: Array
-    """(6, 10) mean regressor"""
+    """(n, 6, 10) mean regressor of each recording with a bias of its own"""
     b_mean: Array
-    """(6,) mean wrench"""
+    """(n, 6) mean wrench"""
+    shares: Array
+    """(n,) of the samples; they sum to one"""
     pace: float
     """mean time between samples [s]"""
 
     @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> Self:
+    def of(cls, state: State, free_bias: bool) -> Self:
         """Of all samples in `state`."""
-        R = state.full.factor
-        ones = R[:, ONE]
-        K = float(ones @ ones)
-        mean = (ones @ R) / K
-        sizes = np.sqrt(
-            (R[:, WRENCH] ** 2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K)
-        )
+        factors = [each.full.factor for each in states_by_bias(state, free_bias)]
+        factors = [R for R in factors if R[:, ONE].any()] or factors[:1]
+        each = np.array([R[:, ONE] @ R[:, ONE] for R in factors])
+        means = np.array([R[:, ONE] @ R for R in factors]) / each[:, None]
+        K, wrench = float(each.sum()), np.concatenate(factors)[:, WRENCH]
+        sizes = np.sqrt((wrench**2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K))
         if free_bias:
-            R = R - ones[:, None] * mean
-            K -= 1.0
+            factors = [
+                R - R[:, ONE, None] * mean
+                for R, mean in zip(factors, means, strict=True)
+            ]
+        R = factors[0] if len(factors) == 1 else triangular(np.concatenate(factors))
         floor = NOISE_FLOOR_SHARE * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
-        A_mean = full_rows(mean[None])[0]
         return cls(
             full_rows(R),
             R[:, WRENCH],
-            K,
+            K - len(factors) if free_bias else K,
             R[:, :3],
             np.maximum(floor, 1e-12),
-            A_mean,
-            mean[WRENCH],
+            full_rows(means),
+            means[:, WRENCH],
+            each / K,
             state.duration / max(state.samples - 1, 1),
         )
 
@@ -150,8 +155,14 @@ class Samples:
         )
 
     def bias(self, phi: Array) -> Array:
-        """(6,) the best beside parameters phi."""
-        return self.b_mean - self.A_mean @ phi
+        """(6,) the best beside parameters phi; (n, 6) those of n recordings."""
+        found = self.b_mean - self.A_mean @ phi
+        return found[0] if len(found) == 1 else found
+
+    def constant_load(self, W: Array, phi: Array) -> float:
+        """Mean square, summed over channels, of the mean wrench that parameters phi
+        (10,) need in each recording, multiplied by W (6, 6)."""
+        return float(self.shares @ np.sum((self.A_mean @ phi @ W.T) ** 2, axis=1))
 
     def mass_scale(self, force_std: float) -> float:
         """Rough mass [kg]: the force over the acceleration, whichever measure of it is

@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
-from hefting.estimators.sample_state import SampleState
+from hefting.estimators.joint_state import State
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class MotionErrors:
     """Number of samples over which the errors are correlated, at least 1."""
 
     @classmethod
-    def of(cls, noise: MotionNoise | None, state: SampleState) -> Self:
+    def of(cls, noise: MotionNoise | None, state: State) -> Self:
         """Errors for the samples of a state, at their mean interval."""
         if noise is None or not (noise.linear or noise.angular):
             return cls(None, 1.0)

@@ -31,8 +31,8 @@ from hefting.estimators.bayes.likelihood import (
 )
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.sensor_errors import InStep, slow_variances
+from hefting.estimators.joint_state import State, motion_record
 from hefting.estimators.quadratic import WrenchNoise
-from hefting.estimators.sample_state import SampleState
 
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
@@ -106,7 +106,7 @@ class NoiseSource:
     @classmethod
     def of(
         cls,
-        state: SampleState,
+        state: State,
         free_bias: bool,
         noise: WrenchNoise,
         carried: Array | None,
@@ -117,7 +117,8 @@ class NoiseSource:
 
         Errors of the motion are those that the samples tell, else those of `noise`.
         """
-        motion_noise = None if state.record is None else state.record.motion_noise
+        record = motion_record(state)
+        motion_noise = None if record is None else record.motion_noise
         given = None
         if isinstance(noise, Noise):
             given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
@@ -275,7 +276,7 @@ class NoiseSource:
         W, whole = equations.whitening, at + self.carried
         load = float(whole @ G @ whole) / samples.K
         if time.free_bias:
-            load += float(np.sum((W @ samples.A_mean @ whole) ** 2))
+            load += samples.constant_load(W, whole)
         information = np.concatenate(
             (scores.information, (G - scores.information.sum(axis=0))[None])
         )

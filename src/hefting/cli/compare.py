@@ -1,0 +1,51 @@
+"""hefting compare: tell whether estimates can be of the same object, by their intervals."""
+
+import argparse
+
+from hefting.cli.options import add_json
+from hefting.core.errors import InputError
+
+EXAMPLES = (
+    "hefting compare monday.json tuesday.json",
+    "hefting compare *.json --json",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting compare``."""
+    parser.add_argument(
+        "estimates",
+        metavar="ESTIMATE.json",
+        nargs="+",
+        help="two or more, as hefting identify --output wrote them; of the same object "
+        "in the same grasp, in the same sensor frame",
+    )
+    add_json(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compare, and print the table; returns the exit status, 3 where they contradict
+    one another."""
+    from hefting.cli.report.verdict import STATUS_DO_NOT_USE
+    from hefting.core.estimate import Estimate
+    from hefting.identification.agreement import Agreement
+
+    paths: list[str] = arguments.estimates
+    if len(paths) < 2:
+        raise InputError(
+            "nothing to compare it with", paths[0], "give another estimate"
+        )
+    for i, path in enumerate(paths):
+        if path in paths[:i]:
+            raise InputError("is given twice", path, "give two different estimates")
+    agreement = Agreement.of({path: Estimate.load(path) for path in paths})
+    if arguments.json:
+        import json
+
+        print(json.dumps(agreement.to_dict()))
+    else:
+        from hefting.cli.report.agreement import agreement_report
+        from hefting.cli.report.estimate import print_lines
+
+        print_lines(agreement_report(agreement))
+    return 0 if agreement.agree else STATUS_DO_NOT_USE

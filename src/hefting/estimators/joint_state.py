@@ -1,0 +1,96 @@
+"""JointState: several recordings of one object, each with a wrench bias of its own.
+
+Its parts are the states of the recordings, whole. What depends on the bias is
+eliminated when an estimate is made, in closed form on the triangular factors: those of
+one recording's equations are
+
+    [C B b; 0 A a]    of the columns [bias | ten parameters | wrench],
+
+and whatever the parameters phi, the bias beta = C^-1 (b - B phi) fulfils the first six
+rows. The last rows [A a] of all recordings stand below one another, and are
+triangularised again.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import NoReturn
+
+from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
+from hefting.core.moments import Moments
+from hefting.core.spatial import Array
+from hefting.estimators.sample_state import SampleState
+from hefting.estimators.time_record import TimeRecord
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """States of two or more recordings; of the same object, sensor frame and sensor."""
+
+    states: tuple[SampleState, ...]
+
+    @property
+    def samples(self) -> int:
+        """Samples seen in all recordings."""
+        return sum(state.samples for state in self.states)
+
+    @property
+    def duration(self) -> float:
+        """Sum of the time between first and last sample of each recording [s]."""
+        return sum(state.duration for state in self.states)
+
+    @cached_property
+    def as_one(self) -> SampleState:
+        """All samples as of one recording with one bias, or none."""
+        return reduce(lambda a, b: a.merge(b, one_bias=True), self.states)
+
+    def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
+        """Raises `InputError`: samples belong to one recording."""
+        raise InputError(
+            "the state is that of several recordings",
+            fix="update the state of each recording, then merge them",
+        )
+
+
+State = SampleState | JointState
+"""What an estimator has seen."""
+
+
+def join(first: State, second: State) -> State:
+    """State of the recordings of both, each with a bias of its own."""
+    states = (*states_of(first), *states_of(second))
+    states = tuple(state for state in states if not state.is_empty) or states[:1]
+    return states[0] if len(states) == 1 else JointState(states)
+
+
+def states_of(state: State) -> tuple[SampleState, ...]:
+    """State of each recording."""
+    return state.states if isinstance(state, JointState) else (state,)
+
+
+def as_one(state: State) -> SampleState:
+    """The state of all samples, their bias taken for the same or none."""
+    return state.as_one if isinstance(state, JointState) else state
+
+
+def states_by_bias(state: State, free_bias: bool) -> tuple[SampleState, ...]:
+    """States each of which has a bias of its own: those of the recordings; without a
+    free bias the one of all samples."""
+    return states_of(state) if free_bias else (as_one(state),)
+
+
+def full_without_bias(state: State) -> Moments:
+    """Moments of the full model, the bias of each recording taken out."""
+    return reduce(
+        Moments.merge, (each.full.without_bias() for each in states_of(state))
+    )
+
+
+def motion_record(state: State) -> TimeRecord | None:
+    """Time record that holds the errors of the motion in all recordings, and nothing
+    else; None where a state has none."""
+    records = [each.record for each in states_of(state)]
+    motions = [record.motion for record in records if record is not None]
+    if len(motions) < len(records):
+        return None
+    return TimeRecord(motion=tuple(map(sum, zip(*motions, strict=True))))

@@ -1,0 +1,216 @@
+"""Agreement: whether estimates can be of the same object, by their intervals.
+
+Compared are mass, centre of mass and principal moments of inertia. Two estimates differ
+by so many standard deviations d, where the half of each interval that faces the other
+is 1.96 standard deviations of the estimate:
+
+    d = |a - b| / sqrt(std_a² + std_b²).
+
+Noise drives the principal moments of a nearly symmetric body apart. So tensors a and b
+are compared by the moments v'J v along axes v common to both, the principal ones of
+their mean, weighed by their precision.
+
+Errors that two estimates share, as of one sensor or one shape, make d smaller than it
+would be: what contradicts, contradicts in spite of them. The estimates are taken to be
+in the same sensor frame.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate, com_jacobian
+from hefting.core.estimate_json import json_ready
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, vector_to_tensor
+
+QUANTITIES = (
+    ("mass", "kg"),
+    *((f"COM {axis}", "m") for axis in "xyz"),
+    *((f"moment {i}", "kg m²") for i in (1, 2, 3)),
+)
+"""What is compared, with its unit; moments are the principal ones about the COM, the
+smallest first."""
+FALSE_ALARM = 0.001
+"""Probability that estimates of the same object contradict one another by chance, over
+all quantities and pairs together."""
+Z95 = NormalDist().inv_cdf(0.975)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Two estimates that differ most, and in what."""
+
+    first: str
+    second: str
+    quantity: int
+    """Index of `QUANTITIES`."""
+    deviations: float
+    """How many standard deviations they are apart."""
+
+    @property
+    def name(self) -> str:
+        """Name of the quantity."""
+        return QUANTITIES[self.quantity][0]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How several estimates of the same object agree."""
+
+    values: dict[str, Array]
+    """(7,) of each estimate: `QUANTITIES`"""
+    intervals: dict[str, Array]
+    """(2, 7) ends that hold it with 95 % probability; infinite where it is open"""
+    apart: dict[tuple[str, str], Array]
+    """(7,) standard deviations between each pair; 0 where one leaves the quantity
+    open"""
+
+    @classmethod
+    def of(cls, estimates: Mapping[str, Estimate]) -> "Agreement":
+        """Of two or more estimates by name.
+
+        Raises `InputError` for fewer.
+        """
+        if len(estimates) < 2:
+            raise InputError("two estimates or more are compared", fix="give another")
+        values = {name: _values(e.parameters) for name, e in estimates.items()}
+        intervals = {name: _intervals(e) for name, e in estimates.items()}
+        apart = {
+            (a, b): np.concatenate(
+                (
+                    _apart(values[a], intervals[a], values[b], intervals[b])[:4],
+                    _moments_apart(estimates[a], estimates[b]),
+                )
+            )
+            for a, b in combinations(estimates, 2)
+        }
+        return cls(values, intervals, apart)
+
+    @property
+    def limit(self) -> float:
+        """Standard deviations beyond which two of the estimates contradict one
+        another."""
+        return limit_of(len(self.apart))
+
+    @property
+    def largest(self) -> Difference:
+        """The pair, and the quantity, that differ most."""
+        (first, second), apart = max(self.apart.items(), key=lambda pair: pair[1].max())
+        at = int(np.argmax(apart))
+        return Difference(first, second, at, float(apart[at]))
+
+    @property
+    def agree(self) -> bool:
+        """Whether all may be of the same object."""
+        return self.largest.deviations <= self.limit
+
+    @property
+    def tested(self) -> bool:
+        """Whether there was anything to compare by: two estimates that determine the
+        same quantity."""
+        known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
+        return bool((np.sum(known, axis=0) > 1).any())
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready values; null where an interval has no end."""
+        names = [name for name, _ in QUANTITIES]
+        return json_ready(
+            {
+                "quantities": names,
+                "units": [unit for _, unit in QUANTITIES],
+                "estimates": [
+                    {"name": n, "values": v, "intervals": self.intervals[n]}
+                    for n, v in self.values.items()
+                ],
+                "differences": [
+                    {"between": list(pair), "deviations": apart}
+                    for pair, apart in self.apart.items()
+                ],
+                "largest": {
+                    "between": [self.largest.first, self.largest.second],
+                    "quantity": self.largest.name,
+                    "deviations": self.largest.deviations,
+                },
+                "limit": self.limit,
+                "tested": self.tested,
+                "agree": self.agree,
+            }
+        )
+
+
+def limit_of(pairs: int) -> float:
+    """Standard deviations that by chance one quantity of so many pairs of estimates
+    exceeds with the probability `FALSE_ALARM`."""
+    comparisons = pairs * len(QUANTITIES)
+    return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / comparisons)
+
+
+def _values(body: InertialParameters) -> Array:
+    moments = np.linalg.eigvalsh(body.inertia_at_com)
+    return np.array((body.mass, *body.center_of_mass, *moments))
+
+
+def _intervals(estimate: Estimate) -> Array:
+    """(2, 7) ends of the intervals; those of principal moments follow from the
+    covariance, to first order."""
+    values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
+    ends[0] = -np.inf
+    std = estimate.std
+    if estimate.intervals is not None:
+        ends[:, 0] = estimate.intervals["mass"]
+        ends[:, 1:4] = estimate.intervals["center_of_mass"]
+    elif std is not None:
+        own = np.array((std["mass"], *std["center_of_mass"]))
+        ends[:, :4] = values[:4] + Z95 * np.outer((-1.0, 1.0), own)
+    axes = np.linalg.eigh(estimate.parameters.inertia_at_com)[1]
+    ends[:, 4:] = values[4:] + np.outer((-Z95, Z95), _std_of_moments(estimate, axes))
+    return np.where(np.isnan(ends), np.array(((-np.inf,), (np.inf,))), ends)
+
+
+def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
+    """(3,) standard deviations of the moments about the COM, v' J v along each column v
+    of `axes` (3, 3); infinite where they are open, or nothing is known of them."""
+    if estimate.covariance is None:
+        return np.full(3, np.inf)
+    along = np.einsum("ia,sij,ja->as", axes, vector_to_tensor(np.eye(6)), axes)
+    J = along @ com_jacobian(estimate.parameters)[4:]
+    open_ = ~np.isfinite(estimate.covariance.diagonal())
+    C = np.where(np.isfinite(estimate.covariance), estimate.covariance, 0.0)
+    found = np.sqrt(np.maximum(np.einsum("ai,ij,aj->a", J, C, J), 0.0))
+    found[(np.abs(J[:, open_]) > 1e-12).any(axis=1)] = np.inf
+    return found
+
+
+def _moments_apart(a: Estimate, b: Estimate) -> Array:
+    """(3,) standard deviations between moments of inertia along common axes."""
+    J_a, J_b = a.parameters.inertia_at_com, b.parameters.inertia_at_com
+    squares = [np.sum(_std_of_moments(e, np.eye(3)) ** 2) for e in (a, b)]
+    known = np.isfinite(squares).all()
+    share = squares[1] / max(squares[0] + squares[1], 1e-300) if known else 0.5
+    axes = np.linalg.eigh(share * J_a + (1.0 - share) * J_b)[1]
+    ends: list[Array] = []
+    values = [np.einsum("ia,ij,ja->a", axes, J, axes) for J in (J_a, J_b)]
+    for e, own in zip((a, b), values, strict=True):
+        half = Z95 * _std_of_moments(e, axes)
+        ends.append(np.stack((own - half, own + half)))
+    return _apart(values[0], ends[0], values[1], ends[1])
+
+
+def _apart(a: Array, of_a: Array, b: Array, of_b: Array) -> Array:
+    """(k,) standard deviations between values a and b (k,) with intervals (2, k)."""
+    a_is_less = a <= b
+    std_a = np.where(a_is_less, of_a[1] - a, a - of_a[0]) / Z95
+    std_b = np.where(a_is_less, b - of_b[0], of_b[1] - b) / Z95
+    std = np.hypot(std_a, std_b)
+    known = np.isfinite(of_a).all(axis=0) & np.isfinite(of_b).all(axis=0)
+    # estimates without noise differ by rounding
+    least = 1e-9 * np.maximum(np.abs(a), np.abs(b))
+    return np.where(
+        known, np.abs(a - b) / np.maximum(np.maximum(std, least), 1e-300), 0
+    )

@@ -1,0 +1,261 @@
+"""Several recordings of one object, ingested: as one, with a clock, a sign and a bias
+of each.
+
+The object, how it is held, the sensor's frame and the sensor are taken to be the same
+in all. Each recording is understood by itself (`hefting.ingest.ingest`), but for what
+one of them tells and another does not: whether there is a bias, and the wrench's sign.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+
+from hefting.core.measurements import Measurements, MotionNoise, Noise
+from hefting.core.messages import Message
+from hefting.core.spatial import Array
+from hefting.estimators.joint_state import State, join
+from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.free_fit import free_fit
+from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint_errors import common_errors, shares_of
+
+MOST_NAMED = 3
+"""Number of recordings that an error names one by one."""
+UNEQUAL_NOISE = 1.5
+"""Ratio of the noise's variances of two recordings from which on they are weighed by
+them: smaller ones are chance, or change nothing."""
+PAUSE = 1.0
+"""[s] Time between the samples of one recording and of the next, where they stand one
+after the other."""
+LARGEST_WEIGHT = 100.0
+"""Largest ratio of a recording's weight to one: noise-free recordings leave but
+rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointIngested(Ingested):
+    """Several recordings as estimators take them. What is said of one recording in
+    `Ingested` is here of all of them together; times are those of each."""
+
+    parts: tuple[Ingested, ...] = ()
+    names: tuple[str, ...] = ()
+    """What each is called, in messages too."""
+
+    @property
+    def recordings(self) -> tuple[Ingested, ...]:
+        """Each recording."""
+        return self.parts
+
+    @property
+    def notes(self) -> tuple[Message, ...]:
+        """Those of each, with its name."""
+        return _told([part.notes for part in self.parts], self.names)
+
+    @property
+    def weighted_by_count(self) -> Measurements:
+        """Of all, one after the other."""
+        return _concatenated([part.weighted_by_count for part in self.parts])
+
+    @cached_property
+    def state(self) -> State:
+        """The full model's moments of each."""
+        return reduce(join, (part.state for part in self.parts))
+
+    @property
+    def covariance_with_gravity(self) -> Array | None:
+        """That of least squares over all, each with a gravity of its own."""
+        own = [part.covariance_with_gravity for part in self.parts]
+        if any(C is None for C in own):
+            return None
+        shares = zip(self._shares, own, strict=True)
+        return np.sum([P @ _finite(C) @ P.T for P, C in shares], axis=0)  # type: ignore[arg-type]
+
+    @cached_property
+    def _shares(self) -> list[Array]:
+        return shares_of(self.parts, self.fit.noise)
+
+    def residual(self, vector: Array, bias: Array | None) -> Array:
+        """As of one recording; `bias` is (n, 6), one for each."""
+        own = [None] * len(self.parts) if bias is None else bias
+        each = [p.residual(vector, b) for p, b in zip(self.parts, own, strict=True)]
+        counts = np.array([part.counts.sum() for part in self.parts])
+        return np.sqrt(counts @ np.square(each) / counts.sum())
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What was read and assumed of all, and of each under ``"recordings"``."""
+        own = [part.provenance for part in self.parts]
+        outliers = [each["outliers"] for each in own]
+        return (
+            own[0]
+            | {
+                "log": self.log,
+                "wrench": ", ".join(dict.fromkeys(each["wrench"] for each in own)),
+                "motion": ", ".join(dict.fromkeys(each["motion"] for each in own)),
+                "noise": {"force": self.noise.force, "torque": self.noise.torque},
+                "clock_offset": None,
+                "outliers": {k: sum(each[k] for each in outliers) for k in outliers[0]},
+                "stretches": [],
+                "notes": list(self.notes),
+            }
+            | {"recordings": self._each()}
+        )
+
+    def _each(self) -> list[dict[str, Any]]:
+        kept = ("log", "gravity", "wrench", "noise", "motion", "clock_offset")
+        return [
+            {key: part.provenance[key] for key in (*kept, "outliers", "stretches")}
+            | {
+                "name": name,
+                "samples": round(float(part.counts.sum())),
+                "rows": len(part.measurements),
+                "duration": None
+                if part.static
+                else float(np.ptp(part.measurements.time)),
+            }
+            for name, part in zip(self.names, self.parts, strict=True)
+        ]
+
+
+def joint(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
+    """Recordings that were ingested, as one; one alone is itself."""
+    if len(parts) == 1:
+        return parts[0]
+    parts = _weighed(parts)
+    state: State = reduce(join, (part.state for part in parts))
+    counts = np.array([float(part.counts.sum()) for part in parts])
+    inflation = counts @ [part.fit.inflation for part in parts] / counts.sum()
+    free_bias = parts[0].bias == "estimate"
+    fit = free_fit(state, free_bias, inflation)
+    tool = parts[0].tool
+    if tool is not None:
+        fit = fit.less(np.zeros(10), tool.covariance)
+    systematic, gravity_error = common_errors(parts, fit.noise, tool)
+    doubts = [part.doubt for part in parts if part.doubt is not None]
+    squares = np.array([(part.noise.force, part.noise.torque) for part in parts]) ** 2
+    level = np.sqrt(counts @ squares / counts.sum())
+    first = max(parts, key=lambda part: float(part.conditioned.tilt_std or 0.0))
+    return JointIngested(
+        log=_all_named(names),
+        static=all(part.static for part in parts),
+        measurements=_concatenated([part.measurements for part in parts]),
+        counts=np.concatenate([part.counts for part in parts]),
+        motion=None,
+        source=max(parts, key=lambda part: len(part.measurements)).source,
+        sign=_sign(parts),
+        sign_found=parts[0].sign_found,
+        bias=parts[0].bias,
+        bias_found=parts[0].bias_found,
+        given_bias=parts[0].given_bias,
+        conditioned=first.conditioned,
+        tool=tool,
+        fit=fit,
+        beside_bias=fit,
+        alone=fit,
+        noise=Noise(float(level[0]), float(level[1])),
+        within=np.tensordot(counts, [part.within for part in parts], 1) / counts.sum(),
+        systematic=systematic,
+        clock_error=None,
+        doubt=min(doubts, key=lambda doubt: not doubt.is_fatal, default=None),
+        gravity_std=parts[0].gravity_std,
+        gravity_error=gravity_error,
+        warnings=_told([part.warnings for part in parts], names),
+        read_notes=(),
+        parts=tuple(parts),
+        names=tuple(names),
+    )
+
+
+def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
+    """The recordings with weights, one on average, by their noise where that is not
+    the same."""
+    rows = np.array([float(len(part.measurements)) for part in parts])
+    own = np.array([(p.fit.noise.force, p.fit.noise.torque) for p in parts]) ** 2
+    pooled = np.maximum(rows @ own / rows.sum(), 1e-300)
+    ratio = np.maximum((own / pooled).mean(axis=1), 1.0 / LARGEST_WEIGHT)
+    if ratio.max() <= UNEQUAL_NOISE * ratio.min():
+        return list(parts)
+    weights = 1.0 / ratio
+    weights *= rows.sum() / (rows @ weights)
+    weighed = []
+    for part, weight in zip(parts, weights, strict=True):
+        z = part.measurements
+        own_weights = np.ones(len(z)) if z.weights is None else z.weights
+        z = replace(z, weights=weight * own_weights)
+        weighed.append(replace(part, measurements=z))
+    return weighed
+
+
+def _concatenated(each: Sequence[Measurements]) -> Measurements:
+    """Samples of all, one recording after the other, a second between two."""
+
+    def rows(name: str) -> Array:
+        return np.concatenate([getattr(z, name) for z in each])
+
+    noises = [z.motion_noise for z in each]
+    weights = [np.ones(len(z)) if z.weights is None else z.weights for z in each]
+    times: list[Array] = []
+    for z in each:
+        start = times[-1][-1] + PAUSE if times else 0.0
+        times.append(z.time - z.time[0] + start)
+    return Measurements(
+        np.concatenate(times),
+        rows("gravity"),
+        rows("linear_acceleration"),
+        rows("angular_velocity"),
+        rows("angular_acceleration"),
+        rows("force"),
+        rows("torque"),
+        weights=np.concatenate(weights),
+        motion_noise=_mean_noise([n for n in noises if n is not None], len(each)),
+    )
+
+
+def _mean_noise(noises: Sequence[MotionNoise], n: int) -> MotionNoise | None:
+    """Root mean square over n recordings; None where one's is not known."""
+    if len(noises) < n:
+        return None
+    linear, angular = (
+        float(np.sqrt(np.mean([getattr(each, name) ** 2 for each in noises])))
+        for name in ("linear", "angular")
+    )
+    return MotionNoise(linear, angular, float(np.mean([n.memory for n in noises])))
+
+
+def _sign(parts: Sequence[Ingested]) -> WrenchSign:
+    """That of the least certain."""
+    return min((part.sign for part in parts), key=lambda sign: abs(sign.t))
+
+
+def _finite(C: Array) -> Array:
+    return np.where(np.isfinite(C), C, 0.0)
+
+
+def _all_named(names: Sequence[str]) -> str:
+    """The recordings as the place of an error."""
+    if len(names) <= MOST_NAMED:
+        return ", ".join(names)
+    return f"{names[0]} and {len(names) - 1} more"
+
+
+def _told(
+    each: Sequence[Sequence[Message]], names: Sequence[str]
+) -> tuple[Message, ...]:
+    """Messages of all recordings, each with the names of those it is about; without
+    where it is about all."""
+    about: dict[tuple[str, str], list[str]] = {}
+    first: dict[tuple[str, str], Message] = {}
+    for messages, name in zip(each, names, strict=True):
+        for message in messages:
+            key = (message.code, str(message))
+            first.setdefault(key, message)
+            about.setdefault(key, [])
+            if name not in about[key]:
+                about[key].append(name)
+    return tuple(
+        m if len(about[key]) == len(names) else m.about(about[key])
+        for key, m in first.items()
+    )

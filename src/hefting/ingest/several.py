@@ -1,0 +1,101 @@
+"""Several logs of one object, read and ingested.
+
+Each is understood by itself, but for what one of them tells and another does not:
+whether there is a bias, and the wrench's sign.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.recording import Recording
+from hefting.ingest.ingest import ingest
+from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint import joint
+
+Log = Recording | str | Path
+
+
+def ingest_all(recordings: Log | Sequence[Log], **reading: Any) -> Ingested:
+    """One recording, or several of the same object, as estimators take them.
+
+    Parameters
+    ----------
+    recordings : a recording, the path of a log or a table in memory, or a list or
+        tuple of these.
+    reading : as for `hefting.ingest.ingest.ingest`, of all alike; a ``bias`` may also
+        be (n, 6), one for each of n recordings.
+
+    Raises `InputError` as that does, for an empty list, and for a log that is given
+    twice.
+    """
+    if not isinstance(recordings, list | tuple):
+        return ingest(recordings, **reading)  # type: ignore[arg-type]
+    logs = list(recordings)
+    _check(logs)
+    biases = _biases(reading.pop("bias", "auto"), len(logs))
+    if len(logs) == 1:
+        return ingest(logs[0], bias=biases[0], **reading)
+    own = [reading | {"bias": bias} for bias in biases]
+    parts = [ingest(log, **how) for log, how in zip(logs, own, strict=True)]
+    for i, again in enumerate(_what_others_tell(parts)):
+        if again:
+            parts[i] = ingest(logs[i], **(own[i] | again))
+    return joint(parts, names_of([part.log for part in parts]))
+
+
+def names_of(logs: Sequence[str]) -> list[str]:
+    """What to call each: its file's name where that tells it from the others, else its
+    whole path or source; with a number where that is the same, too."""
+    names = [Path(log).name or log for log in logs]
+    names = [
+        n if names.count(n) == 1 else log for n, log in zip(names, logs, strict=True)
+    ]
+    return [
+        n if names.count(n) == 1 else f"{n} ({i})" for i, n in enumerate(names, start=1)
+    ]
+
+
+def _check(logs: Sequence[Log]) -> None:
+    if not logs:
+        raise InputError("no recording is given", fix="give at least one")
+    paths = [Path(log).resolve() for log in logs if isinstance(log, str | Path)]
+    for i, path in enumerate(paths):
+        if path in paths[:i]:
+            raise InputError(
+                "is given twice", path, "give each recording once: it counts once"
+            )
+    seen = [id(log) for log in logs if isinstance(log, Recording)]
+    if len(set(seen)) < len(seen):
+        raise InputError(
+            "a recording is given twice", fix="give each once: it counts once"
+        )
+
+
+def _biases(bias: Any, n: int) -> list[Any]:
+    """That of each of n recordings."""
+    if isinstance(bias, str) or np.ndim(bias) != 2:
+        return [bias] * n
+    if len(bias) != n:
+        raise InputError(
+            f"there are {len(bias)} biases for {n} recordings",
+            fix="give `bias` once for all, or one for each",
+        )
+    return list(bias)
+
+
+def _what_others_tell(parts: Sequence[Ingested]) -> list[dict[str, Any]]:
+    """What to read of each recording as another tells it: a bias where one has a bias,
+    the sign where its own is uncertain."""
+    again: list[dict[str, Any]] = [{} for _ in parts]
+    biased = any(part.bias == "estimate" for part in parts)
+    sure = [part.sign.name for part in parts if part.sign.certain]
+    for part, how in zip(parts, again, strict=True):
+        if biased and part.bias == "none" and part.given_bias is None:
+            how["bias"] = "estimate"
+        if part.sign_found and not part.sign.certain and len(set(sure)) == 1:
+            how["wrench"] = sure[0]
+    return again

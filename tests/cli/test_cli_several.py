@@ -1,0 +1,141 @@
+"""Several logs and several estimates on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+from commands import refused
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Noise
+from hefting.logs import write_log
+from hefting.simulation import UR5, hammer, random_smooth, simulate, truth
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two logs of a hammer, one of another body; each with a bias of its own."""
+    folder = tmp_path_factory.mktemp("several")
+    held = hammer().parameters
+    other = type(held)(1.3 * held.vector)
+    for seed, (name, body) in enumerate(dict(a=held, b=held, other=other).items()):  # noqa: C408
+        motion = UR5.motion(random_smooth(5.0, 100.0, 1.2, seed=seed))
+        bias = np.random.default_rng(seed).uniform(-1.0, 1.0, 6) * np.repeat((20, 1), 3)
+        log = simulate(
+            motion,
+            body,
+            noise=Noise(0.1, 0.005),
+            pose_noise=(1e-4, 3.5e-4),
+            bias=bias,
+            seed=seed,
+        )
+        write_log(log, folder / f"{name}.csv")
+    facts = truth(held, hammer().mesh().extents, np.eye(4), name="hammer")
+    (folder / "truth.json").write_text(json.dumps(facts))
+    return folder
+
+
+def identified(run, folder, *names):
+    """Path of the estimate of these logs."""
+    path = folder / f"{'-'.join(names)}.json"
+    run("identify", *(folder / f"{name}.csv" for name in names), "--output", path)
+    return path
+
+
+def test_several_logs_are_one_object(run, folder):
+    logs = folder / "a.csv", folder / "b.csv"
+    status, out, err = run("identify", *logs, "--truth", folder / "truth.json")
+    assert (status, err) == (0, "")
+    assert "assumed: 2 recordings of one object in one grasp, in the same sensor" in out
+    assert "- a.csv: " in out
+    assert "- b.csv: " in out
+    assert "verdict: good" in out
+
+
+def test_json_tells_each_recording_and_its_bias(run, folder):
+    status, out, _ = run("identify", folder / "a.csv", folder / "b.csv", "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert np.shape(found["bias"]) == (2, 6)
+    assert [one["name"] for one in found["provenance"]["recordings"]] == [
+        "a.csv",
+        "b.csv",
+    ]
+    path = identified(run, folder, "a", "b")
+    np.testing.assert_allclose(Estimate.load(path).bias, found["bias"])
+    status, out, _ = run("export", path, "--to", "urdf")
+    assert status == 0
+
+
+def test_methods_are_compared_on_several_logs(run, folder):
+    logs = folder / "a.csv", folder / "b.csv"
+    status, out, _ = run("identify", *logs, "--method", "OLS,LMI", "--json")
+    assert status == 0
+    for found in json.loads(out)["results"]:
+        assert np.shape(found["bias"]) == (2, 6)
+
+
+def test_logs_that_contradict_are_not_to_be_used(run, folder):
+    logs = (folder / f"{name}.csv" for name in ("a", "b", "other"))
+    urdf = folder / "wrong.urdf"
+    status, out, _ = run("identify", *logs, "--output", urdf, "--json")
+    found = json.loads(out)
+    assert status == 3
+    (said,) = (m for m in found["messages"] if m["code"] == "recordings-contradict")
+    assert said["recordings"] == ["other.csv"]
+    assert said["severity"] == "error"
+    assert not urdf.exists()
+
+
+def test_options_apply_to_each_log(run, folder):
+    logs = folder / "a.csv", folder / "b.csv"
+    status, out, _ = run("identify", *logs, "--start", "1", "--duration", "3", "--json")
+    each = json.loads(out)["provenance"]["recordings"]
+    assert status == 0
+    assert [one["duration"] for one in each] == pytest.approx([3.0, 3.0], abs=0.05)
+
+
+def test_an_output_does_not_overwrite_any_log(run, folder):
+    log = folder / "b.json"
+    log.write_bytes((folder / "b.csv").read_bytes())
+    result = run("identify", folder / "a.csv", log, "--output", log)
+    assert refused(result, "b.json", "is an input and would be overwritten")
+    assert refused(run("identify", log, log), "b.json", "given twice")
+
+
+# compare
+
+
+def test_estimates_of_one_object_agree(run, folder):
+    paths = [identified(run, folder, name) for name in "ab"]
+    status, out, err = run("compare", *paths)
+    assert (status, err) == (0, "")
+    assert out.startswith("they agree: ")
+    assert "the same object in the same grasp, and the same sensor frame" in out
+    assert max(map(len, out.splitlines()[1:-3])) <= 80
+    status, out, _ = run("compare", *paths, "--json")
+    found = json.loads(out)
+    assert found["agree"]
+    values = [one["values"] for one in found["estimates"]]
+    body = Estimate.load(paths[0]).parameters
+    moments = np.linalg.eigvalsh(body.inertia_at_com)
+    np.testing.assert_allclose(values[0], (body.mass, *body.center_of_mass, *moments))
+
+
+def test_estimates_of_two_objects_contradict(run, folder):
+    paths = [identified(run, folder, name) for name in ("a", "b", "other")]
+    status, out, err = run("compare", *paths)
+    assert (status, err) == (3, "")
+    assert out.startswith("they contradict one another: ")
+    assert "other, mass " in out.splitlines()[0]
+    status, out, _ = run("compare", *paths, "--json")
+    assert status == 3
+    assert not json.loads(out)["agree"]
+
+
+def test_compare_refuses_in_one_line(run, folder):
+    path = identified(run, folder, "a")
+    assert refused(run("compare", path), "a.json", "nothing to compare it with")
+    assert refused(run("compare", path, path), "a.json", "given twice")
+    assert refused(run("compare", path, folder / "a.csv"), "a.csv", "is not JSON")
+    assert refused(run("compare"), "ESTIMATE.json", "hefting compare --help")
