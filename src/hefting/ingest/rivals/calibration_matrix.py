@@ -37,7 +37,7 @@ def explain(case: Case) -> Explanation | None:
         fitted = fit_rows(case, Rows(rows.known, rows.maps, rows.used, mended[None]))
     code, what = _told(errors, np.sqrt(np.mean(wrench**2, axis=0)))
     fix = "check its calibration matrix, or weigh something known"
-    return Explanation(code, what, fix, fitted, 0, cost=cost, rarity=2.0)
+    return Explanation(code, what, fix, fitted, 36, cost=cost, rarity=2.0)
 
 
 def _step(

@@ -25,6 +25,8 @@ used."""
 NOTICED_UNEXPLAINED = 0.15
 """The same from which on the answer is in doubt. On recordings of three real sensors it
 is at most 0.09."""
+FEW_UNKNOWNS = 6
+"""Unknowns up to which a mistake does not imitate a change of the object."""
 SUPERSEDED = frozenset(
     {
         "bias-unknown",
@@ -54,7 +56,8 @@ class Doubt:
     names_mistake: bool
     """whether it names a mistake; else much is unexplained"""
     is_whole: bool = False
-    """whether the mistake is beyond doubt, and leaves next to nothing unexplained"""
+    """whether the mistake accounts for the whole recording: it has few unknowns and
+    makes the answer wrong, or is beyond doubt and leaves next to nothing unexplained"""
 
     @property
     def is_fatal(self) -> bool:
@@ -65,7 +68,7 @@ class Doubt:
     def needs_no_change(self) -> bool:
         """Whether a mistake explains the whole recording, so that no change of the
         object is to be looked for in it."""
-        return self.names_mistake and (self.is_fatal or self.is_whole)
+        return self.names_mistake and self.is_whole
 
 
 def doubt_of(case: Case) -> Doubt | None:
@@ -73,7 +76,10 @@ def doubt_of(case: Case) -> Doubt | None:
     is."""
     judged = judge(case)
     if judged.named is not None:
-        return Doubt(_named(judged, judged.named), True, judged.whole)
+        message = _named(judged, judged.named)
+        fatal = message.severity == "error"
+        simple = judged.named.unknowns <= FEW_UNKNOWNS
+        return Doubt(message, True, judged.whole or (fatal and simple))
     share = judged.unexplained
     if share <= NOTICED_UNEXPLAINED:
         return None

@@ -56,6 +56,11 @@ EXPLAINED_SHARE = 0.5
 EXPLAINED_BY_NOISE = -0.3
 """Log-likelihood of a sample missing to noise alone below which noise explains more than
 all, as that of an arm that vibrates; a sensor's imperfections are below it."""
+NEARLY = 0.9
+"""Share of what the best mistake explains that a much simpler one must explain to be
+named in its place."""
+SIMPLER = 3
+"""Difference of unknowns that counts as much simpler."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
 """Log-likelihood of a sample missing to noise alone that counts as nothing."""
 
@@ -98,6 +103,7 @@ def judge(case: Case) -> Judged:
     best = max(tried, key=lambda each: evidence(case, given, each))
     if not _is_told(case, given, best):
         return Judged(share, None, given)
+    best = _simplest(case, given, best, tried)
     certain = evidence(case, given, best) > CLEAR_EVIDENCE
     whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)
@@ -136,6 +142,23 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
     if before < EXPLAINED_BY_NOISE:
         return False
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - EXPLAINED_SHARE) * before
+
+
+def _simplest(
+    case: Case, given: Explanation, best: Explanation, tried: list[Explanation]
+) -> Explanation:
+    """The likeliest of those with the fewest unknowns that explain nearly as much as
+    the best one: flexible explanations imitate simple ones, and a little besides."""
+    before = _missing(case, given.fitted)
+    needed = NEARLY * (before - _missing(case, best.fitted))
+    simpler = [
+        each
+        for each in tried
+        if each.unknowns < best.unknowns - SIMPLER
+        and before - _missing(case, each.fitted) > needed
+        and _is_told(case, given, each)
+    ]
+    return max(simpler, key=lambda each: evidence(case, given, each), default=best)
 
 
 def _missing(case: Case, fitted: Fitted) -> float:
