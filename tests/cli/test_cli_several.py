@@ -46,7 +46,11 @@ def test_several_logs_are_one_object(run, folder):
     logs = folder / "a.csv", folder / "b.csv"
     status, out, err = run("identify", *logs, "--truth", folder / "truth.json")
     assert (status, err) == (0, "")
-    assert "assumed: 2 recordings of one object in one grasp, in the same sensor" in out
+    said = " ".join(out.split())
+    assert "in 2 recordings, taken to be of one object, grasp and sensor frame" in said
+    _, out, _ = run("identify", *logs, "--verbose")
+    said = " ".join(out.split())
+    assert "assumed: 2 recordings of one object in one grasp, in the same sensor" in said
     assert "- a.csv: " in out
     assert "- b.csv: " in out
     assert "verdict: good" in out

@@ -43,7 +43,7 @@ class Contradiction:
         what = (
             f"{self.name} contradicts {self.others}: {largest.name} {own} against "
             f"{theirs}, {largest.deviations:.0f} standard deviations apart (another "
-            "object or grasp, or a sensor that changed?): identify it by itself"
+            "object or grasp, or a sensor that changed?): identify it alone"
         )
         found = error("recordings-contradict", what)
         names = [name for name in (self.name, self.others) if name != OTHERS]
