@@ -329,7 +329,7 @@ def test_which_intervals_hold():
     z = wielded("hammer", 1.5, duration=3.6).measurements[:150]
     ends = {
         name: np.stack((getattr(body, name) - 1.0, getattr(body, name) + 1.0))
-        for name in ("mass", "center_of_mass", "inertia_at_origin")
+        for name in ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com")
     }
     ends["mass"] -= 2.0
     ends["center_of_mass"][0, 2] += 2.0

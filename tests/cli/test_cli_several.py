@@ -50,7 +50,9 @@ def test_several_logs_are_one_object(run, folder):
     assert "in 2 recordings, taken to be of one object, grasp and sensor frame" in said
     _, out, _ = run("identify", *logs, "--verbose")
     said = " ".join(out.split())
-    assert "assumed: 2 recordings of one object in one grasp, in the same sensor" in said
+    assert (
+        "assumed: 2 recordings of one object in one grasp, in the same sensor" in said
+    )
     assert "- a.csv: " in out
     assert "- b.csv: " in out
     assert "verdict: good" in out

@@ -42,8 +42,8 @@ def test_json_that_cannot_be_read_is_one_line(tmp_path, monkeypatch):
     assert read_json(path) == 1
     with pytest.raises(InputError, match="cannot be read"):
         read_json(tmp_path / "absent.json")
-    if os.path.exists("/dev/zero"):  # its size does not say how long it is
-        with pytest.raises(InputError, match="larger than"):
+    if os.path.exists("/dev/zero"):  # which has no end
+        with pytest.raises(InputError, match="a pipe or a device"):
             read_json("/dev/zero")
 
 

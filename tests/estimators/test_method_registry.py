@@ -80,11 +80,13 @@ from hefting.cli import main
 
 log, said = sys.argv[1], {}
 for name, words in {
-    "methods": ["methods"],
+    "methods": ["methods", "--verbose"],
     "json": ["methods", "--json"],
     "help": ["identify", "--help"],
     "identify": ["identify", log, "--method", "toy", "--ball-radius", "0.5", "--json"],
-    "report": ["identify", log, "--method", "toy", "--ball-radius", "0.5"],
+    "report": [
+        "identify", log, "--method", "toy", "--ball-radius", "0.5", "--verbose"
+    ],
     "wrong": ["identify", log, "--method", "OLS", "--ball-radius", "0.5"],
     "compare": ["identify", log, "--method", "all", "--json"],
 }.items():

@@ -100,7 +100,7 @@ def test_a_new_target_on_the_command_line(copy, estimate):
     assert exported == f"toy {mass!r}\n"  # 0.9 kg: one digit
     of_export, of_identify = (" ".join(text.split()) for text in helps)
     assert "ros2-control, toy, json or csv" in of_export
-    assert ".usda, .toy or .csv; repeatable" in of_identify
+    assert ".usda, .toy, .csv or a picture" in of_identify
 
 
 def test_a_new_target_by_its_suffix(copy):

@@ -463,9 +463,8 @@ def test_how_well_pose_and_shape_are_known(run, command):
     )
     spread = [result["covariance"][6][6] for result in results]
     assert all(wider > 1.1 * spread[0] for wider in spread[1:])
-    _, out, _ = run(
-        *command, "--pose-std", "5mm,5deg", "--shape-std", "20%", "--duration", "1"
-    )
+    words = "--pose-std", "5mm,5deg", "--shape-std", "20%", "--duration", "1"
+    _, out, _ = run(*command, *words, "--verbose")
     assert (
         "the shape's pose is taken as known to 5 mm and 5° the shape is taken as known to 20 % of its"
         in said(out)

@@ -225,9 +225,10 @@ def test_what_cannot_be_run(tmp_path, monkeypatch, capsys):
         reproduce(["noise"], tmp_path / "file" / "folder")
     monkeypatch.setattr(sys, "argv", ["hefting", "reproduce", "--list"])
     main()
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(
-        EXPERIMENTS
-    )
+    lines = capsys.readouterr().out.splitlines()
+    # what does not fit a line goes on, indented
+    names = [line.split()[0] for line in lines if not line.startswith(" ")]
+    assert names == list(EXPERIMENTS)
 
 
 @pytest.mark.parametrize("taken", ["results", "results/objects", "objects"])

@@ -163,11 +163,10 @@ class SensorAccuracy:
         """Standard deviation of errors that change within a recording (hysteresis,
         creep, cables), over the load.
 
-        Up to `TYPICAL_SHARE` it is the share itself, about twice that of gain: with it
-        the intervals of bodies added to recordings of three real sensors hold
-        (`benchmarks.injection`). A larger share is a limit, as that of gain is.
+        It is the share itself, about twice that of gain: with it the intervals of
+        bodies added to recordings of three real sensors hold (`benchmarks.injection`).
         """
-        return max(min(self.share, TYPICAL_SHARE), self.gain_std)
+        return self.share
 
     @cached_property
     def offset_std(self) -> Array:

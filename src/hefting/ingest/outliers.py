@@ -168,7 +168,7 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
             y, p = side * wrench[:, c], side * predicted[:, c]
             limit = y.max()
             at = y == limit
-            if at.sum() < FEWEST_SATURATED_SAMPLES:
+            if not FEWEST_SATURATED_SAMPLES <= at.sum() <= 0.5 * len(y):
                 continue
             if np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES:
                 out |= p > limit - 3.0 * scale[c]

@@ -88,7 +88,7 @@ class Shape:
     hull: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by
     default `positions`."""
-    faces: np.ndarray | None = None
+    faces: np.ndarray | None = field(default=None, repr=False)
     """Triangles (F, 3) of the surface, indices of `hull`; None: no surface is known."""
     shape_std: float = 0.0
     """Share of its size by which the object may differ from the shape, as a standard
