@@ -3,7 +3,7 @@ that people make.
 
 Each mistake in each strength, in N simulated recordings, with and without a shape:
 whether it is named, what the verdict is, and whether an answer that is called good is
-wrong beyond twice its interval. Some twenty minutes for ten seeds on two cores.
+wrong beyond twice its interval. Some fifteen minutes for ten seeds on two cores.
 """
 
 import argparse
