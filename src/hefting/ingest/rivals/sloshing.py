@@ -24,6 +24,7 @@ from hefting.ingest.rivals.explanation import (
     at_offset,
     newton_euler,
 )
+from hefting.ingest.rivals.filtering import filtered
 
 CODE = "sloshing"
 FREQUENCIES = np.geomspace(0.6, 4.0, 20)
@@ -118,17 +119,17 @@ def swing(
     time: Array, specific: Array, frequency: float, damping: float
 ) -> tuple[Array, Array]:
     """Place (K, 3) [m] and acceleration (K, 3) of a loose mass that was at rest at
-    first, by the trapezoidal rule."""
-    from scipy.signal import bilinear, lfilter
-
+    first, at even times."""
     w = 2.0 * np.pi * frequency
     rate = (len(time) - 1) / (time[-1] - time[0])
-    poles = [1.0, 2.0 * damping * w, w * w]
+
+    def response(s: Array) -> Array:
+        return 1.0 / (s * s + 2.0 * damping * w * s + w * w)
+
     change = specific - specific[0]
-    b, a = bilinear([1.0], poles, rate)
-    place = np.asarray(lfilter(b, a, change, axis=0))
-    b, a = bilinear([1.0, 0.0, 0.0], poles, rate)
-    acceleration = np.asarray(lfilter(b, a, change, axis=0))
+    lasting = 1.0 / (damping * w)
+    place = filtered(change, rate, response, lasting)
+    acceleration = filtered(change, rate, lambda s: s * s * response(s), lasting)
     return specific[0] / w**2 + place, acceleration
 
 

@@ -7,6 +7,7 @@ from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.filtering import filtered
 
 CODE = "wrench-filtered"
 BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
@@ -35,8 +36,6 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
-    from scipy.signal import butter, lfilter
-
     first = case.time[0] - 1.0 / RATE
     count = int(np.clip((case.time[-1] - first) * RATE, 8, MOST_INSTANTS)) + 2
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
@@ -50,10 +49,8 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
         for bandwidth in BANDWIDTHS:
             if bandwidth > 0.4 * rate:
                 continue
-            b, a = butter(order, bandwidth / (0.5 * rate))[:2]  # type: ignore[index]
-            smooth = features[0] + np.asarray(
-                lfilter(b, a, features - features[0], axis=0)
-            )
+            change = low_passed(features - features[0], rate, order, bandwidth)
+            smooth = features[0] + change
             # an offset of the filter's own delay is possible besides
             for offset in offsets:
                 names.append((order, bandwidth))
@@ -65,3 +62,14 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
     used = np.interp(case.time, grid, motion.known[0].astype(float)) > 0.99
     used = np.broadcast_to(used, (len(known), len(case.time)))
     return names, with_bias(case, np.array(known), REGRESSOR_BY_FEATURE, used)
+
+
+def low_passed(values: Array, rate: float, order: int, bandwidth: float) -> Array:
+    """Values (K, n) through a Butterworth filter of first or second order."""
+    w = 2.0 * np.pi * bandwidth
+
+    def response(s: Array) -> Array:
+        bend = 2.0**0.5 * s / w + np.square(s / w) if order == 2 else s / w
+        return 1.0 / (1.0 + bend)
+
+    return filtered(values, rate, response, 2.0**0.5 / w)
