@@ -4,8 +4,11 @@ take longer to import than all mistakes to be looked for."""
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hefting.core.spatial import Array
+
+Complex = NDArray[np.complexfloating]
 
 DECAYS = 8.0
 """Length of what is appended, in times in which the response decays by a factor of e:
@@ -13,7 +16,7 @@ what is left after it is a part in 3000."""
 
 
 def filtered(
-    values: Array, rate: float, response: Callable[[Array], Array], lasting: float
+    values: Array, rate: float, response: Callable[[Complex], Complex], lasting: float
 ) -> Array:
     """Values (K, n) through a filter.
 

@@ -24,7 +24,7 @@ from hefting.ingest.rivals.explanation import (
     at_offset,
     newton_euler,
 )
-from hefting.ingest.rivals.filtering import filtered
+from hefting.ingest.rivals.filtering import Complex, filtered
 
 CODE = "sloshing"
 FREQUENCIES = np.geomspace(0.6, 4.0, 20)
@@ -123,7 +123,7 @@ def swing(
     w = 2.0 * np.pi * frequency
     rate = (len(time) - 1) / (time[-1] - time[0])
 
-    def response(s: Array) -> Array:
+    def response(s: Complex) -> Complex:
         return 1.0 / (s * s + 2.0 * damping * w * s + w * w)
 
     change = specific - specific[0]

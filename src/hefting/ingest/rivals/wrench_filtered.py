@@ -7,7 +7,7 @@ from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.filtering import filtered
+from hefting.ingest.rivals.filtering import Complex, filtered
 
 CODE = "wrench-filtered"
 BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
@@ -68,7 +68,7 @@ def low_passed(values: Array, rate: float, order: int, bandwidth: float) -> Arra
     """Values (K, n) through a Butterworth filter of first or second order."""
     w = 2.0 * np.pi * bandwidth
 
-    def response(s: Array) -> Array:
+    def response(s: Complex) -> Complex:
         bend = 2.0**0.5 * s / w + np.square(s / w) if order == 2 else s / w
         return 1.0 / (1.0 + bend)
 
