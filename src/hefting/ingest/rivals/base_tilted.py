@@ -7,7 +7,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step, with_bias
-from hefting.ingest.rivals.explanation import Explanation, over_offsets
+from hefting.ingest.rivals.explanation import Explanation, fit_as_given, over_offsets
 
 CODE = "base-tilted"
 STEPS = 8
@@ -28,7 +28,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
-    _, offset = over_offsets(case, lambda m: _rows(case, m, case.gravity))
+    _, offset = fit_as_given(case)
     motion = case.motion_at(case.time[None] - offset)
     likely = [
         float(fit_rows(case, _rows(case, motion, start)).likelihood[0])

@@ -6,7 +6,10 @@ import numpy as np
 
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import correlation, linear_step
-from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    fit_as_given,
+)
 
 CODE = "bias-wrong"
 
@@ -15,9 +18,9 @@ def explain(case: Case) -> Explanation | None:
     """A constant bias beside the one given."""
     if case.biased:
         return None
-    free = replace(case, biased=True, path=case.path)
-    fitted, _ = over_offsets(free, lambda motion: newton_euler(free, motion))
-    given, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
+    free = replace(case, biased=True)
+    fitted, _ = fit_as_given(free)
+    given, _ = fit_as_given(case)
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
     step = linear_step(given, given.best, columns)
     # the residuals of a wrong bias are all coloured: of white ones is enough to tell

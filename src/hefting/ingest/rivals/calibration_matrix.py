@@ -12,7 +12,7 @@ from hefting.ingest.rivals.evidence import (
     correlation,
     fit_rows,
 )
-from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+from hefting.ingest.rivals.explanation import Explanation, fit_as_given, newton_euler
 
 GAIN, CROSS_TALK = "gain-uneven", "cross-talk"
 USUAL_ERROR = 0.03
@@ -26,7 +26,7 @@ CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest errors of the matrix (6, 6), to first order."""
-    _, offset = over_offsets(case, lambda motion: newton_euler(case, motion))
+    _, offset = fit_as_given(case)
     rows = newton_euler(case, case.motion_at(case.time[None] - offset))
     precision = (np.divide.outer(RANGES, RANGES) * USUAL_ERROR).ravel() ** -2.0
     fitted, errors, cost = fit_rows(case, rows), np.zeros((6, 6)), 0.0

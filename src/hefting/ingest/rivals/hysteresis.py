@@ -8,9 +8,9 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows
 from hefting.ingest.rivals.explanation import (
     Explanation,
+    fit_as_given,
     newton_euler,
     of_each_wrench,
-    over_offsets,
 )
 
 CODE = "hysteresis"
@@ -24,7 +24,7 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest play."""
     if not case.path.moves:
         return None
-    _, late = over_offsets(case, lambda motion: newton_euler(case, motion))
+    _, late = fit_as_given(case)
     # play looks like a delay, which the recording as given may have taken it for
     offsets = np.unique((0.0, 0.5 * late, late))
     rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))

@@ -13,9 +13,9 @@ from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import (
     Explanation,
+    fit_as_given,
     newton_euler,
     offset_columns,
-    over_offsets,
 )
 
 CODE = "lever-arm"
@@ -29,7 +29,7 @@ def explain(case: Case) -> Explanation | None:
     """The point, from the logged frame's origin."""
     if not case.path.moves or case.path.kind == "orientation":
         return None
-    _, offset = over_offsets(case, lambda motion: newton_euler(case, motion))
+    _, offset = fit_as_given(case)
     point, std, fitted = _find(case, offset)
     pairs = zip(point, std, strict=True)
     place = ", ".join(f"{1e3 * x:.0f} ± {1e3 * s:.0f}" for x, s in pairs)

@@ -19,11 +19,7 @@ from hefting.ingest.rivals.evidence import (
     fit_rows,
     with_bias,
 )
-from hefting.ingest.rivals.explanation import (
-    Explanation,
-    at_offset,
-    newton_euler,
-)
+from hefting.ingest.rivals.explanation import Explanation, at_offset, newton_euler
 from hefting.ingest.rivals.filtering import Complex, filtered
 
 CODE = "sloshing"
