@@ -28,6 +28,25 @@ def seeds(folder):
     return make_seeds(folder)
 
 
+FAILED_ONCE = (
+    ("csv", 1037),  # q999: an error of a thousand columns
+    ("csv", 4102),  # values of 1e300: singular equations of a change
+    ("mapped", 751),  # two samples a minute: too slow for any filter
+    ("parquet", 604),  # values of which a step overflows
+    ("db3", 606),  # one pose
+)
+"""Files, by reader and number, that made a traceback or a warning with seed 12."""
+
+
+@pytest.mark.parametrize(("name", "index"), FAILED_ONCE)
+def test_files_that_failed_once_do_not(name, index, folder, seeds, tmp_path):
+    status, failure, details = run_case(
+        name, seeds[name], 12, index, folder, tmp_path / "place"
+    )
+    assert not failure, details
+    assert status in (0, 1, 2, 3)
+
+
 @pytest.mark.parametrize("name", READERS)
 def test_mutated_files_are_read_or_refused_in_one_line(name, folder, seeds, tmp_path):
     place = tmp_path / "place"

@@ -46,9 +46,11 @@ def step_beyond_noise(values: Array) -> float:
     levels = np.unique(values)
     if len(levels) < 2 or len(values) < 4:
         return 0.0
-    step = float(np.diff(levels).min())
-    multiples = (levels - levels[0]) / step
-    if not np.abs(multiples - np.round(multiples)).max() < ROUNDING:
+    with np.errstate(over="ignore", invalid="ignore"):  # values of any size
+        step = float(np.diff(levels).min())
+        multiples = (levels - levels[0]) / step
+        uneven = np.abs(multiples - np.round(multiples)).max()
+    if not uneven < ROUNDING:
         return 0.0
     bend = values[:-2] - 2.0 * values[1:-1] + values[2:]
     # the median of |x| is 0.6745 standard deviations

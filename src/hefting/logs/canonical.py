@@ -153,8 +153,9 @@ def _find_partly_there(
     there = [c for columns in partly for c in columns if c in present]
     names = summarize_list([f"'{name}'" for name in missing])
     verb = "columns {} are" if len(missing) > 1 else "column {} is"
-    what = f"{verb.format(names)} missing beside {' '.join(there)}"
-    yield what, f"give all of {', and '.join(' '.join(columns) for columns in partly)}"
+    what = f"{verb.format(names)} missing beside {summarize_list(there, between=' ')}"
+    whole = [summarize_list(columns, between=" ") for columns in partly]
+    yield what, f"give all of {', and '.join(whole)}"
 
 
 def _misspelled(unknown: Sequence[str], absent: Sequence[str]) -> dict[str, str]:

@@ -299,9 +299,9 @@ def require_streams(
         )
 
 
-def summarize_list(items: Sequence[str]) -> str:
+def summarize_list(items: Sequence[str], between: str = ", ") -> str:
     """The first eight of some items in one line, and how many more there are."""
-    return ", ".join(items[:8]) + (
+    return between.join(items[:8]) + (
         f" and {len(items) - 8} more" if len(items) > 8 else ""
     )
 

@@ -161,7 +161,9 @@ def _most_likely_smoothness(
 
 def _is_gap(time: Array, h: float) -> Mask:
     """Mask (K - 1,) of the intervals between samples that separate two segments."""
-    return np.diff(time) > max(10.0 * h, 20.0 * float(np.median(np.diff(time))), 0.1)
+    steps = np.diff(time)
+    typical = float(np.median(steps)) if len(steps) else 0.0
+    return steps > max(10.0 * h, 20.0 * typical, 0.1)
 
 
 def sampling_interval(time: Array, h: float) -> float:

@@ -60,13 +60,16 @@ def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | 
     """
     if samples.static:
         return None
-    cells = _cells(samples, found, found.fit.offset)
-    if cells is None:
+    try:
+        cells = _cells(samples, found, found.fit.offset)
+        if cells is None:
+            return None
+        if not (has_long_contact(samples, found.outliers) or is_suspicious(cells)):
+            return None
+        best = _best_offset(samples, found, cells)
+        return None if best is None else _changes(best, start)
+    except np.linalg.LinAlgError:  # numbers of a size that no wrench has
         return None
-    if not (has_long_contact(samples, found.outliers) or is_suspicious(cells)):
-        return None
-    best = _best_offset(samples, found, cells)
-    return None if best is None else _changes(best, start)
 
 
 def _cells(samples: Samples, found: RobustFit, offset: float) -> Cells | None:
