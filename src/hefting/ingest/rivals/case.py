@@ -13,9 +13,15 @@ from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
 
 MOST_BLOCKS = 250
 """Largest number of averages of the wrench that explanations are compared on."""
+LONGEST_AVERAGE = 0.04
+"""[s] Longest time over which samples are averaged for it; of longer recordings every so
+many averages are chosen."""
 SMALLEST_SENSOR_ERROR = 0.003
 """Share of the wrench's changes below which what is left counts as the sensor's error
 and not as something to be explained."""
+AVERAGES_VARIANCE = (13.0 / 12.0) ** 2 + 2.0 / 24.0**2
+"""Variance of a mean from which its neighbours' second difference is taken (`_averages`),
+over that of the mean."""
 COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
 """[s] Clock offsets that are tried with every explanation, besides those near the one
 that conditioning found."""
@@ -54,8 +60,8 @@ class Case:
     wrench: Array
     """(K, 6) as recorded [N, N m]"""
     noise: Array
-    """(2,) standard deviation of the averages' force [N] and torque [N m] from one to
-    the next"""
+    """(2,) standard deviation of the averages' force [N] and torque [N m] by white
+    noise"""
     offset: float
     """[s] clock offset that conditioning found"""
     biased: bool
@@ -76,13 +82,18 @@ class Case:
         blocks = Blocks.of(wrench.time, wrench.values, smooth=path.kind != "static")
         # static poses follow no order
         noise = _high_frequency_noise(blocks.wrench) if path.moves else np.zeros(2)
-        chosen = blocks.every(MOST_BLOCKS)
+        time, values = np.array(blocks.time), np.array(blocks.wrench)
+        together = _averaged_together(time) if path.moves else 1
+        if together > 1:
+            time, values = _averages(time, values, together)
+            noise = noise * (AVERAGES_VARIANCE / together) ** 0.5
+        step = -(-len(time) // MOST_BLOCKS)
         return cls(
             recording,
             path,
             np.array(gravity, dtype=float),
-            np.array(chosen.time),
-            np.array(chosen.wrench),
+            time[::step],
+            values[::step],
             noise,
             offset,
             biased,
@@ -141,12 +152,40 @@ class Case:
         return hats.combine(np.eye(hats.n))
 
 
+def _averaged_together(time: Array) -> int:
+    """How many of the blocks at `time` (B,) are averaged for `MOST_BLOCKS` of them."""
+    if len(time) <= MOST_BLOCKS:
+        return 1
+    interval = float(np.median(np.diff(time)))
+    longest = int(LONGEST_AVERAGE / max(interval, 1e-9) + 1e-6)
+    return max(min(-(-len(time) // MOST_BLOCKS), longest), 1)
+
+
+def _averages(time: Array, wrench: Array, together: int) -> tuple[Array, Array]:
+    """Times (K,) and wrenches (K, 6) of so many blocks each, those at the end that are
+    fewer left out.
+
+    The mean of x(t) over a time T is x + T² x'' / 24 in its middle: that is taken away
+    by the second difference of the means, where their times are even.
+    """
+    K = len(time) // together
+    time = time[: K * together].reshape(K, together).mean(axis=1)
+    mean = wrench[: K * together].reshape(K, together, 6).mean(axis=1)
+    steps = np.diff(time)
+    even = np.abs(np.diff(steps)) < 0.2 * np.median(steps)
+    even &= np.abs(steps[1:] - np.median(steps)) < 0.2 * np.median(steps)
+    bend = mean[:-2] - 2.0 * mean[1:-1] + mean[2:]
+    found = mean.copy()
+    found[1:-1] -= even[:, None] * bend / 24.0
+    return time, found
+
+
 def _high_frequency_noise(wrench: Array) -> Array:
     """(2,) standard deviation of the noise of force and torque, by the second
     differences of the wrench (B, 6), which a slow motion does not show in."""
     if len(wrench) < 4:
         return np.zeros(2)
-    bend = wrench[:-2] - 2.0 * wrench[1:-1] + wrench[2:]
+    bend = np.diff(wrench, 2, axis=0)
     # the median of |x| is 0.6745 standard deviations
     size = np.median(np.abs(bend), axis=0) / (0.6745 * 6.0**0.5)
     return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))

@@ -53,6 +53,9 @@ POSSIBLE_EVIDENCE = 5.0
 """The same from which on it is possible enough to be told."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
+EXPLAINED_IF_WHITE = 1.0 / 3.0
+"""The same of a mistake that leaves white residuals of coloured ones: nothing else is to
+be explained. Of the recordings of three real sensors none does with more than a fifth."""
 EXPLAINED_BY_NOISE = -0.3
 """Log-likelihood of a sample missing to noise alone below which noise explains more than
 all, as that of an arm that vibrates; a sensor's imperfections are below it."""
@@ -114,8 +117,7 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
     changes, residuals that are no white noise, or what a small mistake would leave."""
     if share > LARGE_UNEXPLAINED:
         return True
-    coloured = case.path.moves and correlation(fitted, 0) > CLEAR_CORRELATION
-    if coloured and _missing(case, fitted) > CLEAR_UNEXPLAINED:
+    if case.path.moves and not _is_white(fitted) and _missing(case, fitted) > CLEAR_UNEXPLAINED:
         return True
     return _score(case, fitted) > CLEAR_SCORE
 
@@ -141,7 +143,15 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
     left, before = _missing(case, other.fitted), _missing(case, given.fitted)
     if before < EXPLAINED_BY_NOISE:
         return False
-    return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - EXPLAINED_SHARE) * before
+    needed = EXPLAINED_SHARE
+    if case.path.moves and _is_white(other.fitted) and not _is_white(given.fitted):
+        needed = EXPLAINED_IF_WHITE
+    return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - needed) * before
+
+
+def _is_white(fitted: Fitted) -> bool:
+    """Whether the residuals of the likeliest alternative are white noise."""
+    return correlation(fitted, fitted.best) < CLEAR_CORRELATION
 
 
 def _simplest(

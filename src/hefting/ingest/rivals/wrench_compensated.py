@@ -32,13 +32,12 @@ def explain(case: Case) -> Explanation | None:
     share = 1.0 - weighed / mass
     if not 0.0 <= share <= LARGEST_SHARE:
         return None
-    std = _share_std(fitted)
     what = (
         f"some {100.0 * share:.0f} % of the object's weight seem to be missing in the "
         "wrench, as where the controller subtracts a payload"
     )
     fix = "set its payload to zero before recording"
-    return Explanation(CODE, what, fix, fitted, 4, effect=abs(share) / max(std, 1e-9))
+    return Explanation(CODE, what, fix, fitted, 4, effect=_effect(fitted))
 
 
 def _rows(case: Case, motion: Motion) -> Rows:
@@ -57,14 +56,15 @@ def _maps() -> Array:
     return maps
 
 
-def _share_std(fitted: Fitted) -> float:
-    """Standard deviation of the share, beside the mass that acceleration acts on."""
+def _effect(fitted: Fitted) -> float:
+    """Size of what is missing, mass and first moment, over its standard deviations."""
     found = fitted.of_best()
-    rows, mass = found.rows, float(found.solution[0, 0])
-    # the wrench by the share, where the mass that gravity acts on is the rest of it
-    column = -mass * (rows.known[0] @ rows.maps[:, :, 10])
+    rows = found.rows
+    missing = found.solution[0, 10:14] - found.solution[0, :4]
+    # the wrench by it, where gravity acts on the same mass and moment as acceleration
+    columns = np.einsum("kz,zcp->kcp", rows.known[0], rows.maps[:, :, 10:14])
     maps = rows.maps.copy()
-    maps[:, :, 0] += maps[:, :, 10]
-    tied = replace(found, rows=replace(rows, maps=np.delete(maps, 10, axis=2)))
-    step = linear_step(tied, 0, column[:, :, None])
-    return float(np.sqrt(step.covariance[0, 0]))
+    maps[:, :, :4] += maps[:, :, 10:14]
+    tied = replace(found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2)))
+    covariance = linear_step(tied, 0, columns).covariance
+    return float(np.sqrt(max(missing @ np.linalg.pinv(covariance) @ missing, 0.0)))

@@ -5,7 +5,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_rows, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.filtering import Complex, filtered
 
@@ -16,17 +16,27 @@ ORDERS = (1, 2)
 """Orders of the Butterworth filters that are tried."""
 RATE = 50.0
 """[Hz] Rate at which the motion is filtered: far above the cut-off frequencies."""
+FILTERED_SHARE = 0.5
+"""Correlation of all channels' residuals from one average to the next, over that of
+noise through the filter, below which their noise did not pass it."""
 MOST_INSTANTS = 6000
 """Largest number of instants of the filtered motion."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest bandwidth."""
+    """The likeliest bandwidth. A filter in the sensor takes its noise, too: where the
+    residuals of a channel are white beside it, there is none."""
     if not case.path.moves:
         return None
     names, rows = _rows(case)
+    if rows is None:
+        return None
     fitted = fit_rows(case, rows)
     _, bandwidth = names[fitted.best]
+    interval = float(np.median(np.diff(case.time)))
+    expected = np.exp(-2.0 * np.pi * bandwidth * interval)
+    if _least_correlation(fitted) < FILTERED_SHARE * expected:
+        return None
     what = (
         f"the wrench seems to be low-pass filtered at some {bandwidth:.2g} Hz, which "
         "weakens and delays what the motion needs"
@@ -35,7 +45,17 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(CODE, what, fix, fitted, 1)
 
 
-def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
+def _least_correlation(fitted: Fitted) -> float:
+    """Smallest correlation of a channel's residuals from one average to the next."""
+    residual = fitted.residual[fitted.best]
+    product = np.sum(residual[1:] * residual[:-1], axis=0)
+    square = np.sum(np.square(residual), axis=0)
+    return float((product / np.maximum(square, 1e-300)).min())
+
+
+def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
+    """Orders and bandwidths, and the rows of each; None where the motion is filtered at
+    too low a rate for any."""
     first = case.time[0] - 1.0 / RATE
     count = int(np.clip((case.time[-1] - first) * RATE, 8, MOST_INSTANTS)) + 2
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
@@ -59,6 +79,8 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows]:
                         [np.interp(case.time - offset, grid, x) for x in smooth.T]
                     )
                 )
+    if not known:
+        return names, None
     used = np.interp(case.time, grid, motion.known[0].astype(float)) > 0.99
     used = np.broadcast_to(used, (len(known), len(case.time)))
     return names, with_bias(case, np.array(known), REGRESSOR_BY_FEATURE, used)
