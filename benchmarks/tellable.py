@@ -1,9 +1,12 @@
 """Whether a recording could tell a mistake to someone who knew its motion and noise."""
 
 import numpy as np
+from scipy.optimize import nnls
 
 from benchmarks.given import RATE, Given, Mistake
 from hefting.core.regressor import full_regressor
+from hefting.core.spatial import Array
+from hefting.shapes import Shape
 from hefting.simulation.faults import WRENCH_NOISE
 
 LEAST_CONTRAST = 40.0
@@ -12,23 +15,46 @@ ratio of likelihoods 5, three unknowns of a thousand samples, and twenty mistake
 
 
 def is_tellable(mistake: Mistake, right: Given, seed: int) -> bool:
-    """Whether the change of the wrench by a mistake is no wrench of another body, bias
-    or clock offset on the same motion, by more than noise. Of mistakes with poses or
-    options it is not known, and taken for granted."""
+    """Whether a recording can tell the mistake.
+
+    A change of the wrench does if it is no wrench of another body, bias or clock offset
+    on the same motion, by more than noise; a wrong shape, if no body in it has the
+    wrench, bias and clock offset aside. Of mistakes with poses or options it is not
+    known, and taken for granted.
+    """
     exact = right.wrench_of(right.truth.vector)
     noiseless = right.wrench(lambda _, w: exact)
     wrong = mistake.make(noiseless, np.random.default_rng([16, seed]))
     change = np.array(wrong.recording["wrench"].values) - exact
-    if wrong.options or not change.any():
+    if wrong.options or not (change.any() or mistake.needs_shape):
         return True
     assert right.exact is not None
-    noise = np.array(WRENCH_NOISE["moderate"])
-    A = full_regressor(right.exact).reshape(-1, 6, 10)
     late = np.gradient(exact, 1.0 / RATE, axis=0)[:, :, None]
-    bias = np.tile(np.eye(6), (len(A), 1, 1))
-    columns = np.concatenate((A, bias, late), axis=2) / noise[:, None]
-    columns = columns.reshape(6 * len(A), -1)
-    columns = columns / np.linalg.norm(columns, axis=0)
-    seen = (change / noise).ravel()
-    left = seen - columns @ np.linalg.lstsq(columns, seen, rcond=1e-10)[0]
-    return bool(left @ left > LEAST_CONTRAST)
+    bias = np.tile(np.eye(6), (len(exact), 1, 1))
+    body = full_regressor(right.exact).reshape(-1, 6, 10)
+    free = np.concatenate((bias, late), axis=2)
+    if mistake.needs_shape:
+        chi_squared = _least_outside(body, free, right.truth.vector, wrong.shape)
+    else:
+        free = np.concatenate((body, free), axis=2)
+        left = _beside(free, change[:, :, None])
+        chi_squared = float(np.sum(np.square(left)))
+    return chi_squared > LEAST_CONTRAST
+
+
+def _least_outside(body: Array, free: Array, truth: Array, shape: Shape) -> float:
+    """Chi-squared by which the best body of a shape misses the wrench of the true one
+    (10,)."""
+    points = Shape(np.vstack((shape.positions, shape.hull)))
+    R = np.linalg.qr(_beside(free, body), mode="r")
+    return float(nnls(R @ points.matrix, R @ truth)[1] ** 2)
+
+
+def _beside(free: Array, columns: Array) -> Array:
+    """Columns (6 K, p) of the wrench (K, 6, p) over the noise, less what others (K, 6,
+    q) explain of them."""
+    noise = np.array(WRENCH_NOISE["moderate"])[:, None]
+    A = (free / noise).reshape(-1, free.shape[2])
+    A = A / np.linalg.norm(A, axis=0)
+    B = (columns / noise).reshape(-1, columns.shape[2])
+    return B - A @ np.linalg.lstsq(A, B, rcond=1e-10)[0]

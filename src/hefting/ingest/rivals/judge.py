@@ -117,7 +117,11 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
     changes, residuals that are no white noise, or what a small mistake would leave."""
     if share > LARGE_UNEXPLAINED:
         return True
-    if case.path.moves and not _is_white(fitted) and _missing(case, fitted) > CLEAR_UNEXPLAINED:
+    if (
+        case.path.moves
+        and not _is_white(fitted)
+        and _missing(case, fitted) > CLEAR_UNEXPLAINED
+    ):
         return True
     return _score(case, fitted) > CLEAR_SCORE
 

@@ -65,6 +65,8 @@ def _effect(fitted: Fitted) -> float:
     columns = np.einsum("kz,zcp->kcp", rows.known[0], rows.maps[:, :, 10:14])
     maps = rows.maps.copy()
     maps[:, :, :4] += maps[:, :, 10:14]
-    tied = replace(found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2)))
+    tied = replace(
+        found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2))
+    )
     covariance = linear_step(tied, 0, columns).covariance
     return float(np.sqrt(max(missing @ np.linalg.pinv(covariance) @ missing, 0.0)))
