@@ -36,7 +36,9 @@ def lock(name: str, *arguments: str) -> None:
 if __name__ == "__main__":
     lock("run.txt", "pyproject.toml", "requirements/build.in", "--extra", "plot")
     extras = [
-        word for extra in ("plot", "ros", "sim", "batch") for word in ("--extra", extra)
+        word
+        for extra in ("plot", "ros", "sim", "view", "live", "batch")
+        for word in ("--extra", extra)
     ]
     sources = ["pyproject.toml", "requirements/build.in", "--group", "dev"]
     # of example-robot-data only files are read: what it asks for builds C++, and is LGPL
