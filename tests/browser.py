@@ -1,0 +1,81 @@
+"""A real headless browser for tests of pages: what a page says on its console, and what it
+asks for, is kept."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+"""Path of the browser; None where there is none."""
+needs_browser = pytest.mark.skipif(
+    CHROMIUM is None, reason="no browser: install chromium"
+)
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+"""WebGL is drawn by the processor; nothing is fetched in the background."""
+DESKTOP, PHONE = (1440, 900), (390, 844)
+"""Sizes of a window [pixels]."""
+OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1")
+"""How addresses begin that stay on the machine."""
+
+
+@dataclass
+class Visit:
+    """One page in the browser, and what came of it."""
+
+    page: Any
+    """Playwright's page"""
+    problems: list[str] = field(default_factory=list)
+    """errors on the console, and exceptions of scripts"""
+    foreign: list[str] = field(default_factory=list)
+    """addresses asked for that are not on this machine"""
+
+
+@contextmanager
+def browsing(
+    size: tuple[int, int] = DESKTOP, scheme: str = "light", offline: bool = False
+) -> Iterator[Visit]:
+    """A page in a window of a size [pixels] and a colour scheme, ``light`` or ``dark``;
+    `offline` for pages that need no server."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=list(ARGUMENTS)
+        )
+        context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            color_scheme=scheme,
+            offline=offline,
+            has_touch=size == PHONE,
+        )
+        visit = Visit(context.new_page())
+
+        def on_console(message: Any) -> None:
+            if message.type == "error":
+                visit.problems.append(message.text)
+
+        def on_request(request: Any) -> None:
+            if not request.url.startswith(OWN):
+                visit.foreign.append(request.url)
+
+        visit.page.on("console", on_console)
+        visit.page.on("pageerror", lambda error: visit.problems.append(str(error)))
+        visit.page.on("request", on_request)
+        try:
+            yield visit
+        finally:
+            browser.close()
