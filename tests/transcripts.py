@@ -96,6 +96,7 @@ simulate --help
 reproduce --help
 completion --help
 check --help
+show --help
 """
 
 ERRORS = """

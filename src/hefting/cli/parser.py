@@ -104,15 +104,23 @@ def say(message: str) -> None:
     that is a terminal."""
     text = "hefting: " + " ".join(message.split())
     if sys.stderr.isatty():
-        columns = max(get_terminal_size().columns, 20)
-        text = fill(
-            text,
-            columns - 1,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+        text = wrapped(text, max(get_terminal_size().columns, 20) - 1)
     print(text, file=sys.stderr)
+
+
+def wrapped(text: str, width: int) -> str:
+    """A line in as many as it takes, all but the first one with two spaces more."""
+    if len(text) <= width:
+        return text
+    start = text[: len(text) - len(text.lstrip())]
+    return fill(
+        text.strip(),
+        width,
+        initial_indent=start,
+        subsequent_indent=start + "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
@@ -132,4 +140,5 @@ def _usage_of(action: argparse.Action) -> str:
     text = name if isinstance(name, str) else " ".join(name)
     if action.option_strings:
         return f"{action.option_strings[-1]} {text}"
-    return f"[{text} ...]" if action.nargs == "*" else text
+    several = {"*": f"[{text} ...]", "+": f"{text} [{text} ...]", "?": f"[{text}]"}
+    return several.get(str(action.nargs), text)

@@ -6,17 +6,17 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from shutil import get_terminal_size
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hefting.cli.parser import WIDTH
+from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.report.digits import aligned
 from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.cli.report.worth import Worth
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.messages import codes
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import options
 
@@ -25,6 +25,17 @@ if TYPE_CHECKING:
 
 AXES = "xyz"
 MORE = "--verbose tells what was found, assumed and checked"
+MENDED = {
+    "bias-drift",
+    "clock-offset",
+    "contact",
+    "gravity-direction",
+    "pose-glitches",
+    "poses-frozen",
+    "poses-held-at-ends",
+}
+"""Codes of notes on what was changed in the recording or found beside the object: they
+are told without --verbose."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 """How a terminal is told of each style."""
@@ -128,16 +139,7 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
     for line in lines:
         text = render(line.text) if unicode else render(line.text).translate(ASCII)
-        if len(text) > width and not line.whole:
-            text = "\n".join(
-                wrap(
-                    text,
-                    width,
-                    subsequent_indent="  ",
-                    break_long_words=False,
-                    break_on_hyphens=False,
-                )
-            )
+        text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
         print(f"{style}{text}\x1b[0m" if style else text)
 
@@ -266,6 +268,9 @@ def summary(estimate: Estimate) -> Iterable[str]:
         how = "found from gravity" if made.get("wrench_found") else "as given"
         text += f"; wrench on the {side}, {how}"
     yield text
+    yield from (
+        f"- {note}" for note in made.get("notes", ()) if codes((note,)) & MENDED
+    )
     if made.get("tool"):
         yield f"without the tool of {made['tool'][0]:.4g} kg, which was subtracted"
     yield from _describe_scale(made)
@@ -277,11 +282,10 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
     """What a scale's reading did, if one was given."""
     if "sensor_gain" not in made:
         return
-    gain = 100.0 * made["sensor_gain"]
-    yield (
-        f"the scale's {made['mass']} counted; by it the sensor shows "
-        f"{abs(gain):.2g} % too {'much' if gain > 0.0 else 'little'}"
-    )
+    gain = round(100.0 * made["sensor_gain"], 2)
+    off = f"{abs(gain):g} % too {'much' if gain > 0.0 else 'little'}"
+    by_it = f"the sensor shows {off}" if gain else "the sensor's gain is right"
+    yield f"the scale's {made['mass']} counted; by it {by_it}"
 
 
 def _describe_until(estimate: Estimate) -> str:

@@ -2,11 +2,12 @@
 
 import sys
 from collections.abc import Callable, Iterable
+from shutil import get_terminal_size
 
 from rich.console import Console, Group
 from rich.text import Text
 
-from hefting.cli.parser import WIDTH
+from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.report.verdict import verdict_lines
 from hefting.core.verdict import Verdict
 
@@ -17,10 +18,11 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
 
     `render` turns the library's way of naming its arguments into the reader's.
     """
+    width = get_terminal_size().columns if sys.stdout.isatty() else WIDTH
     for line in report.renderables:
         if isinstance(line, Text):
-            line.plain = render(line.plain)
-    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH).print(report)
+            line.plain = wrapped(render(line.plain), width)
+    Console(highlight=False, width=width).print(report)
 
 
 def verdict_texts(verdict: Verdict) -> list[Text]:

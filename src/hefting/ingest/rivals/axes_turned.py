@@ -46,7 +46,7 @@ def explain(case: Case) -> Explanation | None:
     std = covariance + 0.5 * CROSS_TALK**2 * np.eye(3)
     angle, axis = _angle_axis(R)
     known = float(np.sqrt(axis @ std @ axis))
-    x, y, z = axis
+    x, y, z = np.round(axis, 2) + 0.0  # no -0.00
     what = (
         f"the sensor's axes seem turned by {np.degrees(angle):.1f}° ± "
         f"{np.degrees(known):.1g}° about ({x:.2f}, {y:.2f}, {z:.2f}) of the logged ones"
