@@ -22,9 +22,9 @@ GRAVE_COM_CHANGE = 0.010
 LARGE_UNEXPLAINED = 0.3
 """Residual beyond noise over the wrench's changes from which on no answer is to be
 used."""
-NOTICED_UNEXPLAINED = 0.15
+NOTICED_UNEXPLAINED = 0.125
 """The same from which on the answer is in doubt. On recordings of three real sensors it
-is at most 0.09."""
+is at most 0.1."""
 STATIC_FACTOR = 2.0
 """Both are so much larger for static poses, whose noise counts as unexplained: of one
 per second nothing tells it."""
