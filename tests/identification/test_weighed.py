@@ -30,8 +30,8 @@ def recorded(body: InertialParameters, seed: int, gain: float = 0.0) -> Recordin
 
 @pytest.fixture(scope="module")
 def loud() -> Recording:
-    """Of a sensor that shows 1.5 % too much."""
-    return recorded(BODY, 1, 0.015)
+    """Of a sensor that shows 2 % too much."""
+    return recorded(BODY, 1, 0.02)
 
 
 @pytest.mark.parametrize("method", ["Bayes", "OLS", "LMI"])
@@ -44,7 +44,7 @@ def test_a_gain_that_the_scale_tells_is_no_misfit(loud, method):
     assert estimate.parameters.mass == pytest.approx(BODY.mass, abs=6e-4)
     assert alone.parameters.mass > 1.005 * BODY.mass
     # a part of the difference is put down to gains of single channels
-    assert 0.004 < estimate.provenance["sensor_gain"] < 0.016
+    assert 0.004 < estimate.provenance["sensor_gain"] < 0.021
     low, high = estimate.intervals["mass"]
     assert high - low == pytest.approx(2.0 * Z95 * 3e-4, rel=0.1)
     assert estimate.verdict.level == alone.verdict.level == "good", estimate.warnings

@@ -14,6 +14,7 @@ The class of a method states its role (`hefting.estimators.base.ROLES`).
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.estimators import METHODS
 from hefting.estimators.base import Role
 from hefting.estimators.quadratic import Quadratic
@@ -41,14 +42,17 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
     For the true parameters this is chi² distributed with as many degrees of freedom as
     the data determine parameters, at most ten; the residuals' correlation in time is
-    taken into account. Where a scale told a gain of the sensor, single channels may be
-    wrong by as much, so that share of the wrench is no misfit.
+    taken into account. Where a scale told a gain of the sensor, or the user how accurate
+    it is, single channels may be wrong by as much: that share of the wrench is no
+    misfit.
     """
     problem = Quadratic.of(found.state, found.fit.noise, found.bias == "estimate")
     excess = problem.square(estimate.sensed_vector) - problem.square(
         problem.least_squares()
     )
-    gain = float(estimate.provenance.get("sensor_gain", 0.0))
+    gain = abs(float(estimate.provenance.get("sensor_gain", 0.0)))
+    if told := estimate.provenance.get("sensor_accuracy"):
+        gain = max(gain, SensorAccuracy.parse(told).gain_std)
     explained = problem.A @ estimate.sensed_vector
     excess -= gain**2 * float(explained @ explained)
     return max(0.0, excess) / found.fit.autocorrelation
