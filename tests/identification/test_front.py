@@ -1,6 +1,8 @@
 """`hefting.identify` as it is called from Python: the same answer however recording,
 shape and method are given."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import polars as pl
@@ -156,6 +158,30 @@ def test_quaternions_with_w_first_are_named(arrays):
     found = hefting.identify(**wxyz, shape=SHAPE)
     assert not found.verdict.usable
     assert found.verdict.reasons[0].code == "quaternion-order"
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8)])
+def test_what_is_advised_for_turned_axes_is_taken_as_it_is_said(arrays, found, axis):
+    """The object is found in the axes that the sensor has."""
+    turn = Rotation.from_rotvec(np.radians(50.0) * np.array(axis))
+    wrench = turn.apply(np.array(arrays["wrench"]).reshape(-1, 3)).reshape(-1, 6)
+    turned = arrays | {"wrench": wrench}
+    said = hefting.identify(**turned).verdict.reasons[0]
+    assert said.code == "axes-turned"
+    name, value = re.search(r"`(\w+)`='([^']+)'", str(said)).groups()
+    mended = hefting.identify(**turned, **{name: value})
+    assert mended.verdict.usable
+    assert mended.mass == pytest.approx(found.mass, rel=5e-3)
+    # 5 mm: a turn that is found to 1 degree, of a COM 0.25 m away
+    com = turn.apply(np.array(found.center_of_mass))
+    np.testing.assert_allclose(mended.center_of_mass, com, atol=5e-3)
+
+
+def test_a_sensor_elsewhere_is_said_once(arrays):
+    with pytest.raises(InputError, match="give one of them"):
+        hefting.identify(**arrays, sensor_turned="z:45", sensor_pose_in_log=np.eye(4))
+    with pytest.raises(InputError, match="z:45"):
+        hefting.identify(**arrays, sensor_turned="w:45")
 
 
 def test_a_bias_that_an_estimator_leaves_in_is_not_passed_over(arrays, found):

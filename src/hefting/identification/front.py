@@ -12,14 +12,18 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
+from hefting.core.spatial import Array
 from hefting.estimators import METHODS, Estimator
 from hefting.identification.compare import Comparison, compare
 from hefting.identification.identify import Identification
 from hefting.identification.identify import identify as identify_by_one
 from hefting.ingest.tool import load_tool
 from hefting.logs.given import as_recording
+from hefting.logs.sensor_pose import sensor_turned as turned_about
+from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.motion.measure import Source
 from hefting.shapes import as_shape
+from hefting.shapes.loading import as_pose
 
 Sign = Literal["auto", "on-object", "on-sensor"]
 Method = str | type[Estimator] | Estimator
@@ -69,6 +73,8 @@ def identify(
     start: float = 0.0,
     duration: float | None = None,
     tool: Estimate | str | Path | None = None,
+    sensor_pose_in_log: ArrayLike | str | Path | None = None,
+    sensor_turned: str | None = None,
     **hyperparameters: Any,
 ) -> Identification | Comparison:
     """Identify the object that a recording shows, or several recordings of it.
@@ -115,6 +121,11 @@ def identify(
         Part of the recording to use [s], or of each.
     tool : Estimate or path, optional
         What the sensor holds besides the object, to subtract; see `hefting.calibrate`.
+    sensor_pose_in_log : (4, 4), seven numbers or text, optional
+        Pose of the sensor in the frame whose poses are logged, where that is another:
+        a matrix, or x, y, z [m], qx, qy, qz, qw.
+    sensor_turned : str, optional
+        The same of a sensor that is only turned about one axis, as in ``"z:45"`` [deg].
     **hyperparameters
         Fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or
         shape are not exact, ``until`` to use no more of the recording than it takes. Of
@@ -153,6 +164,11 @@ def identify(
     }
     if recording is None or any(array is not None for array in arrays.values()):
         recording = as_recording(recording, **arrays)
+    posed = _sensor_pose(sensor_pose_in_log, sensor_turned)
+    if posed is not None:
+        several = recording if isinstance(recording, list | tuple) else [recording]
+        placed = [with_sensor_pose(as_recording(one), posed) for one in several]
+        recording = placed if isinstance(recording, list | tuple) else placed[0]
     options = {
         "gravity": gravity,
         "wrench": sign,
@@ -176,6 +192,16 @@ def identify(
         **options,
         **hyperparameters,
     )
+
+
+def _sensor_pose(pose: Any, turned: str | None) -> Array | None:
+    """Pose (4, 4) of the sensor in the logged frame; None where nothing is said of it."""
+    if turned is None:
+        return None if pose is None else as_pose(pose)
+    if pose is not None:
+        what = "both `sensor_pose_in_log` and `sensor_turned` are given"
+        raise InputError(what, fix="give one of them")
+    return turned_about(turned)
 
 
 def _names(method: Any) -> list[str] | None:

@@ -101,7 +101,7 @@ def as_shape(
     InputError
         For what describes no shape, and a unit or pose beside a `Shape`.
     """
-    matrix = None if pose is None else _pose_of(pose)
+    matrix = None if pose is None else as_pose(pose)
     if shape is None or isinstance(shape, Shape):
         if unit is not None or matrix is not None:
             what = "`unit` and `object_pose` are those of a shape's file or mesh"
@@ -122,8 +122,9 @@ def as_shape(
     return Shape.from_cloud(points, unit, matrix)
 
 
-def _pose_of(pose: ArrayLike | str | Path) -> Array:
-    """A pose (4, 4) in any form; `InputError` for what is none."""
+def as_pose(pose: ArrayLike | str | Path) -> Array:
+    """A pose (4, 4) as a matrix, seven numbers, or text as for `parse_pose`; `InputError`
+    for what is none."""
     if isinstance(pose, str | Path):
         return parse_pose(pose)
     matrix = frozen(pose)
