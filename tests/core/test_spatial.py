@@ -15,7 +15,10 @@ from hefting.core.spatial import (
     move_motion,
     move_wrench,
     pose_matrix,
+    quaternion_of,
+    rotation_by,
     rotation_matrices,
+    rotation_vector,
     skew,
     tensor_to_vector,
     vector_to_tensor,
@@ -192,3 +195,19 @@ def test_the_wrench_law_holds_in_every_frame(rng):
             np.testing.assert_allclose(
                 getattr(back, name), getattr(z, name), atol=10 * ROUNDING
             )
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-6, 1.0, 90.0, 179.9999, 180.0])
+def test_rotations_agree_with_those_of_scipy(degrees):
+    """Of no turn and half a turn too, where many formulas lose digits."""
+    rng = np.random.default_rng(4)
+    for axis in (*np.eye(3), *-np.eye(3), *rng.normal(size=(20, 3))):
+        vector = np.radians(degrees) * axis / np.linalg.norm(axis)
+        turn = Rotation.from_rotvec(vector)
+        np.testing.assert_allclose(rotation_by(vector), turn.as_matrix(), atol=1e-15)
+        q = quaternion_of(turn.as_matrix())
+        assert q[3] >= 0.0
+        # either sign is the same rotation; an entry near zero has lost some digits
+        assert abs(q @ turn.as_quat()) == pytest.approx(1.0, abs=1e-15)
+        there = rotation_by(rotation_vector(turn.as_matrix()))
+        np.testing.assert_allclose(there, turn.as_matrix(), atol=1e-14)

@@ -152,6 +152,37 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
+def rotation_by(vector: ArrayLike) -> Array:
+    """Rotation matrix (3, 3) of a rotation vector (3,) [rad]."""
+    v = np.asarray(vector, dtype=float)
+    angle = float(np.linalg.norm(v))
+    half = 0.5 * float(np.sinc(0.5 * angle / np.pi))  # sin(angle / 2) / angle
+    return rotation_matrices(np.append(half * v, np.cos(0.5 * angle)))
+
+
+def quaternion_of(rotation: ArrayLike) -> Array:
+    """Unit quaternion (4,) x, y, z, w of a rotation matrix (3, 3), w not negative.
+
+    The largest column of 4 q q', whose entries are linear in those of the matrix
+    (Shepperd, J. Guidance and Control 1, 1978).
+    """
+    R = np.asarray(rotation, dtype=float)
+    difference = (R - R.T)[(2, 0, 1), (1, 2, 0)]
+    square = np.empty((4, 4))
+    square[:3, :3] = R + R.T + (1.0 - np.trace(R)) * np.eye(3)
+    square[:3, 3] = square[3, :3] = difference
+    square[3, 3] = 1.0 + np.trace(R)
+    q = square[np.argmax(square.diagonal())]
+    return q / np.linalg.norm(q) * (-1.0 if q[3] < 0.0 else 1.0)
+
+
+def rotation_vector(rotation: ArrayLike) -> Array:
+    """Rotation vector (3,) [rad] of a rotation matrix (3, 3), half a turn at most."""
+    q = quaternion_of(rotation)
+    sine = float(np.linalg.norm(q[:3]))
+    return q[:3] * (2.0 * np.arctan2(sine, q[3]) / sine if sine > 0.0 else 2.0)
+
+
 def in_sensor_axes(orientation: Array, vectors: ArrayLike) -> Array:
     """Vectors in world axes, (3,) or (K, 3), in the axes (K, 3) of sensors of
     orientation (K, 4) xyzw."""

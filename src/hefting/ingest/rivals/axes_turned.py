@@ -11,9 +11,19 @@ same along all axes, and B vec(R) the right-hand side. Q is positive semidefinit
 <- (the rotation nearest to Q vec(R)) never decreases vec(R)' Q vec(R).
 """
 
+import itertools
+
 import numpy as np
 
-from hefting.core.spatial import Array, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import (
+    Array,
+    quaternion_of,
+    rotation_by,
+    rotation_vector,
+    skew,
+    tensor_to_vector,
+    vector_to_tensor,
+)
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step
 from hefting.ingest.rivals.explanation import (
@@ -38,6 +48,15 @@ part is a rotation, of so many radians over the root of two about each axis."""
 ROUND_ANGLE = np.radians(0.5)
 """[rad] Standard deviation up to which an angle is known well enough to be rounded to a
 whole number of degrees."""
+QUARTER_TURNS = np.array(
+    [
+        axes
+        for order in itertools.permutations(np.eye(3))
+        for signs in itertools.product((1.0, -1.0), repeat=3)
+        if np.linalg.det(axes := np.array(signs)[:, None] * np.array(order)) > 0.0
+    ]
+)
+"""The 24 rotations of a cube, from which the best one is looked for."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -72,13 +91,10 @@ def _in_sensor_axes(vector: Array, R: Array) -> Array:
 def rotation_of(case: Case) -> tuple[Array, Fitted, Array]:
     """Rotation (3, 3) from sensor to logged axes, its fit, and the covariance (3, 3) of
     the rotation vector."""
-    from scipy.spatial.transform import Rotation
-
-    starts = Rotation.create_group("O").as_matrix()
     rows = newton_euler(case, case.motion)
     scale = np.maximum(np.std(case.wrench, axis=0).reshape(2, 3).mean(axis=1), 1e-9)
     scales = np.broadcast_to(scale, (len(case.offsets), 2))
-    R, value = _ascend(case, rows, rows.used, scales, starts)
+    R, value = _ascend(case, rows, rows.used, scales, QUARTER_TURNS)
     index = int(np.argmax(value))
     return _refine(case, R[index], float(case.offsets[index]))
 
@@ -138,8 +154,6 @@ def _quadratic(
 def _refine(case: Case, R: Array, offset: float) -> tuple[Array, Fitted, Array]:
     """Rotation (3, 3), fit, and covariance of the rotation vector (3, 3) [rad²] in
     logged axes, by Gauss-Newton steps of rotation and clock offset together."""
-    from scipy.spatial.transform import Rotation
-
     fitted, covariance = _fit_at(case, R, offset), np.zeros((3, 3))
     for _ in range(REFINEMENTS):
         turned = _turned(case, R)[0]
@@ -154,7 +168,7 @@ def _refine(case: Case, R: Array, offset: float) -> tuple[Array, Fitted, Array]:
         step = linear_step(fitted, 0, columns)
         covariance = step.covariance[:3, :3]
         turn = np.clip(step.change[:3], -LARGEST_STEP, LARGEST_STEP)
-        R = Rotation.from_rotvec(turn).as_matrix() @ R
+        R = rotation_by(turn) @ R
         if case.path.moves:
             offset += float(np.clip(step.change[3], -0.02, 0.02))
         fitted = _fit_at(case, R, offset)
@@ -176,9 +190,7 @@ def _fit_at(case: Case, R: Array, offset: float) -> Fitted:
 
 
 def _angle_axis(R: Array) -> tuple[float, Array]:
-    from scipy.spatial.transform import Rotation
-
-    vector = Rotation.from_matrix(R).as_rotvec()
+    vector = rotation_vector(R)
     angle = float(np.linalg.norm(vector))
     return angle, vector / angle if angle > 0.0 else np.array((0.0, 0.0, 1.0))
 
@@ -186,19 +198,15 @@ def _angle_axis(R: Array) -> tuple[float, Array]:
 def _fix(R: Array, angle: float, axis: Array, covariance: Array) -> str:
     """What to type: a whole number of degrees about an axis where that is within the
     deviation, else the pose."""
-    from scipy.spatial.transform import Rotation
-
     degrees = round(float(np.degrees(angle)))
     main = int(np.argmax(np.abs(axis)))
     sign = 1.0 if axis[main] > 0.0 else -1.0
     rounded = np.zeros(3)
     rounded[main] = sign * np.radians(degrees)
-    apart = Rotation.from_rotvec(rounded).inv() * Rotation.from_matrix(R)
-    off = apart.as_rotvec()
+    off = rotation_vector(rotation_by(rounded).T @ R)
     known = np.sqrt(np.trace(covariance) / 3.0)
     if known < ROUND_ANGLE and off @ np.linalg.solve(covariance, off) < 9.0:
         turn = 180 if degrees == 180 else round(sign * degrees)
         return f"give `sensor_turned`='{'xyz'[main]}:{turn}'"
-    quaternion = Rotation.from_matrix(R).as_quat()
-    numbers = ",".join(f"{q:.5f}" for q in quaternion)
+    numbers = ",".join(f"{q:.5f}" for q in quaternion_of(R))
     return f"give `sensor_pose_in_log`='0,0,0,{numbers}'"

@@ -30,11 +30,10 @@ def explain(case: Case) -> Explanation | None:
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
     _, offset = fit_as_given(case)
     motion = case.motion_at(case.time[None] - offset)
-    likely = [
-        float(fit_rows(case, _rows(case, motion, start)).likelihood[0])
-        for start in starts[1:]
-    ]
-    best = np.argsort(likely)[-LIKELIEST_STARTS:]
+    along_axes = np.concatenate([motion.features(start) for start in starts[1:]])
+    used = np.repeat(motion.known, len(along_axes), axis=0)
+    rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
+    best = np.argsort(fit_rows(case, rows).likelihood)[-LIKELIEST_STARTS:]
     chosen = [starts[0]] + [starts[1 + i] for i in best]
     found = [_from(case, np.array(start), offset) for start in chosen]
     gravity, _, _ = max(found, key=lambda each: each[1].likelihood[0])
