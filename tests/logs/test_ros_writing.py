@@ -161,7 +161,7 @@ def test_whole_or_not_at_all(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(writing, "_serialise", fail)
+        patch.setattr(writing, "serialise", fail)
         for target in TARGETS:
             with pytest.raises(InputError, match="cannot be written"):
                 write_bag(sent, tmp_path / target)

@@ -4,9 +4,10 @@ import json
 import os
 import re
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from hefting.core.errors import InputError
 
@@ -171,18 +172,28 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
     Raises `InputError` when the folder does not exist or cannot be written, and when
     something is there that is no regular file.
     """
+    with replacing(path) as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[BinaryIO]:
+    """A file to be written piece by piece, which takes the place of `path` at the end;
+    nothing is left of it where that is not reached.
+
+    Raises `InputError` as `write_atomically`.
+    """
     import tempfile
 
     check_replaceable(path)
     target = Path(path).resolve()  # a link stays a link
-    data = content.encode() if isinstance(content, str) else content
     try:
         handle, temporary = tempfile.mkstemp(
             prefix=f".{target.name}.", dir=target.parent
         )
         try:
             with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
+                yield stream
             umask = os.umask(0)
             os.umask(umask)
             os.chmod(temporary, 0o666 & ~umask)
@@ -191,4 +202,6 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
             os.unlink(temporary)
             raise
     except OSError as error:
-        raise InputError(f"cannot be written ({error.strerror})", where=path) from error
+        raise InputError(
+            f"cannot be written ({error.strerror or error})", where=path
+        ) from error

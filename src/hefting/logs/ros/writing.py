@@ -5,7 +5,6 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array
-from hefting.logs.ros.layout import lay_out
+from hefting.logs.ros.serialising import Messages, serialise
 from hefting.logs.ros.streams import SENSOR, WORLD
 
 EPOCH = 1_000_000_000
@@ -39,21 +38,6 @@ JOINT_FIELDS = {"joint_positions": "position", "joint_velocities": "velocity"}
 
 Times = dict[str, NDArray[np.int64]]
 """Stamps [ns] of each stream, by its name."""
-
-
-@dataclass(frozen=True)
-class Messages:
-    """N messages of one type and topic that differ in stamps and numbers only."""
-
-    topic: str
-    type: str
-    frame: str
-    time: NDArray[np.int64]
-    """(N,) [ns]"""
-    fields: dict[str, Array]
-    """By path within the message: numbers (N, count)"""
-    texts: tuple[str, ...] = ()
-    """Names of joints"""
 
 
 def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
@@ -86,7 +70,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
     if target.is_dir() or (target.exists() and not target.suffix):
         raise InputError("exists already", path, "choose another name")
     check_replaceable(path)
-    groups = list(_build_messages(recording))
+    groups = list(messages_of(recording))
     try:
         folder = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
         try:
@@ -103,8 +87,8 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
     return tuple(name for name in recording.streams if name not in written)
 
 
-def _build_messages(recording: Recording) -> Iterator[Messages]:
-    """All messages of a recording, topic by topic."""
+def messages_of(recording: Recording) -> Iterator[Messages]:
+    """All messages of a recording, topic by topic; times from `EPOCH` on."""
     streams, start = recording.streams, recording.start
     time = {
         name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64)
@@ -256,7 +240,7 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
                     group.topic, group.type, typestore=store
                 )
         tables = [
-            _serialise(group, store, "ros1" if ros1 else "cdr") for group in groups
+            serialise(group, store, "ros1" if ros1 else "cdr") for group in groups
         ]
         which = np.concatenate(
             [np.full(len(group.time), i) for i, group in enumerate(groups)]
@@ -271,46 +255,3 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
                 tables[which[k]][index[k]].tobytes(),
             )
     return path / f"{path.name}.mcap" if suffix == ".mcap" else path
-
-
-def _serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
-    """The messages' bytes (N, size): the first serialised, the numbers of the others
-    put in their places."""
-    message = _blank_message(store, group.type)
-    message.header.frame_id = group.frame
-    if group.texts:
-        message.name = list(group.texts)
-        for field, values in group.fields.items():
-            setattr(message, field, np.zeros(values.shape[1]))
-    data = bytes(
-        store.serialize_ros1(message, group.type)
-        if encoding == "ros1"
-        else store.serialize_cdr(message, group.type)
-    )
-    layout = lay_out(data, group.type, store.fielddefs, encoding)
-    table = np.tile(np.frombuffer(data, np.uint8), (len(group.time), 1))
-    for part, values in zip(
-        ("sec", "nanosec"), np.divmod(group.time, 1_000_000_000), strict=True
-    ):
-        layout.write(table, f"header.stamp.{part}", values[:, None])
-    for path, values in group.fields.items():
-        layout.write(table, path, values)
-    return table
-
-
-def _blank_message(store: Any, kind: str) -> Any:
-    """A message with every number 0 and every text and sequence empty."""
-    values = []
-    for _, (node, detail) in store.fielddefs[kind][1]:
-        if node == 1:
-            values.append("" if detail[0] == "string" else 0)
-        elif node == 2:
-            values.append(_blank_message(store, detail))
-        else:
-            (_, (name, _)), count = detail
-            values.append(
-                []
-                if name == "string"
-                else np.zeros(count if node == 3 else 0, dtype=name)
-            )
-    return store.types[kind](*values)

@@ -1,0 +1,69 @@
+"""Messages of one topic as bytes, all of them at once."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.core.spatial import Array
+from hefting.logs.ros.layout import lay_out
+
+
+@dataclass(frozen=True)
+class Messages:
+    """N messages of one type and topic that differ in stamps and numbers only."""
+
+    topic: str
+    type: str
+    frame: str
+    time: NDArray[np.int64]
+    """(N,) [ns]"""
+    fields: dict[str, Array]
+    """By path within the message: numbers (N, count)"""
+    texts: tuple[str, ...] = ()
+    """Names of joints"""
+
+
+def serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
+    """The messages' bytes (N, size): the first serialised, the numbers of the others
+    put in their places; `store` is a type store of rosbags, `encoding` one of
+    ``"ros1"`` and ``"cdr"``."""
+    message = _blank_message(store, group.type)
+    message.header.frame_id = group.frame
+    if group.texts:
+        message.name = list(group.texts)
+        for field, values in group.fields.items():
+            setattr(message, field, np.zeros(values.shape[1]))
+    data = bytes(
+        store.serialize_ros1(message, group.type)
+        if encoding == "ros1"
+        else store.serialize_cdr(message, group.type)
+    )
+    layout = lay_out(data, group.type, store.fielddefs, encoding)
+    table = np.tile(np.frombuffer(data, np.uint8), (len(group.time), 1))
+    for part, values in zip(
+        ("sec", "nanosec"), np.divmod(group.time, 1_000_000_000), strict=True
+    ):
+        layout.write(table, f"header.stamp.{part}", values[:, None])
+    for path, values in group.fields.items():
+        layout.write(table, path, values)
+    return table
+
+
+def _blank_message(store: Any, kind: str) -> Any:
+    """A message with every number 0 and every text and sequence empty."""
+    values = []
+    for _, (node, detail) in store.fielddefs[kind][1]:
+        if node == 1:
+            values.append("" if detail[0] == "string" else 0)
+        elif node == 2:
+            values.append(_blank_message(store, detail))
+        else:
+            (_, (name, _)), count = detail
+            values.append(
+                []
+                if name == "string"
+                else np.zeros(count if node == 3 else 0, dtype=name)
+            )
+    return store.types[kind](*values)
