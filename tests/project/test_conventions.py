@@ -23,13 +23,14 @@ LAYERS = [
     {"inspection"},
     {"scene"},
     {"plots"},
+    {"dashboards", "notebook"},
     {"simulation"},
     {"reproduction"},
     {"cli"},
 ]
 """Data flows one way: a part imports from layers above its own in this list, never from
 below or beside."""
-EDGE = {"simulation", "reproduction", "plots", "cli"}
+EDGE = {"simulation", "reproduction", "plots", "dashboards", "notebook", "cli"}
 HEIGHT = {name: height for height, layer in enumerate(LAYERS) for name in layer}
 NEVER = {"estimators": {"logs", "motion", "export"}}
 HEAVY = {
@@ -41,6 +42,7 @@ HEAVY = {
     "viser",
     "plotly",
     "distributed",
+    "foxglove",
     "rosbags",
     "rich",
 }

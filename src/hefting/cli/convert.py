@@ -4,17 +4,26 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import add_recording, check_output, read_recording
+from hefting.cli.options import (
+    add_recording,
+    check_output,
+    read_estimate,
+    read_recording,
+)
+from hefting.cli.progress import progress
+from hefting.cli.shapes import add_shape, shape_of
+from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
-from hefting.cli.progress import progress
+    from hefting.shapes import Shape
 
 EXAMPLES = (
     "hefting convert held.mcap log.csv",
     "hefting convert log.csv log.parquet --map map.toml",
     "hefting convert joints.csv log.csv --urdf robot.urdf --sensor-frame tool0",
     "hefting convert log.csv short.csv --start 2 --duration 10",
+    "hefting convert log.csv mug.mcap --with mug.json --shape mug.stl",
 )
 
 
@@ -32,33 +41,91 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, metavar="S", help="write this much [s]"
     )
+    parser.add_argument(
+        "--with",
+        dest="estimate",
+        metavar="ESTIMATE.json",
+        help="write what was found as well, for Foxglove (.mcap)",
+    )
+    add_shape(parser.add_argument_group("the object's shape, drawn with --with"))
+    parser.set_defaults(points=None, points_per_cm3=None)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Convert, and say what was read and chosen."""
+    a = arguments
+    if a.estimate is not None:
+        _run_with_estimate(a)
+        return
+    for option in ("shape", "box", "object_pose", "unit"):
+        if getattr(a, option) is not None:
+            name = f"--{option.replace('_', '-')}"
+            raise InputError("is for --with", name, "give --with ESTIMATE.json")
+    _run_plain(a)
+
+
+def _run_plain(a: argparse.Namespace) -> None:
+    """Write the recording alone."""
     from hefting.logs import check_output as check_format
     from hefting.logs import write_log
     from hefting.logs.registry import find_writer
 
-    a = arguments
     check_format(a.output)
     check_output(a.output, a.log, a.map, a.urdf)
     with progress("converting", stages={"reading the log": 1.0}):
-        recording = read_recording(a)
-        if a.start or a.duration is not None:
-            recording = recording.slice(a.start, a.duration)
+        recording = _part(a)
         lost = write_log(recording, a.output)
     print(render("\n".join(_told(recording))))
-    if lost:
-        print(
-            f"warning: not written, as the format cannot hold it: {', '.join(name.replace('_', ' ') for name in lost)}"
-        )
+    _tell_lost(lost)
     written = find_writer(a.output)
     if recording.joint_names and written and written.is_table:
         print(
             f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}"
         )
     print(f"wrote {a.output}")
+
+
+def _run_with_estimate(a: argparse.Namespace) -> None:
+    """Write the recording and what was found from it, for a dashboard."""
+    from hefting.dashboards import dashboard_for, replay_of, write_dashboard
+
+    dashboard_for(a.output).check()
+    inputs = a.log, a.map, a.urdf, a.estimate, a.shape, a.object_pose
+    check_output(a.output, *inputs)
+    if a.log == a.estimate == "-":
+        raise InputError("is the log already", "--with -", "name a file for one")
+    estimate, shape = read_estimate(a.estimate), _shape(a)
+    with progress("converting"):
+        recording = _part(a)
+        replay = replay_of(recording, estimate, shape)
+        lost = write_dashboard(replay, a.output, render)
+    print(render("\n".join(_told(recording))))
+    _tell_lost(lost)
+    print(f"verdict of {a.estimate}: {estimate.verdict}")
+    for line in replay.warnings:
+        print(f"warning: {render(line)}")
+    print(f"wrote {a.output}")
+
+
+def _tell_lost(streams: tuple[str, ...]) -> None:
+    """A warning of what the output does not hold."""
+    if streams:
+        names = ", ".join(name.replace("_", " ") for name in streams)
+        print(f"warning: not written, as the format cannot hold it: {names}")
+
+
+def _part(a: argparse.Namespace) -> "Recording":
+    """The part of the recording that is to be written."""
+    recording = read_recording(a)
+    if a.start or a.duration is not None:
+        recording = recording.slice(a.start, a.duration)
+    return recording
+
+
+def _shape(a: argparse.Namespace) -> "Shape | None":
+    from hefting.shapes import parse_pose
+
+    return shape_of(a, parse_pose(a.object_pose) if a.object_pose else None)
 
 
 def _output_help() -> str:

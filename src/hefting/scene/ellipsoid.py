@@ -34,6 +34,19 @@ class Ellipsoid:
         """(3,) [m] farthest distance from the center along each axis of the frame."""
         return np.linalg.norm(self.half_axes, axis=1)
 
+    @property
+    def principal(self) -> tuple[Array, Array]:
+        """Lengths (3,) [m] of the half-axes that are perpendicular to one another, the
+        longest first, and the rotation (3, 3) whose columns they lie along.
+
+        The half-axes given need not be perpendicular: those that are follow from a
+        singular value decomposition.
+        """
+        rotation, lengths, _ = np.linalg.svd(self.half_axes)
+        if np.linalg.det(rotation) < 0.0:
+            rotation[:, 2] = -rotation[:, 2]
+        return lengths, rotation
+
     def shadow(self, i: int, j: int, count: int = 120) -> Array:
         """Outline (count, 2) [m] of the ellipsoid seen along the third axis, projected
         on axes `i` and `j`."""

@@ -83,7 +83,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
         raise InputError(
             f"cannot be written ({error.strerror or error})", where=path
         ) from error
-    written = {name for group in groups for name in _streams_of(group)}
+    written = {name for group in groups for name in streams_of(group)}
     return tuple(name for name in recording.streams if name not in written)
 
 
@@ -203,7 +203,7 @@ def _build_imu(streams: Mapping[str, Stream], time: Times) -> Iterator[Messages]
         yield Messages("/imu", "sensor_msgs/msg/Imu", SENSOR, when, fields)
 
 
-def _streams_of(group: Messages) -> list[str]:
+def streams_of(group: Messages) -> list[str]:
     """Names of the streams a group of messages holds."""
     if group.topic in ("/wrench", "/orientation"):
         return [group.topic[1:]]

@@ -1,0 +1,299 @@
+"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS 2
+messages. Needs foxglove-sdk and rosbags."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from heapq import merge
+from importlib import import_module
+from operator import itemgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting import __version__
+from hefting.core.errors import MissingDependencyError
+from hefting.core.files import replacing
+from hefting.core.messages import Message
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array
+from hefting.dashboards.dashboard import Dashboard
+from hefting.dashboards.replay import Replay
+from hefting.scene import headline_of
+
+if TYPE_CHECKING:
+    from foxglove import Context
+
+    from hefting.dashboards.foxglove_scene import Entities
+    from hefting.logs.ros.serialising import Messages
+
+ARROW_RATE = 30.0
+"""Arrows a second, at most: as many as a screen shows."""
+BLOCK = 10_000
+"""Messages of a topic that are held as bytes at once."""
+PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
+LEVELS = {"note": "Info", "warning": "Warning", "error": "Error"}
+"""Foxglove's level of each severity."""
+VERDICTS = {"good": "Info", "usable with care": "Warning", "do not use": "Error"}
+
+Say = Callable[[str], str]
+Line = tuple[int, Callable[..., None], Any]
+"""A message: when [ns], what sends it, and what it is."""
+
+
+def check() -> None:
+    """`MissingDependencyError` unless all that writes such a file is there."""
+    for module, name in (("foxglove", "foxglove-sdk"), ("rosbags", "rosbags")):
+        try:
+            import_module(module)
+        except ImportError as error:
+            raise MissingDependencyError(name, "live") from error
+
+
+def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
+    """Write a replay as an MCAP file, whole or not at all.
+
+    Times are those of `hefting.logs.ros.writing`: the recording begins at 1 s. Messages
+    are made one after another, in the order of their times. Returned are the streams of
+    the recording that are not in the file, as no message holds them.
+    """
+    from hefting.logs.ros.writing import messages_of, streams_of
+
+    logged = list(messages_of(replay.recording))
+    with replacing(path) as stream, _writer(stream) as context:
+        sources = [
+            *_logged(logged, context),
+            _frames(replay.recording, context),
+            _scene(replay, context),
+            _arrows(replay, context),
+            _said(replay, context, say),
+            *_curves(replay, context),
+        ]
+        for stamp, send, message in merge(*sources, key=itemgetter(0)):
+            send(message, log_time=stamp)
+    # /tf has positions also where no message of ROS has them beside the orientation
+    written = {"position", *(name for group in logged for name in streams_of(group))}
+    return tuple(name for name in replay.recording.streams if name not in written)
+
+
+class _Output:
+    """A file for Foxglove's writer, which logs errors and goes on: the first is kept,
+    and nothing is written after it."""
+
+    def __init__(self, stream: BinaryIO):
+        self._stream = stream
+        self.error: OSError | None = None
+
+    def write(self, data: bytes | bytearray) -> int:
+        """Write, unless that failed before."""
+        if self.error is None:
+            try:
+                return self._stream.write(data)
+            except OSError as error:
+                self.error = error
+        return len(data)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place in the file."""
+        return self._stream.seek(offset, whence)
+
+    def flush(self) -> None:
+        """Nothing: the file is flushed when it is closed."""
+
+
+@contextmanager
+def _writer(stream: BinaryIO) -> "Iterator[Context]":
+    """A context whose channels are written to a file; `OSError` where that fails."""
+    from foxglove import Context, open_mcap
+    from foxglove.mcap import MCAPWriteOptions
+
+    context, output = Context(), _Output(stream)
+    options = MCAPWriteOptions(compression_threads=0)
+    with open_mcap(output, context=context, writer_options=options) as writer:
+        yield context
+        writer.write_metadata("hefting", {"version": __version__})
+    if output.error is not None:
+        raise output.error
+
+
+def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
+    """Times [s] of a recording as those of its messages [ns]."""
+    from hefting.logs.ros.writing import EPOCH
+
+    stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)
+    return np.maximum(stamps, 0)
+
+
+def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
+    """The recording as it was logged, in ROS 2 messages."""
+    from foxglove import Channel, Schema
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    channels: dict[str, Channel] = {}
+    for group in groups:
+        if group.topic not in channels:
+            text, _ = store.generate_msgdef(group.type, ros_version=2)
+            schema = Schema(name=group.type, encoding="ros2msg", data=text.encode())
+            channels[group.topic] = Channel(
+                group.topic, schema=schema, message_encoding="cdr", context=context
+            )
+    return [_rows(group, store, channels[group.topic].log) for group in groups]
+
+
+def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[Line]:
+    """The messages of one topic, serialised a block at a time."""
+    from hefting.logs.ros.serialising import serialise
+
+    for first in range(0, len(group.time), BLOCK):
+        part = slice(first, first + BLOCK)
+        fields = {name: values[part] for name, values in group.fields.items()}
+        block = replace(group, time=group.time[part], fields=fields)
+        rows = serialise(block, store, "cdr")
+        for stamp, row in zip(block.time.tolist(), rows, strict=True):
+            yield stamp, send, row.tobytes()
+
+
+def _frames(recording: Recording, context: "Context") -> Iterator[Line]:
+    """The sensor's frame in the world; at its origin where only the orientation is
+    known."""
+    from foxglove.channels import FrameTransformsChannel
+    from foxglove.messages import FrameTransform, FrameTransforms
+
+    from hefting.dashboards.foxglove_scene import quaternion, timestamp, vector3
+    from hefting.logs.ros.streams import SENSOR, WORLD
+
+    channel = FrameTransformsChannel("/tf", context=context)
+    turned = recording["orientation"]
+    at = np.zeros((len(turned), 3))
+    if recording.has("position"):
+        place = recording["position"]
+        for i in range(3):
+            at[:, i] = np.interp(turned.time, place.time, place.values[:, i])
+    for k, stamp in enumerate(_stamps(recording, turned.time).tolist()):
+        frame = FrameTransform(
+            timestamp=timestamp(stamp),
+            parent_frame_id=WORLD,
+            child_frame_id=SENSOR,
+            translation=vector3(at[k]),
+            rotation=quaternion(turned.values[k]),
+        )
+        yield stamp, channel.log, FrameTransforms(transforms=[frame])
+
+
+def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
+    """The object, once: what is drawn of it moves with the sensor."""
+    from foxglove.channels import PointCloudChannel, SceneUpdateChannel
+
+    entities = _entities(replay)
+    start = _start(replay.recording)
+    for topic, kind, message in (
+        ("/object/shape", SceneUpdateChannel, entities.shape(start)),
+        ("/object/points", PointCloudChannel, entities.points(start)),
+        ("/object/com", SceneUpdateChannel, entities.center(start)),
+        ("/object/inertia", SceneUpdateChannel, entities.inertia(start)),
+    ):
+        if message is not None:
+            yield start, kind(topic, context=context).log, message
+
+
+def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
+    """The forces on the object as arrows."""
+    from foxglove.channels import SceneUpdateChannel
+
+    from hefting.dashboards.foxglove_scene import COLOURS
+
+    entities = _entities(replay)
+    curves = {name: c for name, c in replay.curves.items() if name in COLOURS}
+    largest = max(
+        float(np.linalg.norm(curve.values[:, :3], axis=1).max())
+        for curve in curves.values()
+    )
+    sources = []
+    for name, curve in curves.items():
+        send = SceneUpdateChannel(f"/object/{name}_force", context=context).log
+        sources.append(_arrow_lines(replay, entities, name, curve, largest, send))
+    return merge(*sources, key=itemgetter(0))
+
+
+def _arrow_lines(
+    replay: Replay,
+    entities: "Entities",
+    name: str,
+    curve: Stream,
+    largest: float,
+    send: Callable[..., None],
+) -> Iterator[Line]:
+    """Arrows of one wrench, at most `ARROW_RATE` a second."""
+    tick = np.floor((curve.time - curve.time[0]) * ARROW_RATE)
+    _, shown = np.unique(tick, return_index=True)
+    stamps = _stamps(replay.recording, curve.time[shown]).tolist()
+    for k, stamp in zip(shown.tolist(), stamps, strict=True):
+        force = curve.values[k, :3]
+        yield stamp, send, entities.force(stamp, name, force, largest)
+
+
+def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
+    """Each wrench as a force and a torque, at its own times."""
+    from foxglove.channels import Vector3Channel
+
+    from hefting.dashboards.foxglove_scene import vector3
+
+    def lines(curve: Stream, topic: str, part: slice) -> Iterator[Line]:
+        send = Vector3Channel(topic, context=context).log
+        stamps = _stamps(replay.recording, curve.time).tolist()
+        for stamp, row in zip(stamps, curve.values[:, part], strict=True):
+            yield stamp, send, vector3(row)
+
+    return [
+        lines(curve, f"/{name}/{part}", columns)
+        for name, curve in replay.curves.items()
+        for part, columns in PARTS.items()
+    ]
+
+
+def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
+    """Verdict, numbers and warnings, once."""
+    from foxglove.channels import LogChannel
+    from foxglove.messages import Log, LogLevel
+
+    from hefting.dashboards.foxglove_scene import timestamp
+
+    start, verdict = _start(replay.recording), replay.estimate.verdict
+    send = LogChannel("/log", context=context).log
+    headline = headline_of(replay.estimate)
+    said = [(VERDICTS[verdict.level], "verdict", headline.verdict)]
+    said += [("Info", "estimate", text) for text in headline.numbers]
+    for text in replay.warnings:
+        code = text.code if isinstance(text, Message) else "warning"
+        severity = text.severity if isinstance(text, Message) else "warning"
+        said.append((LEVELS[severity], code, say(text)))
+    for level, name, text in said:
+        message = Log(
+            timestamp=timestamp(start),
+            level=getattr(LogLevel, level),
+            name=name,
+            message=text,
+        )
+        yield start, send, message
+
+
+def _entities(replay: Replay) -> "Entities":
+    """What makes the parts of the scene, each with verdict and numbers."""
+    from hefting.dashboards.foxglove_scene import Entities
+    from hefting.logs.ros.streams import SENSOR
+
+    headline = headline_of(replay.estimate)
+    facts = [("verdict", str(replay.estimate.verdict))]
+    facts += zip(("mass", "COM", "inertia"), headline.numbers, strict=True)
+    return Entities(replay.scene, SENSOR, facts)
+
+
+def _start(recording: Recording) -> int:
+    return int(_stamps(recording, np.array((recording.start,)))[0])
+
+
+DASHBOARD = Dashboard(name="Foxglove", suffixes=(".mcap",), check=check, write=write)
+"""Shown by Foxglove, and by what else reads its schemas."""
