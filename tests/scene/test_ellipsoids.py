@@ -117,3 +117,17 @@ def test_there_is_no_region_where_the_com_is_open_or_nothing_is_known():
     covariance[3, :] = covariance[:, 3] = np.inf
     assert com_region(estimate_with(covariance)) is None
     assert com_region(replace(estimate_with(None), intervals=None)) is None
+
+
+def test_principal_half_axes_make_the_same_ellipsoid():
+    """Of half-axes that are not perpendicular, and of a flat one: A A' is the same, and
+    the axes are a rotation."""
+    rng = np.random.default_rng(6)
+    flat = rng.normal(size=(3, 3)) @ np.diag((1.0, 1.0, 0.0))
+    for half_axes in (*rng.normal(size=(10, 3, 3)), flat, np.zeros((3, 3))):
+        lengths, turn = Ellipsoid(np.zeros(3), half_axes).principal
+        assert (np.diff(lengths) <= 0.0).all()
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
+        assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-12)
+        own = (turn * lengths**2) @ turn.T
+        np.testing.assert_allclose(own, half_axes @ half_axes.T, atol=1e-13)

@@ -113,7 +113,9 @@ class Entities:
         length = ARROW * self.size * float(np.linalg.norm(force)) / (largest or 1.0)
         width = 0.02 * self.size
         arrow = ArrowPrimitive(
-            pose=Pose(position=_vector(np.zeros(3)), orientation=_towards(force)),
+            pose=Pose(
+                position=vector3(np.zeros(3)), orientation=quaternion(_turn_to(force))
+            ),
             shaft_length=0.8 * length,
             shaft_diameter=width,
             head_length=0.2 * length,
@@ -145,18 +147,14 @@ def timestamp(stamp: int) -> Timestamp:
 
 def vector3(values: Array) -> Vector3:
     """Three numbers."""
-    return _vector(values)
+    x, y, z = values.tolist()
+    return Vector3(x=x, y=y, z=z)
 
 
 def quaternion(values: Array) -> Quaternion:
     """Four numbers, w last."""
     x, y, z, w = values.tolist()
     return Quaternion(x=x, y=y, z=z, w=w)
-
-
-def _vector(values: Array) -> Vector3:
-    x, y, z = values.tolist()
-    return Vector3(x=x, y=y, z=z)
 
 
 def _colour(text: str, opacity: float) -> Color:
@@ -167,14 +165,14 @@ def _colour(text: str, opacity: float) -> Color:
 
 def _pose(position: Array, rotation: Array) -> Pose:
     turned = Rotation.from_matrix(rotation).as_quat()
-    return Pose(position=_vector(position), orientation=quaternion(turned))
+    return Pose(position=vector3(position), orientation=quaternion(turned))
 
 
 def _sphere(ellipsoid: Ellipsoid, colour: str, opacity: float) -> SpherePrimitive:
     lengths, rotation = ellipsoid.principal
     return SpherePrimitive(
         pose=_pose(ellipsoid.center, rotation),
-        size=_vector(2.0 * lengths),
+        size=vector3(2.0 * lengths),
         color=_colour(colour, opacity),
     )
 
@@ -192,17 +190,16 @@ def _box(surface: Surface) -> CubePrimitive:
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     return CubePrimitive(
         pose=_pose(0.5 * (low + high), np.eye(3)),
-        size=_vector(high - low),
+        size=vector3(high - low),
         color=_colour(SHADOW, PALE),
     )
 
 
-def _towards(direction: Array) -> Quaternion:
-    """The smallest turn from the x axis to a direction (3,) of any length."""
+def _turn_to(direction: Array) -> Array:
+    """Quaternion (4,), w last, of the smallest turn from the x axis to a direction (3,)
+    of any length."""
     size = float(np.linalg.norm(direction))
     x, y, z = direction / size if size > 0.0 else np.array((1.0, 0.0, 0.0))
     turn = np.array((0.0, -z, y, 1.0 + x))
     length = float(np.linalg.norm(turn))
-    return quaternion(
-        turn / length if length > 1e-9 else np.array((0.0, 0.0, 1.0, 0.0))
-    )
+    return turn / length if length > 1e-9 else np.array((0.0, 0.0, 1.0, 0.0))
