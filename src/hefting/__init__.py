@@ -3,6 +3,8 @@ manipulated object."""
 
 from importlib import import_module
 
+from hefting.core.display import shown_by
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -85,3 +87,6 @@ def _methods() -> dict[str, type]:
 
 def __dir__() -> list[str]:
     return sorted([*_HOME, *_methods(), "__version__"])
+
+
+shown_by("hefting.notebook")

@@ -12,6 +12,7 @@ import numpy as np
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate as Certificate
+from hefting.core.display import Shown
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
@@ -27,7 +28,7 @@ NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Estimate:
+class Estimate(Shown):
     """Inertial parameters found from measurements, in sensor axes about the sensor
     origin.
 

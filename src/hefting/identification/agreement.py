@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.estimate_json import json_ready
@@ -60,7 +61,7 @@ class Difference:
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class Agreement(Shown):
     """How several estimates of the same object agree."""
 
     values: dict[str, Array]

@@ -1,11 +1,12 @@
 """Answer: what is at hand on everything that holds an estimate."""
 
+from hefting.core.display import Shown
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
 from hefting.core.verdict import Verdict
 
 
-class Answer:
+class Answer(Shown):
     """Base of results that hold an estimate in `estimate`."""
 
     estimate: Estimate

@@ -10,9 +10,10 @@ from hefting.scene.ellipsoid import (
     Ellipsoid,
     com_half_widths,
     com_region,
+    half_widths,
     uniform_ellipsoid,
 )
-from hefting.scene.headline import Headline, headline_of, plus_minus
+from hefting.scene.headline import Headline, headline_of, plus_minus, power_of_thousand
 from hefting.scene.place import depth_of, place_of
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import Surface, surface_of
@@ -27,9 +28,11 @@ __all__ = [
     "com_half_widths",
     "com_region",
     "depth_of",
+    "half_widths",
     "headline_of",
     "place_of",
     "plus_minus",
+    "power_of_thousand",
     "scene_of",
     "surface_of",
     "uniform_ellipsoid",

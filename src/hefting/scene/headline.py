@@ -56,6 +56,14 @@ def plus_minus(value: float, half_width: float | None) -> str:
     return f"{shown:.{digits}f} ± {half_width:.{digits}f}".replace("-", "−")
 
 
+def power_of_thousand(values: Array) -> tuple[str, float]:
+    """What stands before a unit, such as ``"10⁻³ "``, and the factor for values to be
+    written with it: the power of a thousand that suits the largest."""
+    power = 3 * int(np.floor(np.log10(float(np.abs(values).max()) or 1.0) / 3.0))
+    before = "" if power == 0 else f"10{str(power).translate(SUPERSCRIPTS)} "
+    return before, 10.0**-power
+
+
 def inertia_doubt(estimate: Estimate) -> float | None:
     """Half the width of the widest 95 % interval of the moments at the COM over the
     largest moment, infinite where an entry of the tensor is open; None where the method
@@ -93,11 +101,10 @@ def _inertia(estimate: Estimate) -> str:
     moments = tensor.diagonal()
     if half is not None and not (half.diagonal() < np.abs(moments)).any():
         return "inertia at the COM: open"
-    power = 3 * int(np.floor(np.log10(float(np.abs(moments).max()) or 1.0) / 3.0))
-    halves = None if half is None else half.diagonal() / 10.0**power
-    numbers = _each(("Jxx", "Jyy", "Jzz"), moments / 10.0**power, halves)
-    times = "" if power == 0 else f"10{str(power).translate(SUPERSCRIPTS)} "
-    return f"at the COM [{times}kg m²]: {numbers}"
+    unit, scale = power_of_thousand(moments)
+    halves = None if half is None else scale * half.diagonal()
+    numbers = _each(("Jxx", "Jyy", "Jzz"), scale * moments, halves)
+    return f"at the COM [{unit}kg m²]: {numbers}"
 
 
 def _each(names: tuple[str, ...] | str, values: Array, halves: Array | None) -> str:

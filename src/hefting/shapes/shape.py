@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
@@ -49,7 +50,7 @@ LABELS = ("segmentation", "label", "labels")
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(Shown):
     """Points at which a rigid object may have mass; n of them, each with an unknown
     mass m_i >= 0.
 
