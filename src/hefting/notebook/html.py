@@ -14,7 +14,7 @@ from hefting.core.verdict import Verdict
 LONGEST = 400
 """Characters of a text from outside that are shown."""
 LINE = "1px solid rgba(128,128,128,0.45)"
-CELL = f"padding:2px 10px 2px 0;text-align:left;border-bottom:{LINE};white-space:nowrap"
+CELL = f"padding:2px 8px 2px 0;text-align:left;border-bottom:{LINE};white-space:nowrap"
 HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Colour of each verdict: white text on it is readable."""
@@ -77,7 +77,10 @@ def table_html(
         style = HEAD if k == bold else CELL
         cells = "".join(f'<td style="{style}">{text_html(cell)}</td>' for cell in row)
         body += f'<tr style="background:none">{cells}</tr>'
-    style = "border-collapse:collapse;font-variant-numeric:tabular-nums;margin:0 0 8px"
+    style = (
+        "border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;"
+        "color:inherit;margin:0 0 8px"
+    )
     return (
         f'<div style="overflow-x:auto"><table style="{style}"><thead>'
         f'<tr style="background:none">{top}</tr></thead><tbody>{body}</tbody></table></div>'

@@ -8,10 +8,9 @@ from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
 from hefting.scene import half_widths, plus_minus, power_of_thousand
 
-HEAD = ("quantity", "± 95 %", "95 % from", "to", "unit")
+HEAD = ("quantity", "estimate ± 95 %", "from", "to", "unit")
 MOMENTS = {"Jxx": (0, 0), "Jyy": (1, 1), "Jzz": (2, 2)}
 PRODUCTS = {"Jxy": (0, 1), "Jxz": (0, 2), "Jyz": (1, 2)}
-OPEN = "open"
 
 
 @dataclass(frozen=True)
