@@ -10,6 +10,7 @@ from hefting.cli.options import (
     read_estimate,
     read_recording,
 )
+from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, shape_of
 from hefting.core.errors import InputError
@@ -75,13 +76,12 @@ def _run_plain(a: argparse.Namespace) -> None:
     with progress("converting", stages={"reading the log": 1.0}):
         recording = _part(a)
         lost = write_log(recording, a.output)
-    print(render("\n".join(_told(recording))))
+    _print(_told(recording))
     _tell_lost(lost)
     written = find_writer(a.output)
     if recording.joint_names and written and written.is_table:
-        print(
-            f"warning: the names of the joints are not kept: q1.. are {', '.join(recording.joint_names)}"
-        )
+        names = ", ".join(recording.joint_names)
+        _print([f"warning: the names of the joints are not kept: q1.. are {names}"])
     print(f"wrote {a.output}")
 
 
@@ -99,11 +99,10 @@ def _run_with_estimate(a: argparse.Namespace) -> None:
         recording = _part(a)
         replay = replay_of(recording, estimate, shape)
         lost = write_dashboard(replay, a.output, render)
-    print(render("\n".join(_told(recording))))
+    _print(_told(recording))
     _tell_lost(lost)
     print(f"verdict of {a.estimate}: {estimate.verdict}")
-    for line in replay.warnings:
-        print(f"warning: {render(line)}")
+    _print([f"warning: {line}" for line in replay.warnings])
     print(f"wrote {a.output}")
 
 
@@ -111,7 +110,13 @@ def _tell_lost(streams: tuple[str, ...]) -> None:
     """A warning of what the output does not hold."""
     if streams:
         names = ", ".join(name.replace("_", " ") for name in streams)
-        print(f"warning: not written, as the format cannot hold it: {names}")
+        _print([f"warning: not written, as the format cannot hold it: {names}"])
+
+
+def _print(lines: list[str]) -> None:
+    """Lines no wider than `WIDTH`, with options in place of the library's arguments."""
+    for line in lines:
+        print(wrapped(render(line), WIDTH))
 
 
 def _part(a: argparse.Namespace) -> "Recording":
