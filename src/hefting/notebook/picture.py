@@ -35,6 +35,7 @@ def picture_html(scene: Scene, alt: str) -> str:
 
 def _svg(scene: Scene, resolution: float) -> bytes:
     """The views as SVG; the shape itself as pixels of so many dots per inch."""
+    from hefting.plots.headline import subfigures_of
     from hefting.plots.style import FORMATS, figure_of, settled, style
     from hefting.plots.views import draw_scene, height_of
 
@@ -43,7 +44,7 @@ def _svg(scene: Scene, resolution: float) -> bytes:
 
         with rc_context({"svg.fonttype": "none"}):
             figure = figure_of(height_of(scene))
-            views = figure.subfigures(1, 1)
+            (views,) = subfigures_of(figure, 1)
             draw_scene(views, scene)
             for axes in views.axes:
                 for each in axes.collections:
