@@ -16,6 +16,7 @@ import pytest
 import hefting
 from browser import DESKTOP, PHONE, browsing, needs_browser
 from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.identification import Comparison, identify
@@ -158,6 +159,12 @@ def test_without_intervals_there_are_none(found):
     alone = Estimate("test", found.estimate.parameters, samples=3)
     rows = {row[0]: row[1:] for row in Page(alone._repr_html_()).cells}
     assert rows["mass"] == [plus_minus(alone.mass, None), "", "", "kg"]
+
+
+def test_of_nothing_there_is_a_table_too():
+    """Parameters that are all zero: no COM, no moment."""
+    page = Page(Estimate("OLS", InertialParameters(np.zeros(10)), 3)._repr_html_())
+    assert {row[0]: row[1] for row in page.cells}["mass"] == "0"
 
 
 def test_every_kind_escapes_what_comes_from_outside(log, found, shape):

@@ -52,17 +52,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(points=None, points_per_cm3=None)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Convert, and say what was read and chosen."""
+def run(arguments: argparse.Namespace) -> int:
+    """Convert, and say what was read and chosen; returns the exit status."""
     a = arguments
     if a.estimate is not None:
-        _run_with_estimate(a)
-        return
-    for option in ("shape", "box", "object_pose", "unit"):
-        if getattr(a, option) is not None:
+        return _run_with_estimate(a)
+    for option in ("shape", "box", "object_pose", "unit", "hull"):
+        if getattr(a, option):
             name = f"--{option.replace('_', '-')}"
             raise InputError("is for --with", name, "give --with ESTIMATE.json")
     _run_plain(a)
+    return 0
 
 
 def _run_plain(a: argparse.Namespace) -> None:
@@ -85,8 +85,10 @@ def _run_plain(a: argparse.Namespace) -> None:
     print(f"wrote {a.output}")
 
 
-def _run_with_estimate(a: argparse.Namespace) -> None:
-    """Write the recording and what was found from it, for a dashboard."""
+def _run_with_estimate(a: argparse.Namespace) -> int:
+    """Write the recording and what was found from it, for a dashboard; returns the exit
+    status, which tells of an estimate that is not to be used."""
+    from hefting.cli.report.verdict import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
     dashboard_for(a.output).check()
@@ -104,6 +106,7 @@ def _run_with_estimate(a: argparse.Namespace) -> None:
     print(f"verdict of {a.estimate}: {estimate.verdict}")
     _print([f"warning: {line}" for line in replay.warnings])
     print(f"wrote {a.output}")
+    return exit_status(estimate.verdict)
 
 
 def _tell_lost(streams: tuple[str, ...]) -> None:

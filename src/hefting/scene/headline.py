@@ -59,7 +59,8 @@ def plus_minus(value: float, half_width: float | None) -> str:
 def power_of_thousand(values: Array) -> tuple[str, float]:
     """What stands before a unit, such as ``"10⁻³ "``, and the factor for values to be
     written with it: the power of a thousand that suits the largest."""
-    power = 3 * int(np.floor(np.log10(float(np.abs(values).max()) or 1.0) / 3.0))
+    largest = float(np.nan_to_num(np.abs(values)).max()) or 1.0
+    power = 3 * int(np.floor(np.log10(largest) / 3.0))
     before = "" if power == 0 else f"10{str(power).translate(SUPERSCRIPTS)} "
     return before, 10.0**-power
 
