@@ -11,6 +11,7 @@ from hefting.cli.options import (
     gravity_of,
     read_recording,
 )
+from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, shape_of
 from hefting.core.errors import InputError
@@ -82,9 +83,9 @@ def run(arguments: argparse.Namespace) -> None:
         picture = picture_of(plot_shape(shape, found, gravity), suffix)
     write_atomically(a.output, picture)
     for line in (*place_of(shape), *_depths(shape, found)):
-        print(line)
+        print(wrapped(line, WIDTH))
     for line in shape.warnings:
-        print(f"warning: {render(line)}")
+        print(wrapped(f"warning: {render(line)}", WIDTH))
     print(f"wrote {a.output}")
 
 
