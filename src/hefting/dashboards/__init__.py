@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from hefting.core.errors import InputError
+from hefting.core.progress import report
 from hefting.dashboards.dashboard import Dashboard
 from hefting.dashboards.replay import Replay, replay_of
 
@@ -19,6 +20,8 @@ __all__ = ["Dashboard", "Replay", "dashboard_for", "replay_of", "write_dashboard
 
 FILES = ("foxglove",)
 """The module of each kind of file."""
+WRITING = "writing the file"
+"""What is reported as progress while a file is written."""
 
 
 def dashboard_for(path: str | Path) -> Dashboard:
@@ -65,4 +68,5 @@ def write_dashboard(
     """
     kind = dashboard_for(path)
     kind.check()
+    report(WRITING)
     return kind.write(replay, path, say)

@@ -21,9 +21,8 @@ from foxglove.messages import (
     TriangleListPrimitive,
     Vector3,
 )
-from scipy.spatial.transform import Rotation
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, quaternion_of
 from hefting.plots.style import BLUE, PURPLE, SHADOW, VERMILION
 from hefting.scene import Ellipsoid, Scene, Surface
 
@@ -164,8 +163,8 @@ def _colour(text: str, opacity: float) -> Color:
 
 
 def _pose(position: Array, rotation: Array) -> Pose:
-    turned = Rotation.from_matrix(rotation).as_quat()
-    return Pose(position=vector3(position), orientation=quaternion(turned))
+    turned = quaternion(quaternion_of(rotation))
+    return Pose(position=vector3(position), orientation=turned)
 
 
 def _sphere(ellipsoid: Ellipsoid, colour: str, opacity: float) -> SpherePrimitive:
