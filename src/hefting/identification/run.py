@@ -32,13 +32,13 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     accuracy `asked` for takes."""
     if estimator.asked is None:
         states: list[State] = [
-            estimator.update(estimator.start(), z) for z in _taken(estimator, found)
+            estimator.update(estimator.start(), z) for z in samples_taken(estimator, found)
         ]
         return estimator.estimate(reduce(estimator.merge, states)), found
     return _first_sufficient(estimator, found)
 
 
-def _taken(estimator: Estimator, found: Ingested) -> list[Measurements]:
+def samples_taken(estimator: Estimator, found: Ingested) -> list[Measurements]:
     """Each recording's measurements, with the weights that a method goes by."""
     return [
         part.weighted_by_count if estimator.depends_on_count else part.measurements
@@ -53,7 +53,7 @@ def _first_sufficient(
     as far as they were used."""
     assert estimator.asked is not None
     before, estimate, parts = estimator.start(), None, []
-    taken = _taken(estimator, found)
+    taken = samples_taken(estimator, found)
     for part, z in zip(found.recordings, taken, strict=True):
         is_last = part is found.recordings[-1]
         try:

@@ -92,6 +92,21 @@ def with_poses(
     return replace(recording, streams=kept | poses, warnings=warnings, notes=notes)
 
 
+def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
+    """The column of the recording's joint positions that holds each joint, by name: of
+    columns without names those that `with_poses` takes for the robot's joints.
+
+    Raises `InputError` as `with_poses` does.
+    """
+    if not recording.has("joint_positions"):
+        raise InputError("has no joint positions", recording.source)
+    count = recording["joint_positions"].values.shape[1]
+    names = recording.joint_names
+    _columns(names, count, robot, recording.source)
+    unnamed = robot.joints if len(robot.joints) == count else robot.all_joints
+    return {name: column for column, name in enumerate(names or unnamed)}
+
+
 def _columns(
     names: tuple[str, ...], count: int, robot: Robot, source: str
 ) -> list[int]:

@@ -83,7 +83,13 @@ class Robot:
         to it is floating or planar, or mimics one that is not there, that has no single
         position, or that mimics it in turn.
         """
-        tree = read_urdf(path)
+        return cls.from_tree(read_urdf(path), sensor_frame)
+
+    @classmethod
+    def from_tree(cls, tree: Tree, sensor_frame: str) -> Self:
+        """The robot of a kinematic tree that was read; arguments and errors as for
+        `from_urdf`."""
+        path = tree.source
         if sensor_frame not in tree.links:
             joint = tree.joints.get(sensor_frame)
             hint = (
@@ -135,7 +141,7 @@ class Robot:
             if joint.kind in SCALAR and joint.mimic is None
         )
         return cls(
-            source=str(path),
+            source=path,
             root=tree.root,
             sensor_frame=sensor_frame,
             joints=tuple(columns),
