@@ -1,0 +1,215 @@
+"""Drawing: a scene as nodes of viser, in the frame of the sensor. Needs viser."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.scene import Body, Ellipsoid, PointSet, Scene, Surface
+from hefting.viewer.colours import (
+    AXES,
+    COM,
+    GREY,
+    INERTIA,
+    SURFACE,
+    TRUTH,
+    colours_of,
+    rgb,
+)
+
+if TYPE_CHECKING:
+    from viser import SceneApi
+
+SENSOR = "/sensor"
+"""Node that moves with the sensor; all that is drawn of the object is below it."""
+LEAST_SIZE = 0.05
+"""Size of a scene that holds nothing [m]."""
+MOST_REACH = 3.0
+"""A region for the COM that reaches farther than so many sizes of the scene would hide
+all else, and is not drawn."""
+AXES_SHARE = 0.5
+"""Greatest length of the sensor's axes over the size of the scene."""
+
+
+def size_of(scene: Scene) -> float:
+    """Largest extent of what is drawn [m]."""
+    return max(float(np.ptp(scene.corners, axis=0).max()), LEAST_SIZE)
+
+
+def axes_length(size: float) -> float:
+    """Length at which the sensor's axes are drawn [m]: 1, 2 or 5 times a power of ten,
+    that suits a scene of a size."""
+    power = 10.0 ** np.floor(np.log10(AXES_SHARE * size))
+    return float(max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size))
+
+
+class ObjectDrawing:
+    """The object, as nodes below `SENSOR`.
+
+    Parameters
+    ----------
+    api : viser.SceneApi
+        Where it is drawn.
+    scene : Scene
+        Its surface and what is known of the object do not change later.
+    """
+
+    def __init__(self, api: "SceneApi", scene: Scene):
+        self._api = api
+        self.size = size_of(scene)
+        self._nodes: dict[str, Any] = {}
+        self._absent: set[str] = set()  # nodes of which the scene now holds nothing
+        self.hidden: set[str] = set()
+        """Kinds of nodes that are not to be seen: ``"shape"``, ``"masses"``,
+        ``"inertia"``, ``"region"``, ``"truth"``"""
+        self._draw_axes()
+        if scene.surface is not None:
+            self._draw_surface(scene.surface)
+
+    def show(self, scene: Scene) -> None:
+        """Draw a scene in place of what was drawn."""
+        self._draw_points(scene.points)
+        names = {body.name for body in scene.bodies}
+        for body in scene.bodies:
+            self._draw_body(body)
+        if "estimate" not in names:
+            self._draw_body(Body("estimate", np.full(3, np.nan)))
+        self.hide(self.hidden)
+
+    def hide(self, kinds: set[str]) -> None:
+        """Hide these kinds of nodes, and show the others."""
+        self.hidden = set(kinds)
+        for name, node in self._nodes.items():
+            parts = set(name.split("/"))
+            node.visible = name not in self._absent and not parts & self.hidden
+
+    def _draw_axes(self) -> None:
+        """The sensor's axes, with their names."""
+        length = axes_length(self.size)
+        self.sensor = self._api.add_frame(
+            SENSOR, axes_length=length, axes_radius=0.02 * length, show_axes=False
+        )
+        for axis, colour in AXES.items():
+            tip = length * np.eye(3)["xyz".index(axis)]
+            self._api.add_line_segments(
+                f"{SENSOR}/axes/{axis}",
+                np.array([[np.zeros(3), tip]]),
+                rgb(colour),
+                thickness=3.0,
+                thickness_units="screen",
+            )
+            self._api.add_label(
+                f"{SENSOR}/axes/{axis}/name",
+                axis,
+                position=1.08 * tip,
+                anchor="center-center",
+                font_screen_scale=0.8,
+            )
+
+    def _draw_surface(self, surface: Surface) -> None:
+        """The object's own surface, half transparent; a box around it as a wire frame."""
+        self._nodes["shape"] = self._api.add_mesh_simple(
+            f"{SENSOR}/shape",
+            surface.vertices,
+            surface.faces,
+            color=rgb(SURFACE if surface.is_object else GREY),
+            wireframe=not surface.is_object,
+            opacity=0.35 if surface.is_object else 0.8,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _draw_points(self, points: PointSet | None) -> None:
+        """Points of the shape; by their masses, where a method put masses there."""
+        if points is None:
+            self._absent.add("masses")
+            return
+        self._absent.discard("masses")
+        colours = np.tile(np.array(rgb(GREY), dtype=np.uint8), (len(points.positions), 1))
+        if points.masses is not None:
+            colours = colours_of(points.masses)
+
+        def add() -> Any:
+            return self._api.add_point_cloud(
+                f"{SENSOR}/masses",
+                points.positions,
+                colours,
+                point_size=0.025 * self.size,
+                point_shape="circle",
+                precision="float32",
+            )
+
+        node = self._node("masses", add)
+        if node.points.shape != points.positions.shape:
+            node.points = np.asarray(points.positions, dtype=np.float32)
+        node.colors = colours
+
+    def _draw_body(self, body: Body) -> None:
+        """COM, the region that holds it, and the ellipsoid of equal inertia."""
+        known = body.name != "estimate"
+        place = f"{body.name}/truth" if known else body.name
+        self._draw_center(f"{place}/com", body.center, TRUTH if known else COM)
+        region = body.region
+        if region is not None and region.reach.max() > MOST_REACH * self.size:
+            region = None
+        self._draw_ellipsoid(f"{place}/region", region, COM, 0.35)
+        colour, opacity = (TRUTH, 0.25) if known else (INERTIA, 0.2)
+        self._draw_ellipsoid(f"{place}/inertia", body.ellipsoid, colour, opacity)
+
+    def _draw_center(self, name: str, center: Array, colour: str) -> None:
+        def add() -> Any:
+            return self._api.add_icosphere(
+                f"{SENSOR}/{name}",
+                0.018 * self.size,
+                rgb(colour),
+                subdivisions=2,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+        open_ = not np.isfinite(center).all()
+        (self._absent.add if open_ else self._absent.discard)(name)
+        if not open_:
+            self._node(name, add).position = center
+
+    def _draw_ellipsoid(
+        self, name: str, ellipsoid: Ellipsoid | None, colour: str, opacity: float
+    ) -> None:
+        if ellipsoid is None:
+            self._absent.add(name)
+            return
+        self._absent.discard(name)
+        sphere, faces = unit_sphere()
+        vertices = ellipsoid.center + sphere @ ellipsoid.half_axes.T
+
+        def add() -> Any:
+            return self._api.add_mesh_simple(
+                f"{SENSOR}/{name}",
+                vertices,
+                faces,
+                color=rgb(colour),
+                opacity=opacity,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+        self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
+
+    def _node(self, name: str, add: Callable[[], Any]) -> Any:
+        """A node, which is made the first time."""
+        if name not in self._nodes:
+            self._nodes[name] = add()
+        return self._nodes[name]
+
+
+@cache
+def unit_sphere() -> tuple[Array, np.ndarray]:
+    """Vertices (642, 3) and triangles of a sphere of radius 1 about the origin."""
+    from trimesh.creation import icosphere
+
+    sphere = icosphere(subdivisions=3)
+    return np.asarray(sphere.vertices), np.asarray(sphere.faces)

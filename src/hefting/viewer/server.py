@@ -1,0 +1,89 @@
+"""A server of viser that is quiet, listens where it is told to and nowhere else, and
+opens no tunnel. Needs viser."""
+
+import contextlib
+import io
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from hefting.core.errors import InputError, MissingDependencyError
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+HOST = "127.0.0.1"
+"""Address that only this machine reaches."""
+
+
+@contextmanager
+def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
+    """A server while this is entered; its port is free again afterwards.
+
+    Parameters
+    ----------
+    host : str
+        Address or name of this machine to listen at.
+    port : int
+        0 is any that is free.
+
+    Raises
+    ------
+    InputError
+        If it cannot listen there.
+    MissingDependencyError
+        Without viser.
+    """
+    try:
+        import viser
+    except ImportError as error:
+        raise MissingDependencyError("viser", "view") from error
+    _check_free(host, port)
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host, port, verbose=False)
+    try:
+        if port not in (0, server.get_port()):  # taken since it was looked at
+            raise _in_use(host, port)
+        _refuse_tunnels(server)
+        yield server
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()
+
+
+def address_of(server: "ViserServer") -> str:
+    """Where a browser on this machine finds the server."""
+    host = server.get_host()
+    host = {"0.0.0.0": HOST, "::": "::1", "": HOST}.get(host, host)
+    return f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
+
+
+def _check_free(host: str, port: int) -> None:
+    """`InputError` where the server could not listen: it would look for another port
+    by itself, or wait for ever."""
+    if not 0 <= port < 2**16:
+        raise InputError(f"{port} is no port", "--port", "give 1024 to 65535")
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        with socket.create_server((host, port), family=family):
+            pass
+    except (OSError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise _in_use(host, port, f" ({reason})") from error
+
+
+def _in_use(host: str, port: int, why: str = "") -> InputError:
+    return InputError(
+        f"cannot listen at {host[:80]}, port {port}{why}",
+        "--host, --port",
+        "give others, or leave them out",
+    )
+
+
+def _refuse_tunnels(server: "ViserServer") -> None:
+    """Let no page ask for an address on the internet, which viser offers."""
+    from viser import _messages
+
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(message)

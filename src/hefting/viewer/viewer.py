@@ -1,0 +1,242 @@
+"""Viewer: scene, controls and answer in a browser, one following the other. Needs
+viser."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.robots import Arm
+from hefting.viewer.arm import ArmDrawing
+from hefting.viewer.colours import GREY, rgb
+from hefting.viewer.controls import Controls
+from hefting.viewer.drawing import ObjectDrawing
+from hefting.viewer.follower import Follower
+from hefting.viewer.playback import Playback
+from hefting.viewer.session import Answer, Session, Settings
+from hefting.viewer.text import answer_html, legend_html
+from hefting.viewer.wrench import WrenchArrows, WrenchPlots
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+FIELD_OF_VIEW = np.radians(45.0)
+FROM = np.array((1.0, -1.3, 0.6))
+"""Direction in which the camera is at first: to the right, the front, and above."""
+TICK = 0.05
+"""[s] between the frames of what is played."""
+SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
+"""What can be hidden."""
+
+
+class Viewer:
+    """A session as it is seen and handled.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where it is shown.
+    session, playback
+        What is shown.
+    arm : Arm, optional
+        Drawn at the recorded joint positions.
+    settings : Settings, optional
+        At first; by default those of the session.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        session: Session,
+        playback: Playback,
+        arm: Arm | None = None,
+        settings: Settings | None = None,
+        say: Callable[[str], str] = str,
+    ):
+        self.server, self.session, self.playback = server, session, playback
+        self.say = say
+        self._lock = threading.RLock()
+        settings = session.default if settings is None else settings
+        first = session.answer(float(playback.instants[-1]), settings)
+        self.answer: Answer = first
+        """What is shown."""
+        gravity = session.found.conditioned.gravity
+        server.scene.set_up_direction(-gravity / np.linalg.norm(gravity))
+        self.drawing = ObjectDrawing(server.scene, first.scene)
+        self.arrows = WrenchArrows(server.scene, playback, self.drawing.size)
+        self.arm = None if arm is None else ArmDrawing(server.scene, arm, playback)
+        self._draw_path()
+        self._aim()
+        self._make_panel(settings, first)
+        self._playing = threading.Event()
+        self._closed = threading.Event()
+        self._follower: Follower[tuple[int, Settings]] = Follower(
+            self._follow, self._fail
+        )
+        self._player = threading.Thread(target=self._play, daemon=True)
+        self._player.start()
+        self.show(len(playback) - 1, settings)
+
+    def _make_panel(self, settings: Settings, first: Answer) -> None:
+        """The widgets, from top to bottom."""
+        gui = self.server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.set_panel_label("Hefting")
+        self.text = gui.add_html("")
+        self.controls = Controls(
+            self.server, self.session, self.playback, settings, self.follow
+        )
+        self.controls.play.on_click(lambda _: self.toggle())
+        with gui.add_folder("Wrench on the object", expand_by_default=True):
+            self.plots = WrenchPlots(gui, self.playback)
+        with gui.add_folder("Shown", expand_by_default=True):
+            force, torque = (float(x) for x in self.playback.largest)
+            self.legend = gui.add_html(
+                legend_html(first, self.drawing.size, (force, torque))
+            )
+            self.boxes = {name: gui.add_checkbox(name, True) for name in SHOWN}
+            dark = gui.add_checkbox("dark", False)
+        for box in self.boxes.values():
+            box.on_update(lambda _: self._hide())
+        dark.on_update(
+            lambda _: gui.configure_theme(
+                show_logo=False, show_share_button=False, dark_mode=bool(dark.value)
+            )
+        )
+
+    def follow(self) -> None:
+        """Show what the controls want, soon and in another thread."""
+        self._follower.want((self.controls.frame, self.controls.settings))
+
+    def settle(self) -> bool:
+        """Wait until what the controls want is shown; whether it came about."""
+        return self._follower.settle()
+
+    def show(self, index: int, settings: Settings) -> None:
+        """Show a frame of the playback and the answer up to it."""
+        answer = self.session.answer(float(self.playback.instants[index]), settings)
+        with self._lock, self.server.atomic():
+            self.answer = answer
+            self.show_frame(index)
+            self.drawing.show(answer.scene)
+            self.text.content = answer_html(
+                answer, self._used(index), self.playback.static, self.say
+            )
+            self.plots.show(index, answer.estimate)
+            force, torque = (float(x) for x in self.playback.largest)
+            self.legend.content = legend_html(
+                answer, self.drawing.size, (force, torque)
+            )
+
+    def show_frame(self, index: int) -> None:
+        """Move sensor, arm and arrows to a frame of the playback."""
+        frame = self.playback[index]
+        self.sensor.position = frame.position
+        self.sensor.wxyz = frame.orientation[[3, 0, 1, 2]]
+        self.arrows.show(frame, self.answer.estimate)
+        if self.arm is not None:
+            self.arm.show(index)
+
+    def toggle(self) -> None:
+        """Play, or pause."""
+        if self._playing.is_set():
+            self._playing.clear()
+            self.controls.play.label = "Play"
+        else:
+            self._playing.set()
+            self.controls.play.label = "Pause"
+
+    def close(self) -> None:
+        """End the threads."""
+        self._closed.set()
+        self._playing.set()
+        self._follower.close()
+        self._player.join(timeout=5.0)
+
+    @property
+    def sensor(self) -> Any:
+        """The node of the sensor's frame."""
+        return self.drawing.sensor
+
+    def _follow(self, wanted: tuple[int, Settings]) -> None:
+        self.show(*wanted)
+
+    def _fail(self, error: Exception) -> None:
+        """Say in the panel what went wrong."""
+        refused = Answer(None, self.session.scene(None), str(error))
+        with self._lock:
+            self.text.content = answer_html(refused, "", False, self.say)
+
+    def _play(self) -> None:
+        """Move the time on as it went, from the start again at the end."""
+        times = self.playback.times
+        pace = 2.0 if self.playback.static else 1.0  # poses a second
+        while not self._closed.is_set():
+            self._playing.wait()
+            began = time.monotonic()
+            if self._closed.wait(TICK):
+                return
+            slider = self.controls.time
+            last = float(times[-1])
+            passed = pace * (time.monotonic() - began)
+            now = float(slider.value) + passed
+            slider.value = float(times[0]) if now > last else now
+
+    def _used(self, index: int) -> str:
+        """How much of the recording the answer rests on, in words."""
+        frame = self.playback[index]
+        if self.playback.static:
+            return f"poses up to {frame.time:g}"
+        return f"first {frame.time:.2f} of {float(self.playback.times[-1]):.2f} s"
+
+    def _hide(self) -> None:
+        """Hide what is not ticked."""
+        with self._lock:
+            hidden = {name for name, box in self.boxes.items() if not box.value}
+            self.arrows.hidden = "wrench" in hidden
+            self.drawing.hide(hidden)
+            self.arrows.show(self.playback[self.controls.frame], self.answer.estimate)
+
+    def _draw_path(self) -> None:
+        """The path of the sensor's origin."""
+        path = self.playback.poses[0]
+        if len(path) > 1 and np.ptp(path, axis=0).max() > 0.0:
+            self.server.scene.add_line_segments(
+                "/path",
+                np.stack((path[:-1], path[1:]), axis=1),
+                rgb(GREY),
+                thickness=1.5,
+                thickness_units="screen",
+            )
+
+    def _aim(self) -> None:
+        """Let the camera see the object along its whole path, and the arm."""
+        low, high = self._extent()
+        middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+        up = -self.session.found.conditioned.gravity
+        up = up / np.linalg.norm(up)
+        aside = np.cross(up, (0.0, 1.0, 0.0) if abs(up[1]) < 0.9 else (0.0, 0.0, 1.0))
+        aside = -aside / np.linalg.norm(aside)
+        front = np.cross(up, aside)
+        toward = FROM @ np.array((aside, front, up))
+        distance = radius / np.sin(0.5 * FIELD_OF_VIEW)
+        camera = self.server.initial_camera
+        camera.fov = float(FIELD_OF_VIEW)
+        camera.look_at = middle
+        camera.position = middle + distance * toward / np.linalg.norm(toward)
+        camera.near = 1e-3 * distance
+
+    def _extent(self) -> tuple[Array, Array]:
+        """Lowest and highest corner (3,) [m] of all that is drawn."""
+        path, size = self.playback.poses[0], self.drawing.size
+        low, high = path.min(axis=0) - 0.5 * size, path.max(axis=0) + 0.5 * size
+        if self.arm is not None:
+            points = self.arm.position.reshape(-1, 3)
+            low = np.minimum(low, points.min(axis=0))
+            high = np.maximum(high, points.max(axis=0))
+        return low, high
