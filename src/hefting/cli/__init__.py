@@ -34,6 +34,7 @@ COMMANDS = {
     "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "show": "draw a shape as it is posed on the sensor, to check the pose by eye.",
+    "view": "see object, wrench and arm along a recording, in a browser.",
     "simulate": "write the log of a simulated robot that wields an object, and the truth beside it.",
 }
 """Every command and its help. Its module has `add_arguments(parser)` and

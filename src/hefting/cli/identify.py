@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     log = add_recording(
         parser, what="recording, or several of one object in one grasp", count="+"
     )
-    _add_reading(log)
+    add_reading(log)
     _add_methods(parser.add_argument_group("methods"))
     results = parser.add_argument_group("results")
     add_sensor_pose(results)
@@ -105,7 +105,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     add_verbose(parser)
 
 
-def _add_reading(log: argparse._ActionsContainer) -> None:
+def add_reading(log: argparse._ActionsContainer) -> None:
     """What of the recording is used, and how it is taken."""
     log.add_argument(
         "--start",
@@ -140,7 +140,7 @@ def _add_reading(log: argparse._ActionsContainer) -> None:
 
 def _add_methods(group: argparse._ActionsContainer) -> None:
     """Numbers that methods take."""
-    from hefting.estimators import methods_with, options
+    from hefting.estimators import methods_with
 
     group.add_argument(
         "--until",
@@ -148,6 +148,13 @@ def _add_methods(group: argparse._ActionsContainer) -> None:
         help=f"{', '.join(methods_with('until'))}: use no more than it takes to be so "
         "sure (95 %%), as in mass=1%%,com=2mm,inertia=20%%",
     )
+    add_hyperparameters(group)
+
+
+def add_hyperparameters(group: argparse._ActionsContainer) -> None:
+    """Plain numbers that methods take."""
+    from hefting.estimators import options
+
     for name, option in options().items():
         text = option.help.replace("%", "%%")
         group.add_argument(
@@ -183,7 +190,7 @@ def run(arguments: argparse.Namespace) -> int:
         recording = _recordings(a)
         shape = shape_of(a, pose)
         fill = fill_inertia_of(a.fill_inertia, shape)
-        reading = _reading(a, gravity, recording)
+        reading = reading_of(a, gravity, recording)
         comparison, estimates, measurements = _identify(a, recording, shape, reading)
     estimates = _note_shape(a, estimates)
     best = comparison.recommended if comparison else next(iter(estimates))
@@ -222,7 +229,7 @@ def _recordings(a: argparse.Namespace) -> "list[Recording]":
     return [read_recording(one) for one in each]
 
 
-def _reading(
+def reading_of(
     a: argparse.Namespace, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
     """How the recordings are to be read, as arguments of `hefting.identify`."""
@@ -258,7 +265,7 @@ def _identify(
 ) -> "tuple[Comparison | None, dict[str, Estimate], Measurements]":
     """Estimates by method, with their comparison where several were asked for, and the
     measurements that they were made from."""
-    settings = _hyperparameters(a)
+    settings = hyperparameters_of(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
         from hefting.identification.compare import compare
@@ -294,7 +301,7 @@ def _tool(path: str) -> "Estimate":
     return load_tool(path)
 
 
-def _hyperparameters(a: argparse.Namespace) -> dict[str, Any]:
+def hyperparameters_of(a: argparse.Namespace) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
     from hefting.estimators import options
 
