@@ -24,13 +24,22 @@ LAYERS = [
     {"scene"},
     {"plots"},
     {"dashboards", "notebook"},
+    {"viewer"},
     {"simulation"},
     {"reproduction"},
     {"cli"},
 ]
 """Data flows one way: a part imports from layers above its own in this list, never from
 below or beside."""
-EDGE = {"simulation", "reproduction", "plots", "dashboards", "notebook", "cli"}
+EDGE = {
+    "simulation",
+    "reproduction",
+    "plots",
+    "dashboards",
+    "notebook",
+    "viewer",
+    "cli",
+}
 HEIGHT = {name: height for height, layer in enumerate(LAYERS) for name in layer}
 NEVER = {"estimators": {"logs", "motion", "export"}}
 HEAVY = {

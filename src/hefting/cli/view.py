@@ -139,11 +139,10 @@ def _settings(
     from hefting.estimators import spelled
     from hefting.viewer import Settings
 
-    name = session.default.method if method is None else spelled(method)
-    settings = Settings(name, hyperparameters)
-    if name not in session.methods:
-        session.estimator(settings)  # says what it needs
-        raise InputError(f"{name} is not shown here", "--method", "use another")
+    if method is None:
+        return Settings(session.default.method, hyperparameters)
+    settings = Settings(spelled(method), hyperparameters)
+    session.estimator(settings)  # says what it needs
     return settings
 
 

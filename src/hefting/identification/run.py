@@ -32,7 +32,8 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     accuracy `asked` for takes."""
     if estimator.asked is None:
         states: list[State] = [
-            estimator.update(estimator.start(), z) for z in samples_taken(estimator, found)
+            estimator.update(estimator.start(), z)
+            for z in samples_taken(estimator, found)
         ]
         return estimator.estimate(reduce(estimator.merge, states)), found
     return _first_sufficient(estimator, found)

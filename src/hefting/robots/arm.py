@@ -42,7 +42,9 @@ class Arm:
     links: tuple[Link, ...]
 
     @classmethod
-    def from_urdf(cls, path: str | Path, sensor_frame: str, recording: Recording) -> Self:
+    def from_urdf(
+        cls, path: str | Path, sensor_frame: str, recording: Recording
+    ) -> Self:
         """The links of a URDF that the joint positions of a recording move.
 
         Links behind a joint that was not recorded, such as the fingers of a gripper, are

@@ -61,7 +61,9 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
         nonlocal link
         if len(inside) == 1 and tag == "link":
             link = attributes.get("name", "")
-        elif len(inside) == 2 and inside[1] == "link" and tag in ("visual", "collision"):
+        elif (
+            len(inside) == 2 and inside[1] == "link" and tag in ("visual", "collision")
+        ):
             parts.append(_Element(link, tag))  # type: ignore[arg-type]
         elif len(inside) >= 3 and inside[1] == "link" and inside[2] == tag_of(parts):
             parts[-1].inner.setdefault(tag, attributes)

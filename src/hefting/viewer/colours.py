@@ -12,13 +12,13 @@ AXES = {"x": BLUE, "y": VERMILION, "z": GREEN}
 COM, INERTIA, SURFACE, TRUTH = VERMILION, PURPLE, PALE, GREY
 ARROWS = {
     "force, measured": ORANGE,
-    "force, predicted": "#8C3B00",
+    "force, predicted": "#A65200",
     "torque, measured": SKY,
-    "torque, predicted": "#003A5C",
+    "torque, predicted": BLUE,
 }
 """Of each arrow of the wrench; what is predicted is the darker one of each pair."""
-MASSES = ("#440154", "#3B528B", "#21918C", "#5EC962", "#FDE725")
-"""Scale of masses from none to the largest, even in lightness (viridis)."""
+MASSES = ("#7B5EA7", "#3B8BC2", "#2BA58D", "#8CC63F", "#F2B705")
+"""Scale of masses from none to the largest, seen on white and on black."""
 
 
 def rgb(colour: str) -> Colour:

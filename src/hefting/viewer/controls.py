@@ -21,8 +21,10 @@ NUMBERS = {
     "regularization": ("lambda", "pull to equal masses [N/kg]"),
 }
 """Label and hint of the number of each hyperparameter."""
-LEAST = {"c1": 1e-6, "regularization": 0.0}
+LEAST = {"c1": 0.01, "regularization": 0.0}
 """Smallest value of each."""
+STEPS = {"c1": 0.01, "regularization": 0.001}
+"""How finely each is shown and set."""
 
 
 class Controls:
@@ -50,14 +52,18 @@ class Controls:
         gui, times = server.gui, playback.times
         label = "pose" if playback.static else "time [s]"
         step = 1.0 if playback.static else 0.01
-        first, last = float(times[0]), float(times[-1])
+        first, last = float(times[0]), float(np.ceil(times[-1] / step) * step)
         self.time = gui.add_slider(
-            label, first, max(last, first), step, last, hint="identify up to here"
+            label,
+            first,
+            round(last, 2),
+            step,
+            round(last, 2),
+            hint="identify up to here",
         )
         self.play = gui.add_button("Play")
-        self.method = gui.add_dropdown(
-            "method", session.methods, initial_value=settings.method
-        )
+        names = tuple(dict.fromkeys((*session.methods, settings.method)))
+        self.method = gui.add_dropdown("method", names, initial_value=settings.method)
         own = dict(settings.hyperparameters)
         typical = own.get("pose_std", None)
         self.pose_known = gui.add_checkbox(
@@ -68,13 +74,15 @@ class Controls:
         mm, degrees = TYPICAL_POSE_STD
         if typical is not None:
             mm, degrees = 1e3 * typical[0], float(np.degrees(typical[1]))
-        self.pose_mm = gui.add_number("position [mm]", float(mm), min=0.0, max=1e3, step=0.1)
+        self.pose_mm = gui.add_number(
+            "position [mm]", float(mm), min=0.0, max=1e3, step=0.1
+        )
         self.pose_degrees = gui.add_number(
             "angle [°]", float(degrees), min=0.0, max=180.0, step=0.1
         )
         self.numbers: dict[str, Any] = {
             name: gui.add_number(
-                label, float(own.get(name, 1.0)), min=LEAST[name], hint=hint
+                label, 1.0, min=LEAST[name], step=STEPS[name], hint=hint
             )
             for name, (label, hint) in NUMBERS.items()
         }
@@ -97,16 +105,18 @@ class Controls:
             for name, number in self.numbers.items()
             if name in names
         }
-        if "pose_std" in names and self.pose_known.value:
+        if "pose_std" in names:
             angle = float(np.radians(self.pose_degrees.value))
-            chosen["pose_std"] = (1e-3 * float(self.pose_mm.value), angle)
+            known = (1e-3 * float(self.pose_mm.value), angle)
+            chosen["pose_std"] = known if self.pose_known.value else None
         return Settings(method, chosen)
 
     def _hyperparameters(self, method: str) -> set[str]:
         """Those of a method for which there are controls."""
         if method in self._session.given:
             return set()
-        names = set(self._session.estimator(Settings(method)).hyperparameters())
+        estimator = self._session.estimator(Settings(method))
+        names = set(estimator.hyperparameters(getattr(estimator, "model", None)))
         if self._session.shape is None:
             names.discard("pose_std")
         return names & {*NUMBERS, "pose_std"}

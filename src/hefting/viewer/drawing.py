@@ -29,6 +29,12 @@ LEAST_SIZE = 0.05
 MOST_REACH = 3.0
 """A region for the COM that reaches farther than so many sizes of the scene would hide
 all else, and is not drawn."""
+STROKES = {
+    "x": (((0, 0), (1, 1)), ((0, 1), (1, 0))),
+    "y": (((0, 1), (0.5, 0.5)), ((1, 1), (0.5, 0.5)), ((0.5, 0.5), (0.5, 0))),
+    "z": (((0, 1), (1, 1)), ((1, 1), (0, 0)), ((0, 0), (1, 0))),
+}
+"""Strokes of letters in a square of side 1: right, up."""
 AXES_SHARE = 0.5
 """Greatest length of the sensor's axes over the size of the scene."""
 
@@ -42,7 +48,9 @@ def axes_length(size: float) -> float:
     """Length at which the sensor's axes are drawn [m]: 1, 2 or 5 times a power of ten,
     that suits a scene of a size."""
     power = 10.0 ** np.floor(np.log10(AXES_SHARE * size))
-    return float(max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size))
+    return float(
+        max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size)
+    )
 
 
 class ObjectDrawing:
@@ -100,12 +108,12 @@ class ObjectDrawing:
                 thickness=3.0,
                 thickness_units="screen",
             )
-            self._api.add_label(
+            self._api.add_line_segments(
                 f"{SENSOR}/axes/{axis}/name",
-                axis,
-                position=1.08 * tip,
-                anchor="center-center",
-                font_screen_scale=0.8,
+                letter(axis, length),
+                rgb(colour),
+                thickness=2.0,
+                thickness_units="screen",
             )
 
     def _draw_surface(self, surface: Surface) -> None:
@@ -128,7 +136,9 @@ class ObjectDrawing:
             self._absent.add("masses")
             return
         self._absent.discard("masses")
-        colours = np.tile(np.array(rgb(GREY), dtype=np.uint8), (len(points.positions), 1))
+        colours = np.tile(
+            np.array(rgb(GREY), dtype=np.uint8), (len(points.positions), 1)
+        )
         if points.masses is not None:
             colours = colours_of(points.masses)
 
@@ -137,7 +147,7 @@ class ObjectDrawing:
                 f"{SENSOR}/masses",
                 points.positions,
                 colours,
-                point_size=0.025 * self.size,
+                point_size=0.018 * self.size,
                 point_shape="circle",
                 precision="float32",
             )
@@ -204,6 +214,16 @@ class ObjectDrawing:
         if name not in self._nodes:
             self._nodes[name] = add()
         return self._nodes[name]
+
+
+def letter(axis: str, length: float) -> Array:
+    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis of some
+    length [m]: viser's labels lag behind nodes that move."""
+    i = "xyz".index(axis)
+    right, up = np.roll(np.eye(3), -i, axis=0)[:2]
+    ends = np.array(STROKES[axis]) - 0.5
+    at = (1.15 * right) + 0.16 * (ends[..., :1] * right + ends[..., 1:] * up)
+    return length * at
 
 
 @cache

@@ -1,12 +1,16 @@
 """Player: a recording as one page that plays without a server. Needs viser."""
 
+from html import escape
+
 from hefting.viewer.text import answer_html, legend_html
 from hefting.viewer.viewer import Viewer
 
 POSES_A_SECOND = 2.0
 """Of a recording of static poses."""
+PAUSE = 1.0
+"""[s] at the end."""
 STYLE = """<style>
-#hefting{position:fixed;left:0.6em;top:0.6em;z-index:5;max-width:min(24em,92vw);
+#hefting{position:fixed;right:0.6em;top:0.6em;z-index:5;max-width:min(24em,92vw);
 max-height:45vh;overflow:auto;font:13px/1.35 system-ui,sans-serif;border-radius:6px;
 background:rgba(255,255,255,0.88);color:#222;box-shadow:0 1px 4px rgba(0,0,0,0.25)}
 #hefting summary{padding:0.4em 0.8em;cursor:pointer;font-weight:700}
@@ -33,14 +37,13 @@ def player_of(viewer: Viewer, title: str) -> str:
     for index, step in enumerate(steps, start=1):
         recorded.insert_sleep(float(step) / pace)
         viewer.show_frame(index)
-    recorded.insert_sleep(1.0)
+    recorded.insert_sleep(PAUSE)
+    viewer.show_frame(0)  # what was recorded first shares memory with what is shown
     return _dressed(recorded.as_html(), viewer, title)
 
 
 def _dressed(page: str, viewer: Viewer, title: str) -> str:
     """viser's page with a title, the answer and the legend."""
-    from html import escape
-
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:

@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from html import escape
 
-from hefting.viewer.colours import ARROWS, COM, INERTIA, MASSES, SURFACE, TRUTH
+from hefting.viewer.colours import ARROWS, AXES, COM, INERTIA, MASSES, SURFACE, TRUTH
 from hefting.viewer.drawing import axes_length
 from hefting.viewer.session import Answer
 
 MOST_REASONS = 3
 """Reasons for doubt that are shown."""
-GOOD, CARE, BAD = "#007A58", "#B26B00", "#C0392B"
-"""Of the verdict."""
+GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
+"""Of the verdict, read on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
 
 
@@ -35,7 +35,7 @@ def answer_html(
         return _block(_bold("no answer yet", BAD) + _line(say(answer.refusal)))
     headline, verdict = answer.headline, answer.estimate.verdict
     assert headline is not None
-    lines = [_bold(verdict.level, LEVELS[verdict.level])]
+    lines = [_bold(f"verdict: {verdict.level}", LEVELS[verdict.level])]
     lines += [_small(say(str(reason))) for reason in verdict.reasons[:MOST_REASONS]]
     more = len(verdict.reasons) - MOST_REASONS
     lines += [_small(f"and {more} more")] if more > 0 else []
@@ -66,10 +66,11 @@ def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> st
     if masses is not None:
         rows.append(_scale(1e3 * float(masses.max())))
     rows += [_mark(colour, name) for name, colour in ARROWS.items()]
+    rows += [_mark(colour, f"{axis} of the sensor") for axis, colour in AXES.items()]
     force, torque = largest
     rows.append(
         _small(
-            f"axes: sensor, {1e3 * axes_length(size):g} mm; longest arrows: "
+            f"axes: {1e3 * axes_length(size):g} mm long; longest arrows: "
             f"{force:.3g} N, {torque:.3g} N m; without bias"
         )
     )
@@ -77,7 +78,7 @@ def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> st
 
 
 def _block(inner: str) -> str:
-    return f'<div style="padding:0.4em 0.8em;line-height:1.35">{inner}</div>'
+    return f'<div style="padding:0.4em 0.8em;font-size:13px;line-height:1.35">{inner}</div>'
 
 
 def _bold(text: str, colour: str) -> str:
@@ -98,7 +99,9 @@ def _mark(colour: str, text: str) -> str:
         "display:inline-block;width:0.8em;height:0.8em;margin-right:0.5em;"
         f"border-radius:2px;background:{colour}"
     )
-    return f'<div style="font-size:85%"><span style="{square}"></span>{escape(text)}</div>'
+    return (
+        f'<div style="font-size:85%"><span style="{square}"></span>{escape(text)}</div>'
+    )
 
 
 def _scale(largest: float) -> str:

@@ -59,9 +59,9 @@ class Viewer:
         say: Callable[[str], str] = str,
     ):
         self.server, self.session, self.playback = server, session, playback
-        self.say = say
         self._lock = threading.RLock()
         settings = session.default if settings is None else settings
+        self.say = say
         first = session.answer(float(playback.instants[-1]), settings)
         self.answer: Answer = first
         """What is shown."""
@@ -217,7 +217,7 @@ class Viewer:
     def _aim(self) -> None:
         """Let the camera see the object along its whole path, and the arm."""
         low, high = self._extent()
-        middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+        middle, radius = 0.5 * (low + high), 0.55 * float(np.max(high - low))
         up = -self.session.found.conditioned.gravity
         up = up / np.linalg.norm(up)
         aside = np.cross(up, (0.0, 1.0, 0.0) if abs(up[1]) < 0.9 else (0.0, 0.0, 1.0))

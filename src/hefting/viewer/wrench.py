@@ -88,54 +88,76 @@ class WrenchPlots:
 
     def __init__(self, gui: "GuiApi", playback: Playback):
         self.playback = playback
-        self.handles: list[Any] = []
-        z = playback.found.measurements
-        self._measured = z.wrench[playback.samples]
-        self._samples = z[playback.samples]
-        for name, unit, first in PARTS:
-            self.handles.append(
-                gui.add_uplot(
-                    self._data(first, None, 0),
-                    self._series(),
-                    title=f"{name} [{unit}]: wide measured, thin predicted",
-                    scales={"x": {"time": False}},
-                    axes=(
-                        {"label": "pose" if playback.static else "time [s]", "size": 30,
-                         "labelSize": 20},
-                        {"size": 44},
-                    ),
-                    legend={"show": False},
-                    height=HEIGHT,
-                )
-            )
+        self._samples = playback.found.measurements[playback.samples]
+        self.handles = [self._plot(gui, *part) for part in PARTS]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
         """Draw the wrench that an estimate predicts, and the line at a frame."""
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
-            handle.data = self._data(first, estimate, index)
+            data = self._data(first, estimate, index)
+            scales = scales_of(data)
+            if scales != handle.scales:  # a new scale undoes a reader's zoom
+                handle.scales = scales
+            handle.data = data
+
+    def _plot(self, gui: "GuiApi", name: str, unit: str, first: int) -> Any:
+        data = self._data(first, None, 0)
+        times = "pose" if self.playback.static else "time [s]"
+        return gui.add_uplot(
+            data,
+            curves(),
+            title=f"{name} [{unit}]",
+            scales=scales_of(data),
+            axes=({"label": times, "size": 30, "labelSize": 20}, {"size": 44}),
+            legend={"show": False},
+            height=HEIGHT,
+            padding=(10, 14, 0, 0),
+        )
 
     def _data(
         self, first: int, estimate: Estimate | None, index: int
     ) -> tuple[Array, ...]:
-        """Times, three measured and three predicted components, and the line."""
+        """Times, three measured and three predicted components, and the line, which is
+        NaN but at two neighbouring frames."""
         part = slice(first, first + 3)
-        measured = self._measured[:, part]
+        measured = self._samples.wrench[:, part]
         predicted = np.full_like(measured, np.nan)
         if estimate is not None:
             whole = predict_wrench(self._samples, estimate.sensed_vector)
             predicted = (whole + self.playback.bias(estimate))[:, part]
         line = np.full(len(measured), np.nan)
-        line[index : index + 2] = (measured.min(), measured.max())[: len(line[index : index + 2])]
+        before = max(index - 1, 0)
+        line[before], line[index] = measured.min(), measured.max()
         return (self.playback.times, *measured.T, *predicted.T, line)
 
-    def _series(self) -> tuple[Any, ...]:
-        measured = [
-            {"label": f"{axis} measured", "stroke": f"{colour}70", "width": 3}
-            for axis, colour in COMPONENTS.items()
-        ]
-        predicted = [
-            {"label": f"{axis} predicted", "stroke": colour, "width": 1}
-            for axis, colour in COMPONENTS.items()
-        ]
-        line = {"label": "instant", "stroke": "#888888", "width": 1}
-        return ({"label": "time"}, *measured, *predicted, line)
+
+def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
+    """Scales on which the measured curves of a plot are whole, and the predicted ones
+    as far as they are of the same size. They change in steps, seldom."""
+    measured, predicted = np.array(data[1:4]), np.array(data[4:7])
+    low, high = float(measured.min()), float(measured.max())
+    step = 0.2 * (high - low) or 1.0
+    known = predicted[np.isfinite(predicted)]
+    beyond = (
+        low - float(known.min(initial=low)),
+        float(known.max(initial=high)) - high,
+    )
+    below, above = (step * min(np.ceil(each / step) + 0.4, 5.4) for each in beyond)
+    return {"x": {"time": False}, "y": {"range": (low - below, high + above)}}
+
+
+def curves() -> tuple[Any, ...]:
+    """How each array of the plots is drawn."""
+    measured = [
+        {"label": f"{axis} measured", "stroke": f"{colour}60", "width": 4}
+        for axis, colour in COMPONENTS.items()
+    ]
+    predicted = [
+        {"label": f"{axis} predicted", "stroke": colour, "width": 1}
+        for axis, colour in COMPONENTS.items()
+    ]
+    line = {"label": "instant", "stroke": "#888888", "width": 1}
+    drawn = [
+        each | {"points": {"show": False}} for each in (*measured, *predicted, line)
+    ]
+    return ({"label": "time"}, *drawn)
