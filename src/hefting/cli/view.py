@@ -13,8 +13,13 @@ from hefting.cli.identify import (
     hyperparameters_of,
     reading_of,
 )
-from hefting.cli.options import add_mass, add_recording, check_output, gravity_of
-from hefting.cli.options import read_recording
+from hefting.cli.options import (
+    add_mass,
+    add_recording,
+    check_output,
+    gravity_of,
+    read_recording,
+)
 from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details, shape_of

@@ -15,7 +15,6 @@ from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree, read_urdf
 from hefting.robots.visuals import Geometry, read_geometries
 
-
 MOST_LINKS = 200
 """Links that are drawn at most; humanoids with hands have about a hundred."""
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, rotation_matrices
 from hefting.robots import Arm
 from hefting.robots.visuals import Geometry
 from hefting.scene.surface import coarser
@@ -105,8 +105,6 @@ class ArmDrawing:
         if not len(faces) or not np.isfinite(vertices).all():
             return None
         vertices, faces = coarser(vertices, faces, MOST_TRIANGLES)
-        from hefting.core.spatial import rotation_matrices
-
         turned = vertices @ rotation_matrices(geometry.orientation).T
         return turned + geometry.position, faces
 

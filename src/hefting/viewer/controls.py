@@ -65,7 +65,7 @@ class Controls:
         names = tuple(dict.fromkeys((*session.methods, settings.method)))
         self.method = gui.add_dropdown("method", names, initial_value=settings.method)
         own = dict(settings.hyperparameters)
-        typical = own.get("pose_std", None)
+        typical = own.get("pose_std")
         self.pose_known = gui.add_checkbox(
             "pose-std",
             typical is not None,

@@ -55,7 +55,7 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
 def address_of(server: "ViserServer") -> str:
     """Where a browser on this machine finds the server."""
     host = server.get_host()
-    host = {"0.0.0.0": HOST, "::": "::1", "": HOST}.get(host, host)
+    host = {"0.0.0.0": HOST, "::": "::1", "": HOST}.get(host) or host
     return f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
 
 

@@ -88,7 +88,8 @@ class WrenchPlots:
 
     def __init__(self, gui: "GuiApi", playback: Playback):
         self.playback = playback
-        self._samples = playback.found.measurements[playback.samples]
+        z = playback.found.measurements
+        self._samples = z[playback.samples]  # type: ignore[index]
         self.handles = [self._plot(gui, *part) for part in PARTS]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
