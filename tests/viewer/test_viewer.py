@@ -68,8 +68,7 @@ def test_object_and_numbers_are_those_of_the_estimate_up_to_the_instant(
     viewer, method, time
 ):
     wanted(viewer, method=method, time=time)
-    index = viewer.playback.nearest(time)
-    instant = viewer.playback.instants[index]
+    instant = viewer.playback.found.measurements.time[0] + time
     expected = viewer.session.estimate(instant, viewer.controls.settings)
     shown = viewer.answer.estimate
     np.testing.assert_array_equal(shown.parameters.vector, expected.parameters.vector)

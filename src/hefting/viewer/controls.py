@@ -91,9 +91,9 @@ class Controls:
         self._listen()
 
     @property
-    def frame(self) -> int:
-        """Index of the frame that is wanted."""
-        return self._playback.nearest(float(self.time.value))
+    def chosen_time(self) -> float:
+        """Time that is wanted, as those of `Playback.times`."""
+        return min(float(self.time.value), float(self._playback.times[-1]))
 
     @property
     def settings(self) -> Settings:

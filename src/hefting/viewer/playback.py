@@ -76,6 +76,11 @@ class Playback:
             self.found.measurements.wrench[sample],
         )
 
+    def instant(self, time: float) -> float:
+        """A time as those of `times` on the clock of the measurements [s]."""
+        start = -1.0 if self.static else float(self.found.measurements.time[0])
+        return start + time
+
     def nearest(self, time: float) -> int:
         """Index of the frame nearest to a time of `times`."""
         return int(np.argmin(np.abs(self.times - time)))

@@ -75,12 +75,12 @@ class Viewer:
         self._make_panel(settings, first)
         self._playing = threading.Event()
         self._closed = threading.Event()
-        self._follower: Follower[tuple[int, Settings]] = Follower(
+        self._follower: Follower[tuple[float, Settings]] = Follower(
             self._follow, self._fail
         )
         self._player = threading.Thread(target=self._play, daemon=True)
         self._player.start()
-        self.show(len(playback) - 1, settings)
+        self.show(float(playback.times[-1]), settings)
 
     def _make_panel(self, settings: Settings, first: Answer) -> None:
         """The widgets, from top to bottom."""
@@ -111,21 +111,23 @@ class Viewer:
 
     def follow(self) -> None:
         """Show what the controls want, soon and in another thread."""
-        self._follower.want((self.controls.frame, self.controls.settings))
+        self._follower.want((self.controls.chosen_time, self.controls.settings))
 
     def settle(self) -> bool:
         """Wait until what the controls want is shown; whether it came about."""
         return self._follower.settle()
 
-    def show(self, index: int, settings: Settings) -> None:
-        """Show a frame of the playback and the answer up to it."""
-        answer = self.session.answer(float(self.playback.instants[index]), settings)
+    def show(self, time: float, settings: Settings) -> None:
+        """Show the answer up to a time, as those of `Playback.times`, and the frame
+        nearest to it."""
+        answer = self.session.answer(self.playback.instant(time), settings)
+        index = self.playback.nearest(time)
         with self._lock, self.server.atomic():
             self.answer = answer
             self.show_frame(index)
             self.drawing.show(answer.scene)
             self.text.content = answer_html(
-                answer, self._used(index), self.playback.static, self.say
+                answer, self._used(time), self.playback.static, self.say
             )
             self.plots.show(index, answer.estimate)
             force, torque = (float(x) for x in self.playback.largest)
@@ -163,7 +165,7 @@ class Viewer:
         """The node of the sensor's frame."""
         return self.drawing.sensor
 
-    def _follow(self, wanted: tuple[int, Settings]) -> None:
+    def _follow(self, wanted: tuple[float, Settings]) -> None:
         self.show(*wanted)
 
     def _fail(self, error: Exception) -> None:
@@ -187,12 +189,11 @@ class Viewer:
             now = float(slider.value) + passed
             slider.value = float(times[0]) if now > last else now
 
-    def _used(self, index: int) -> str:
+    def _used(self, time: float) -> str:
         """How much of the recording the answer rests on, in words."""
-        frame = self.playback[index]
         if self.playback.static:
-            return f"poses up to {frame.time:g}"
-        return f"first {frame.time:.2f} of {float(self.playback.times[-1]):.2f} s"
+            return f"poses up to {time:g}"
+        return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
 
     def _hide(self) -> None:
         """Hide what is not ticked."""
@@ -200,7 +201,8 @@ class Viewer:
             hidden = {name for name, box in self.boxes.items() if not box.value}
             self.arrows.hidden = "wrench" in hidden
             self.drawing.hide(hidden)
-            self.arrows.show(self.playback[self.controls.frame], self.answer.estimate)
+            index = self.playback.nearest(self.controls.chosen_time)
+            self.arrows.show(self.playback[index], self.answer.estimate)
 
     def _draw_path(self) -> None:
         """The path of the sensor's origin."""
@@ -225,16 +227,23 @@ class Viewer:
         front = np.cross(up, aside)
         toward = FROM @ np.array((aside, front, up))
         distance = radius / np.sin(0.5 * FIELD_OF_VIEW)
+        toward = distance * toward / np.linalg.norm(toward)
         camera = self.server.initial_camera
         camera.fov = float(FIELD_OF_VIEW)
         camera.look_at = middle
-        camera.position = middle + distance * toward / np.linalg.norm(toward)
+        camera.position = middle + toward
         camera.near = 1e-3 * distance
+
+        @self.server.on_client_connect
+        def _(client: Any) -> None:
+            narrow = min(float(client.camera.aspect), 1.0)
+            if narrow < 1.0:  # a phone held upright sees less to the sides
+                client.camera.position = middle + toward / narrow
 
     def _extent(self) -> tuple[Array, Array]:
         """Lowest and highest corner (3,) [m] of all that is drawn."""
         path, size = self.playback.poses[0], self.drawing.size
-        low, high = path.min(axis=0) - 0.5 * size, path.max(axis=0) + 0.5 * size
+        low, high = path.min(axis=0) - 0.7 * size, path.max(axis=0) + 0.7 * size
         if self.arm is not None:
             points = self.arm.position.reshape(-1, 3)
             low = np.minimum(low, points.min(axis=0))
