@@ -97,6 +97,7 @@ reproduce --help
 completion --help
 check --help
 show --help
+view --help
 """
 
 ERRORS = """

@@ -84,7 +84,12 @@ def test_the_player_of_an_arm_is_one_file(folder, run, monkeypatch):
     monkeypatch.chdir(folder)
     status, out, err = run(
         *("view", "log.csv", "--urdf", "ur5.urdf", "--sensor-frame", "tool0"),
-        *("--shape", "hammer.stl", "--object-pose", "0,-0.08,0.06,-0.7071068,0,0,0.7071068"),
+        *(
+            "--shape",
+            "hammer.stl",
+            "--object-pose",
+            "0,-0.08,0.06,-0.7071068,0,0,0.7071068",
+        ),
         *("--method", "PMD", "--c1", "5", "--save", "player.html"),
     )
     assert (status, out, err) == (0, "wrote player.html\n", "")

@@ -101,7 +101,9 @@ def rows(z):
 
         def dot(v):  # J v by the six entries xx, xy, xz, yy, yz, zz
             x, y, z = v
-            return np.array([[x, y, z, 0, 0, 0], [0, x, 0, y, z, 0], [0, 0, x, 0, y, z]])
+            return np.array(
+                [[x, y, z, 0, 0, 0], [0, x, 0, y, z, 0], [0, 0, x, 0, y, z]]
+            )
 
         block = np.zeros((6, 10))
         block[:3, 0] = a - g

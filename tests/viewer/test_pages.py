@@ -19,9 +19,7 @@ from viewing import HOSTILE, POSE, held, viewed, write_arm
 pytest.importorskip("viser")
 pytest.importorskip("playwright")
 pytestmark = needs_browser
-LOOKS = [
-    (size, scheme) for size in (DESKTOP, PHONE) for scheme in ("light", "dark")
-]
+LOOKS = [(size, scheme) for size in (DESKTOP, PHONE) for scheme in ("light", "dark")]
 DRAWN = 20_000
 """[ms] A processor draws what a graphics card draws at once."""
 CURVES = "Object.values(window.__viserTestpoints.uplots).map(u => u.chart.data)"
@@ -43,7 +41,9 @@ def viewer(tmp_path_factory):
 def keep(page, name, tmp_path):
     """A picture of a page, where a person asked for it or in pytest's folder."""
     folder = Path(os.environ.get("HEFTING_SCREENSHOTS") or tmp_path)
-    notice = page.get_by_role("alert").locator("button")  # that no graphics card is there
+    notice = page.get_by_role("alert").locator(
+        "button"
+    )  # that no graphics card is there
     if notice.count():
         notice.first.click()
         page.wait_for_timeout(500)

@@ -182,9 +182,7 @@ def test_what_is_open_or_not_ticked_is_not_drawn(viewer):
 def test_the_truth_is_a_ghost(viewer):
     ellipsoid = scene_of(known={"truth": viewer.truth}).bodies[0].ellipsoid
     ghost = node(viewer, "truth/truth/inertia")
-    np.testing.assert_allclose(
-        ellipsoid_of(ghost.vertices, ellipsoid), 0.0, atol=1e-4
-    )
+    np.testing.assert_allclose(ellipsoid_of(ghost.vertices, ellipsoid), 0.0, atol=1e-4)
     assert ghost.opacity < 0.5
 
 
@@ -236,7 +234,9 @@ def test_it_listens_on_this_machine_alone_and_lets_go_of_the_port():
 def test_a_port_in_use_and_a_host_elsewhere_are_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(InputError, match=f"cannot listen at 127.0.0.1, port {port}"):
+        with pytest.raises(
+            InputError, match=f"cannot listen at 127.0.0.1, port {port}"
+        ):
             with serving(port=port):
                 pass
     for host, wrong in (("192.0.2.1", 0), ("x" * 300, 0), ("127.0.0.1", 70_000)):

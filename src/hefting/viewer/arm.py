@@ -8,7 +8,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, rotation_matrices
 from hefting.robots import Arm
-from hefting.robots.visuals import Geometry
+from hefting.robots.visuals import LARGEST_SIZE, Geometry
 from hefting.scene.surface import coarser
 from hefting.shapes.reading import read_mesh
 from hefting.viewer.colours import GREY, SURFACE, rgb
@@ -102,7 +102,9 @@ class ArmDrawing:
             vertices, faces = self._own(geometry)
         except InputError:
             return None
-        if not len(faces) or not np.isfinite(vertices).all():
+        if not len(faces) or not np.abs(vertices).max() <= LARGEST_SIZE:
+            return None  # also where a vertex is not finite
+        if not np.ptp(vertices, axis=0).max() > 0.0:
             return None
         vertices, faces = coarser(vertices, faces, MOST_TRIANGLES)
         turned = vertices @ rotation_matrices(geometry.orientation).T
