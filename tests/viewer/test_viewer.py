@@ -236,9 +236,8 @@ def test_a_port_in_use_and_a_host_elsewhere_are_one_line():
         port = taken.getsockname()[1]
         with pytest.raises(
             InputError, match=f"cannot listen at 127.0.0.1, port {port}"
-        ):
-            with serving(port=port):
-                pass
+        ), serving(port=port):
+            pass
     for host, wrong in (("192.0.2.1", 0), ("x" * 300, 0), ("127.0.0.1", 70_000)):
         with pytest.raises(InputError), serving(host, wrong):
             pass
