@@ -26,8 +26,8 @@ THICKNESS = 0.012
 
 
 class ArmDrawing:
-    """Links of an arm as their geometries, those without any as lines between the
-    origins of their joints.
+    """Links of an arm as their geometries, those without any as lines from their joint
+    to the next ones.
 
     Parameters
     ----------
@@ -46,14 +46,16 @@ class ArmDrawing:
         self.position, self.orientation = arm.poses(joints)
         self.frames: list[Any] = []
         self._left = MOST_BYTES
-        bare: list[int] = []
+        drawn: list[bool] = []
         for i, link in enumerate(arm.links):
             name = f"/arm/{i} {plain(link.name)}"
             self.frames.append(api.add_frame(name, show_axes=False))
-            if not self._draw(api, name, link.geometries) and link.parent is not None:
-                bare.append(i)
+            drawn.append(self._draw(api, name, link.geometries))
+        # what lies between two joints is the link that bears the second
+        parents = [link.parent for link in arm.links]
+        bare = [i for i, at in enumerate(parents) if at is not None and not drawn[at]]
         self._bare = np.array(bare, dtype=np.intp)
-        self._bearers = np.array([arm.links[i].parent for i in bare], dtype=np.intp)
+        self._bearers = np.array([parents[i] for i in bare], dtype=np.intp)
         self.lines: Any = None
         if len(bare):
             self.lines = api.add_line_segments(

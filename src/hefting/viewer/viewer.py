@@ -238,7 +238,9 @@ class Viewer:
         def _(client: Any) -> None:
             narrow = min(float(client.camera.aspect), 1.0)
             if narrow < 1.0:  # a phone held upright sees less to the sides
-                client.camera.position = middle + toward / narrow
+                with client.atomic():
+                    client.camera.position = middle + toward / narrow
+                    client.camera.look_at = middle  # the position had moved it
 
     def _extent(self) -> tuple[Array, Array]:
         """Lowest and highest corner (3,) [m] of all that is drawn."""
