@@ -52,10 +52,12 @@ def keep(page, name, tmp_path):
 
 
 def colours_in(path):
-    """How many colours a picture has: an empty scene has a handful."""
+    """How many colours the scene has in a picture, beside or above the panel: an empty
+    one has one."""
     from matplotlib.image import imread
 
     pixels = (255 * imread(path)[..., :3]).astype(int)
+    pixels = pixels[:, :1000] if pixels.shape[1] > 1000 else pixels[220:330]
     return len(np.unique(pixels.reshape(-1, 3), axis=0))
 
 
@@ -81,7 +83,7 @@ def test_the_viewer_shows_the_answer_and_asks_for_nothing(
             page.get_by_text(number).wait_for(timeout=DRAWN)
         page.wait_for_timeout(4_000)
         picture = keep(page, f"viewer-{size[0]}-{scheme}", tmp_path)
-        assert colours_in(picture) > 500
+        assert colours_in(picture) > 100
         assert page.evaluate("document.body.scrollWidth") <= size[0]
     assert visit.problems == []
     assert visit.foreign == []
@@ -147,7 +149,7 @@ def test_the_player_plays_from_disk_without_a_network(viewer, size, scheme, tmp_
         assert not page.locator("img[src=x]").count()
         page.wait_for_timeout(4_000)
         first = keep(page, f"player-{size[0]}-{scheme}", tmp_path)
-        assert colours_in(first) > 500
+        assert colours_in(first) > 100
         page.wait_for_timeout(1_500)
         later = page.screenshot(path=tmp_path / "later.png")
         assert later != first.read_bytes()  # it plays

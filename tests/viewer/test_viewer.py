@@ -236,9 +236,10 @@ def test_it_listens_on_this_machine_alone_and_lets_go_of_the_port():
 def test_a_port_in_use_and_a_host_elsewhere_are_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(
-            InputError, match=f"cannot listen at 127.0.0.1, port {port}"
-        ), serving(port=port):
+        with (
+            pytest.raises(InputError, match=f"cannot listen at 127.0.0.1, port {port}"),
+            serving(port=port),
+        ):
             pass
     for host, wrong in (("192.0.2.1", 0), ("x" * 300, 0), ("127.0.0.1", 70_000)):
         with pytest.raises(InputError), serving(host, wrong):
