@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 FIELD_OF_VIEW = np.radians(45.0)
 FROM = np.array((1.0, -1.3, 0.6))
 """Direction in which the camera is at first: to the right, the front, and above."""
+ABOVE_PANEL = 0.22
+"""How far below the object the camera looks where the panel takes the lower part of a
+narrow window, over its distance."""
 TICK = 0.05
 """[s] between the frames of what is played."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
@@ -238,9 +241,10 @@ class Viewer:
         def _(client: Any) -> None:
             narrow = min(float(client.camera.aspect), 1.0)
             if narrow < 1.0:  # a phone held upright sees less to the sides
+                lower = middle - ABOVE_PANEL * np.linalg.norm(toward) / narrow * up
                 with client.atomic():
-                    client.camera.position = middle + toward / narrow
-                    client.camera.look_at = middle  # the position had moved it
+                    client.camera.position = lower + toward / narrow
+                    client.camera.look_at = lower  # the position had moved it
 
     def _extent(self) -> tuple[Array, Array]:
         """Lowest and highest corner (3,) [m] of all that is drawn."""
