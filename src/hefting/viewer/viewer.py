@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FIELD_OF_VIEW = np.radians(45.0)
 FROM = np.array((1.0, -1.3, 0.6))
 """Direction in which the camera is at first: to the right, the front, and above."""
-ABOVE_PANEL = 0.22
+ABOVE_PANEL = 0.17
 """How far below the object the camera looks where the panel takes the lower part of a
 narrow window, over its distance."""
 TICK = 0.05
