@@ -1,6 +1,5 @@
 """A session: its answer is the library's own, by any method and settings, and quick."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +17,6 @@ from viewing import recorded, shape, viewed
 
 SAME = 1e-9
 """Of the largest parameter: both fold the same samples; what differs is rounding."""
-LONGEST = 0.3
-"""[s] of processor time that an answer may take; it takes about a twentieth of it."""
 SETTINGS = (
     Settings("Bayes"),
     Settings("Bayes", {"pose_std": (0.01, 0.1)}),
@@ -74,20 +71,24 @@ def test_the_whole_recording_gives_the_estimate_of_identify(session, settings):
 
 @needs_recordings
 @pytest.mark.parametrize("log", ["run1", "run3"])
-def test_an_instant_of_a_fast_recording_is_the_librarys_and_quick(log):
-    """Moving time, method, c1, lambda and pose-std on the Panda recordings."""
+def test_an_instant_of_a_fast_recording_is_the_librarys(log, monkeypatch):
+    """Moving time, method, c1, lambda and pose-std on the Panda recordings, which are not
+    conditioned again (`benchmarks.viewer` times it)."""
     recording = read_log(DATA / "panda-optoforce" / f"{log}.csv")
     held = Shape.from_box(-0.06, 0.06, -0.06, 0.06, 0.0, 0.2)
     found = ingest(recording)
+
+    def again(*arguments, **options):
+        raise AssertionError("conditioned again")
+
+    monkeypatch.setattr("hefting.ingest.ingest.condition", again)
     session = Session(found, held)
     z = found.measurements
     for settings in SETTINGS:
         estimator = session.estimator(settings)
         own = found.weighted_by_count if estimator.depends_on_count else z
         for instant in (z.time[0] + 0.7, z.time[0] + 9.3, z.time[-1]):
-            began = time.process_time()
             answer = session.answer(instant, settings)
-            assert time.process_time() - began < LONGEST
             plain = estimator.fit(own[z.time <= instant])
             same(answer.estimate, plain)
 
