@@ -293,3 +293,28 @@ def test_an_arrow_is_beside_its_vector():
 
 def test_an_empty_scene_has_a_size():
     assert size_of(scene_of()) == 0.05
+
+
+@pytest.mark.parametrize(
+    ("origin", "welcome"),
+    [
+        (None, True),
+        ("http://127.0.0.1:{port}", True),
+        ("http://localhost:{port}", True),
+        ("https://elsewhere.example", False),
+        ("http://127.0.0.1.elsewhere.example", False),
+    ],
+)
+def test_pages_of_other_sites_do_not_reach_it(origin, welcome):
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect
+
+    with serving() as server:
+        port = server.get_port()
+        address = f"ws://127.0.0.1:{port}"
+        said = origin and origin.format(port=port)
+        if welcome:
+            connect(address, origin=said, open_timeout=60).close()
+        else:
+            with pytest.raises(InvalidStatus, match="403"):
+                connect(address, origin=said, open_timeout=60)

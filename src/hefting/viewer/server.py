@@ -3,10 +3,11 @@ opens no tunnel. Needs viser."""
 
 import contextlib
 import io
+import re
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError, MissingDependencyError
 
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 """Address that only this machine reaches."""
+OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
+"""How pages of this machine name it."""
+EVERYWHERE = ("0.0.0.0", "::", "")
+"""Addresses by which a machine listens under all of its names."""
 
 
 @contextmanager
@@ -40,7 +45,7 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
     except ImportError as error:
         raise MissingDependencyError("viser", "view") from error
     _check_free(host, port)
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), _own_pages_only(host):
         server = viser.ViserServer(host, port, verbose=False)
     try:
         if port not in (0, server.get_port()):  # taken since it was looked at
@@ -79,6 +84,26 @@ def _in_use(host: str, port: int, why: str = "") -> InputError:
         "--host, --port",
         "give others, or leave them out",
     )
+
+
+@contextmanager
+def _own_pages_only(host: str) -> Iterator[None]:
+    """Servers made while this is entered refuse pages of other sites, which a browser
+    lets connect to any port of this machine; viser does not ask where a page is from."""
+    from websockets.asyncio import server as websockets
+
+    serve, own = websockets.serve, (re.escape(host), *map(re.escape, OWN_NAMES))
+    from_here = re.compile(rf"https?://({'|'.join(own)})(:\d+)?")
+
+    def guarded(*arguments: Any, **options: Any) -> Any:
+        return serve(*arguments, origins=[None, from_here], **options)
+
+    if host not in EVERYWHERE:
+        websockets.serve = guarded  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        websockets.serve = serve  # type: ignore[misc]
 
 
 def _refuse_tunnels(server: "ViserServer") -> None:
