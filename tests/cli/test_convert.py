@@ -92,7 +92,7 @@ def test_through_a_map_with_notes_and_warnings(run, tmp_path):
         "convert", path, tmp_path / "out.csv", "--map", tmp_path / "map.toml"
     )
     assert (status, err) == (0, "")
-    assert f"{path}: 0.2 s" in out
+    assert f"{path}: 0.2 s" in " ".join(out.split())  # a long path wraps the line
     assert "  wrench                        3 samples       10 Hz" in out
     assert "note: time from column tick [frames at 10 Hz]" in out
     assert "note: joint_positions from columns qx, qy [deg]" in out
@@ -128,7 +128,7 @@ def test_static_poses(run, tmp_path):
     )
     status, out, _ = run("convert", path, tmp_path / "out.parquet")
     assert status == 0
-    assert "static poses" in out
+    assert "static poses" in " ".join(out.split())  # a long path wraps the line
     assert read_log(tmp_path / "out.parquet").static
     refused(run("convert", path, tmp_path / "out.bag"), "no times")
 
