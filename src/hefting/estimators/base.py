@@ -247,6 +247,11 @@ class Estimator:
         over the same shape."""
         return self.estimate(state)
 
+    def prior_intervals(self, mass: float) -> dict[str, Array] | None:
+        """What was known of a body of such a mass [kg] before any sample, as in
+        `Estimate.intervals`; None for methods without a prior that has intervals."""
+        return None
+
     def fit(self, measurements: Measurements) -> Estimate:
         """The estimate from `measurements` alone."""
         return self.estimate(self.update(self.start(), measurements))

@@ -2,13 +2,13 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.progress import each
-from hefting.estimators import METHODS, VARIANTS, method_named, spelled
+from hefting.estimators import METHODS, VARIANTS, Estimator, method_named, spelled
 from hefting.identification.answer import Answer
 from hefting.identification.identify import (
     estimator_for,
@@ -46,6 +46,10 @@ class Comparison(Answer):
     """Why that one."""
     ingested: Ingested
     """The recording as all of them took it."""
+    estimators: dict[str, Estimator] = field(default_factory=dict[str, Estimator])
+    """What made each estimate, with all hyperparameters."""
+    seen: dict[str, Ingested] = field(default_factory=dict[str, Ingested])
+    """The recording as far as each used it."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}\n  recommended of  {', '.join(self.results)}"
@@ -106,7 +110,7 @@ def compare(
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
     found = understand(recording, **reading)
     require_object(found, shape)
-    results, seconds, skipped, seen = {}, {}, {}, {}
+    results, seconds, skipped, seen, made = {}, {}, {}, {}, {}
     for name, (kind, settings) in each("identifying", list(kinds.items())):
         own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
@@ -115,7 +119,7 @@ def compare(
             estimate, used = run(estimator, found)
             elapsed = time.perf_counter() - start
             results[name] = with_diagnostics(estimate, estimator, used, shape)
-            seconds[name], seen[name] = elapsed, used
+            seconds[name], seen[name], made[name] = elapsed, used, estimator
         except (NeedError, NotIdentifiableError) as error:
             if not everything:
                 raise
@@ -129,4 +133,4 @@ def compare(
         name: estimate for name, estimate in results.items() if name not in VARIANTS
     }
     recommended, reason = recommend(proper or results, found, shape, seen)
-    return Comparison(results, seconds, skipped, recommended, reason, found)
+    return Comparison(results, seconds, skipped, recommended, reason, found, made, seen)

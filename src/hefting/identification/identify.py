@@ -71,6 +71,10 @@ class Identification(Answer):
     """What the data say of the wrench's sign; None when it was given."""
     source: str
     """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    ingested: Ingested
+    """The recording as far as it was used, with what was found and left out."""
+    estimator: Estimator
+    """What made the estimate, with all hyperparameters."""
 
 
 def identify(
@@ -155,11 +159,19 @@ def identify(
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
+    return _identification(estimate, estimator, found)
+
+
+def _identification(
+    estimate: Estimate, estimator: Estimator, found: Ingested
+) -> Identification:
     return Identification(
         estimate,
         found.measurements,
         found.sign if found.sign_found else None,
         found.source,
+        found,
+        estimator,
     )
 
 
@@ -184,6 +196,19 @@ def calibrate(
     (6,)
     >>> tool.save("gripper.json")  # then identify(..., tool="gripper.json")
     """
+    return calibration(
+        recording, gravity=gravity, sensor_accuracy=sensor_accuracy
+    ).estimate
+
+
+def calibration(
+    recording: Recording | str | Path,
+    *,
+    gravity: GravityLike = ON_EARTH,
+    sensor_accuracy: SensorAccuracy | str | None = None,
+) -> Identification:
+    """The estimate of `calibrate`, with the measurements it was made from; arguments
+    and errors as there."""
     found = ingest(recording, gravity=gravity, bias="estimate")
     require_object(found, None)
     settings = OLS.settings(known_of(found, None))
@@ -198,7 +223,8 @@ def calibrate(
             found.log,
             "turn the sensor about two axes or more",
         )
-    return replace(estimate, covariance=covariance)
+    estimate = replace(estimate, covariance=covariance)
+    return _identification(estimate, estimator, found)
 
 
 def estimator_for(

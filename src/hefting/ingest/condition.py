@@ -264,6 +264,7 @@ def _conclude(
         offset_left=_offset_left(found) if clock and path.moves else 0.0,
         path=path,
         curves=curves,
+        outliers=outliers,
     )
     search = Search(
         clock=clock and path.moves,

@@ -10,6 +10,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, frozen
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
+from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import Path
 from hefting.motion import Curves
 
@@ -120,6 +121,8 @@ class Conditioned:
     """changes of the object that were found; None where there are none"""
     curves: Curves | None = field(default=None, repr=False)
     """the curves the motion was read from, where poses were smoothed"""
+    outliers: Outliers | None = field(default=None, repr=False)
+    """the samples left out, by cause"""
 
     def __post_init__(self):
         for name in ("parameters", "covariance", "gravity", "inflation"):

@@ -29,6 +29,7 @@ from hefting.ingest.gravity import (
     errors_of_gravity_size,
 )
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
@@ -80,6 +81,7 @@ def ingest(
             fix="use auto, on-object or on-sensor",
         )
     recording, first = _read(recording, start, duration)
+    whole = recording
     recording, given_bias = _subtract_given_bias(
         without_faulty_poses(recording, motion), bias
     )
@@ -98,6 +100,9 @@ def ingest(
             recording, assumed.vector, motion, tilt=tilt, hint=hint, changes=False
         )
         doubt = _doubt(recording, found, may_be_biased=may_be_biased)
+    left_out = left_out_of(
+        whole, recording, found, changes if not asked else None, later=first
+    )
     changes = None if changes is None else changes.later(first)
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
@@ -181,6 +186,8 @@ def ingest(
         warnings=tuple(warnings),
         read_notes=tuple(notes),  # type: ignore[arg-type]
         changes=changes,
+        left_out=left_out,
+        log_start=whole.start - first,
     )
 
 

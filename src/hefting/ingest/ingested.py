@@ -18,6 +18,7 @@ from hefting.ingest.averages import residual_size
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.left_out import Span
 from hefting.ingest.rivals.consequence import Doubt
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
@@ -90,6 +91,10 @@ class Ingested:
     changes: Changes | None = None
     """Changes of the object in the log, with times since its first sample; None where
     none were found."""
+    left_out: tuple[Span, ...] = ()
+    """What of the log was left out, with times since its first sample."""
+    log_start: float = 0.0
+    """[s] time of the first sample of the log, on the clock of the measurements"""
 
     @property
     def notes(self) -> tuple[Message, ...]:

@@ -132,6 +132,7 @@ def _inspection(
         advice=(),
         warnings=tuple(dict.fromkeys(warnings)),
         changes=None if found is None else found.changes,
+        ingested=found,
     )
 
 

@@ -1,6 +1,6 @@
 """Inspection: the findings about one recording."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from hefting.core.verdict import Verdict, verdict_of
 from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.ingested import Ingested
 from hefting.inspection.movement import Movement
 from hefting.inspection.streams import StreamFacts
 from hefting.inspection.wrench import WrenchFacts
@@ -117,6 +118,8 @@ class Inspection:
     warnings: tuple[str, ...]
     changes: Changes | None = None
     """changes of the object; all findings are of the stretch chosen"""
+    ingested: Ingested | None = field(default=None, repr=False)
+    """the recording as an identification would take it; None where it cannot be"""
 
     @property
     def verdict(self) -> Verdict:

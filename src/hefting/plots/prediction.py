@@ -13,7 +13,6 @@ from hefting.plots.style import (
     COMPONENTS,
     INK,
     MEASURED,
-    PARTS,
     chosen,
     figure_of,
     settled,
@@ -22,6 +21,7 @@ from hefting.plots.style import (
 from hefting.prediction import Prediction
 from hefting.prediction.spread import Z95
 from hefting.scene import Headline, plus_minus
+from hefting.scene.wrench import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

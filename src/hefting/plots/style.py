@@ -30,8 +30,6 @@ BAR = 0.07
 """Height of the colour bar [in]."""
 DRAWN = 1500
 """Most samples drawn of a long recording, evenly chosen."""
-PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
-"""Of a wrench: name, unit and first column of each."""
 MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
 """A measured line, wide and pale, below the computed one."""
 FORMATS: dict[str, dict[str, None]] = {

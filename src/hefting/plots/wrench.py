@@ -8,20 +8,19 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
-from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
     MEASURED,
-    PARTS,
     chosen,
     figure_of,
     settled,
     style,
 )
-from hefting.scene import headline_of
+from hefting.scene import headline_of, wrench_curves
+from hefting.scene.wrench import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,14 +55,9 @@ def draw_wrench(
     figure: "SubFigure", measurements: Measurements, estimate: Estimate
 ) -> None:
     """The rows of `plot_wrench` and their legend, on an empty figure."""
-    static = estimate.duration is None
-    predicted = predict_wrench(measurements, estimate.parameters.vector)
-    predicted = predicted + _bias_of_each(estimate, len(measurements))
-    residual = measurements.wrench - predicted
-    shown = chosen(len(measurements))
-    time = 1.0 + shown.astype(float)
-    if not static:
-        time = measurements.time[shown] - measurements.time[0]
+    curves = wrench_curves(measurements, estimate)
+    static, shown = curves.static, chosen(len(measurements))
+    time, residual = curves.time[shown], curves.residual
     rows = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
     )
@@ -71,8 +65,8 @@ def draw_wrench(
         PARTS, rows[::2], rows[1::2], strict=True
     ):
         three = slice(part, part + 3)
-        measured = measurements.wrench[shown, three]
-        _draw_whole(whole, time, measured, predicted[shown, three], static)
+        measured, predicted = curves.measured[shown], curves.predicted[shown]
+        _draw_whole(whole, time, measured[:, three], predicted[:, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
         if estimate.common_bias is not None:
             own = estimate.common_bias[three]
@@ -82,7 +76,7 @@ def draw_wrench(
             _title(whole, "with the bias of each recording, one after the other")
         _draw_residual(rest, time, residual[shown, three], static)
         rest.set_ylabel(f"[{unit}]")
-        rms = float(np.sqrt(np.mean(residual[:, three] ** 2)))
+        rms = curves.rms(part)
         _title(rest, f"residual (measured − predicted), rms {rms:.2g} {unit}")
         limit = 1.25 * float(np.abs(residual[:, three]).max()) or 1.0
         rest.set_ylim(-limit, limit)
@@ -91,17 +85,6 @@ def draw_wrench(
     margin = 0.5 if static or len(time) == 1 else 0.0
     rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
     figure.align_ylabels()
-
-
-def _bias_of_each(estimate: Estimate, samples: int) -> Array:
-    """(K, 6) or (6,) bias of each of K samples; zero where it is not known."""
-    bias = estimate.bias
-    if bias is None or bias.ndim == 1:
-        return np.zeros(6) if bias is None else bias
-    rows = [each.get("rows", 0) for each in estimate.provenance.get("recordings", ())]
-    if len(rows) != len(bias) or sum(rows) != samples:
-        return np.zeros(6)
-    return np.repeat(bias, rows, axis=0)
 
 
 def _draw_whole(

@@ -17,6 +17,8 @@ from hefting.scene.headline import Headline, headline_of, plus_minus, power_of_t
 from hefting.scene.place import depth_of, place_of
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import Surface, surface_of
+from hefting.scene.thinning import gaps_between, thinned
+from hefting.scene.wrench import WrenchCurves, wrench_curves
 
 __all__ = [
     "Body",
@@ -25,9 +27,11 @@ __all__ = [
     "PointSet",
     "Scene",
     "Surface",
+    "WrenchCurves",
     "com_half_widths",
     "com_region",
     "depth_of",
+    "gaps_between",
     "half_widths",
     "headline_of",
     "place_of",
@@ -35,5 +39,7 @@ __all__ = [
     "power_of_thousand",
     "scene_of",
     "surface_of",
+    "thinned",
     "uniform_ellipsoid",
+    "wrench_curves",
 ]

@@ -47,6 +47,18 @@ class Ellipsoid:
             rotation[:, 2] = -rotation[:, 2]
         return lengths, rotation
 
+    def triangles(self, rings: int = 16) -> tuple[Array, np.ndarray]:
+        """Its surface: vertices (V, 3) [m] and triangles (F, 3) of their indices, on
+        so many circles of latitude, twice as many points on each."""
+        polar = np.pi * (np.arange(rings) + 0.5) / rings
+        azimuth = np.pi * np.arange(2 * rings) / rings
+        p, a = (grid.ravel() for grid in np.meshgrid(polar, azimuth, indexing="ij"))
+        ball = np.column_stack(
+            (np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p))
+        )
+        ball = np.vstack((ball, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)))
+        return self.center + ball @ self.half_axes.T, _ball_faces(rings)
+
     def shadow(self, i: int, j: int, count: int = 120) -> Array:
         """Outline (count, 2) [m] of the ellipsoid seen along the third axis, projected
         on axes `i` and `j`."""
@@ -57,6 +69,27 @@ class Ellipsoid:
         circle = np.vstack((np.cos(angle), np.sin(angle)))
         outline = (vectors * np.sqrt(np.maximum(values, 0.0))) @ circle
         return self.center[[i, j]] + outline.T
+
+
+def _ball_faces(rings: int) -> np.ndarray:
+    """(F, 3) indices of a grid of points on a ball and of its two poles, which come
+    last."""
+    around = 2 * rings
+    row, column = np.divmod(np.arange(around * (rings - 1)), around)
+    here, beside = around * row + column, around * row + (column + 1) % around
+    below, diagonal = here + around, beside + around
+    i = np.arange(around)
+    north, south, last = around * rings, around * rings + 1, around * (rings - 1)
+    return np.vstack(
+        (
+            np.column_stack((here, below, diagonal)),
+            np.column_stack((here, diagonal, beside)),
+            np.column_stack((np.full(around, north), i, (i + 1) % around)),
+            np.column_stack(
+                (last + (i + 1) % around, last + i, np.full(around, south))
+            ),
+        )
+    )
 
 
 def uniform_ellipsoid(body: InertialParameters) -> Ellipsoid | None:

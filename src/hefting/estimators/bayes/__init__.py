@@ -25,7 +25,11 @@ from hefting.estimators.base import (
 )
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE
 from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
-from hefting.estimators.bayes.mixture import INTERVAL_LEVEL, holding
+from hefting.estimators.bayes.mixture import (
+    INTERVAL_LEVEL,
+    holding,
+    prior_mixture,
+)
 from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Passes
@@ -262,6 +266,12 @@ class Bayes(Estimator):
             warnings=warnings_of(posterior, nearest.distance),
             provenance=posterior.noise_found,
         )
+
+    def prior_intervals(self, mass: float) -> dict[str, Array]:
+        """What the shape, or the neighbourhood of the sensor, says of a body of such a
+        mass [kg], as in `Estimate.intervals`; those of the mass have no width."""
+        placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
+        return prior_mixture(placed.prior, mass).intervals(INTERVAL_LEVEL)
 
     def posterior(self, state: State, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any

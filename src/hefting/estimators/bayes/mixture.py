@@ -170,6 +170,18 @@ class Mixture:
         )
 
 
+def prior_mixture(prior: Prior, mass: float) -> Mixture:
+    """A prior as a mixture for a body of known mass [kg], which it leaves next to
+    free."""
+    factors = mass * prior.spread
+    factors[:, :, 0] = 0.0
+    means = prior.mean if prior.offsets is None else prior.mean + prior.offsets
+    weights = np.exp(prior.log_weight - prior.log_weight.max())
+    shape = (len(weights), 10)
+    means = np.broadcast_to(mass * means, shape)
+    return Mixture(weights / weights.sum(), means, factors)
+
+
 def shaped(ends: Array) -> dict[str, Array]:
     """Intervals with the lower and upper `ends` (2, 16): mass (2,) [kg], center_of_mass
     (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes.

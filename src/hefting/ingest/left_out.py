@@ -1,0 +1,126 @@
+"""What of a log was left out, and why: spans of time, to be shown beside the rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, Mask
+from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.conditioned import Conditioned
+
+CAUSES = {
+    "contact": "contact: the object touched something",
+    "spike": "spikes of the sensor",
+    "saturation": "the sensor at its limit",
+    "no-pose": "no pose: before, after or in a gap of the motion",
+    "no-wrench": "no wrench: a gap in the samples",
+    "pose": "poses that no body can have passed",
+    "touched": "touched: no free body explains the wrench",
+    "other": "another object, or another grasp",
+}
+"""Why something was left out, in words."""
+OUTLIERS = ("contact", "spike", "saturation")
+"""Those that are samples of the wrench which `Conditioned.outliers` holds."""
+GAP = 5.0
+"""Steps of the median length that a step is longer than where samples are missing."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A part of a log that was left out."""
+
+    cause: str
+    """A key of `CAUSES`"""
+    start: float
+    """[s] since the first sample of the log, on the clock of the motion; of static
+    poses the row, counted from 0"""
+    end: float
+    """[s] the same; as `start` for a single sample"""
+    samples: int
+    """Samples of the stream it is about; 0 where they are missing"""
+
+
+def left_out_of(
+    whole: Recording,
+    part: Recording,
+    found: Conditioned,
+    changes: Changes | None,
+    *,
+    later: float = 0.0,
+) -> tuple[Span, ...]:
+    """What was left out, in order of time.
+
+    Parameters
+    ----------
+    whole : Recording
+        What was to be used, before poses were left out.
+    part : Recording
+        The part of it that was used, without the poses that were left out.
+    found : Conditioned
+        Of the part.
+    changes : Changes, optional
+        With times since the first sample of `whole`; None where all of it was used.
+    later : float
+        [s] from the first sample of the log to that of `whole`.
+    """
+    wrench, first = part["wrench"], whole.start - later
+    time = wrench.time - first - found.offset
+    masks: dict[str, Mask] = {}
+    outliers = found.outliers
+    if outliers is not None and not outliers.rejected.all():
+        masks = {name: getattr(outliers, name) for name in OUTLIERS}
+    if found.path is not None and found.path.moves:
+        known = found.path.at(wrench.time - found.offset, spread=False).known
+        masks["no-pose"] = ~known
+    spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
+    if not part.static:
+        spans += _missing(time)
+        spans += _faulty_poses(whole, part, first)
+    spans += [] if changes is None else _of_changes(changes.later(later))
+    return tuple(sorted(spans, key=lambda span: (span.start, span.cause)))
+
+
+def runs(cause: str, time: Array, mask: Mask) -> list[Span]:
+    """A span for each run of samples at `time` (K,) [s] that a mask (K,) holds."""
+    steps = np.diff(np.concatenate(([0], mask.astype(int), [0])))
+    begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
+    return [
+        Span(cause, float(time[b]), float(time[e - 1]), int(e - b))
+        for b, e in zip(begins, ends, strict=True)
+    ]
+
+
+def _missing(time: Array) -> list[Span]:
+    """Steps between samples that are much longer than the others."""
+    steps = np.diff(time)
+    if not len(steps):
+        return []
+    long = np.flatnonzero(steps > GAP * np.median(steps))
+    return [Span("no-wrench", float(time[i]), float(time[i + 1]), 0) for i in long]
+
+
+def _faulty_poses(whole: Recording, part: Recording, first: float) -> list[Span]:
+    """Runs of poses of the log, while the part lasts, that the part does not have."""
+    spans: list[Span] = []
+    for name in ("position", "orientation"):
+        if not (whole.has(name) and part.has(name)):
+            continue
+        every, kept = whole[name], part[name]
+        spans += runs("pose", every.time - first, _absent(every, kept, part))
+    return list(dict.fromkeys(spans))
+
+
+def _absent(every: Stream, kept: Stream, part: Recording) -> Mask:
+    """(K,) samples of a stream within the part's time that are not kept."""
+    low, high = part["wrench"].time[[0, -1]]
+    inside = (every.time >= low) & (every.time <= high)
+    return np.asarray(inside & ~np.isin(every.time, kept.time))
+
+
+def _of_changes(changes: Changes) -> list[Span]:
+    """The stretches of other objects, and those in which it was touched."""
+    chosen = changes.chosen
+    others = [s for s in changes.stretches if s is not chosen]
+    spans = [Span("other", s.start, s.end, 0) for s in others]
+    return spans + [Span("touched", t.start, t.end, 0) for t in changes.touches]
