@@ -1,0 +1,116 @@
+"""Bars: intervals of several quantities of one kind above one another, on one scale."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.page.html import Markup, element
+from hefting.scene import plus_minus
+
+
+@dataclass(frozen=True)
+class Row:
+    """One interval. Numbers are in the unit of its scale."""
+
+    name: str
+    value: float | None
+    """None where only the interval is known"""
+    low: float
+    """lower end, minus infinity where open; NaN where the method has no interval"""
+    high: float
+    truth: float | None = None
+    matters: bool = True
+    """whether the scale is made to hold it"""
+
+
+def bars(rows: Sequence[Row], unit: str, *, from_zero: bool = False) -> Markup:
+    """Rows as HTML: name, number, and the interval as a bar; below them the scale.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Of one unit.
+    unit : str
+        Shown at the scale and after the numbers.
+    from_zero : bool
+        Whether the scale holds zero.
+    """
+    low, high = _scale(rows, from_zero=from_zero)
+    cells: list[Markup] = []
+    for row in rows:
+        number = _number(row)
+        shown = number if number == "open" else f"{number} {unit}"
+        cells += [
+            element("span", row.name),
+            element("span", shown, class_="value"),
+            element("span", *_marks(row, low, high), class_="track"),
+        ]
+    scale = element("div", *_labels(low, high, unit), class_="scale")
+    return element("div", *cells, scale, class_="bars")
+
+
+def _number(row: Row) -> str:
+    """The value with half the width of its interval, the larger side; the middle of
+    the interval where there is no value."""
+    if row.value is None and np.isfinite((row.low, row.high)).all():
+        middle, half = 0.5 * (row.low + row.high), 0.5 * (row.high - row.low)
+        return plus_minus(middle, half)
+    if row.value is None or not np.isfinite(row.value):
+        return "open"
+    if np.isnan(row.low):
+        return plus_minus(row.value, None)
+    return plus_minus(row.value, max(row.high - row.value, row.value - row.low))
+
+
+def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:
+    """Ends of the scale: all finite numbers of the rows that matter, and some room."""
+    held = [0.0] if from_zero else []
+    for row in rows:
+        if row.matters:
+            given = (row.value, row.low, row.high, row.truth)
+            held += [v for v in given if v is not None and np.isfinite(v)]
+    low, high = (min(held), max(held)) if held else (0.0, 1.0)
+    room = 0.08 * (high - low) or max(abs(high), 1e-9)
+    return (low - room if low < 0.0 or not from_zero else 0.0), high + room
+
+
+def _marks(row: Row, low: float, high: float) -> Iterable[Markup]:
+    """Interval, zero, truth and value of a row."""
+
+    def at(value: float) -> float:
+        return float(np.clip(100.0 * (value - low) / (high - low), 0.0, 100.0))
+
+    if np.isinf(row.low) and np.isinf(row.high):
+        yield element("i", class_="open", title="open: not determined")
+    elif not np.isnan(row.low):
+        left, right = at(row.low), at(row.high)
+        style = f"left:min({left:.3f}%,100% - 4px);width:{right - left:.3f}%"
+        yield element("i", class_="range", style=style)
+    if low < 0.0 < high:
+        yield element("i", class_="zero", style=f"left:{at(0.0):.3f}%")
+    if row.value is not None and np.isfinite(row.value) and low <= row.value <= high:
+        yield element("i", class_="at", style=f"left:{at(row.value):.3f}%")
+    if row.truth is not None:
+        title = f"truth: {row.truth:.5g}"
+        yield element(
+            "i", class_="true", style=f"left:{at(row.truth):.3f}%", title=title
+        )
+
+
+def _labels(low: float, high: float, unit: str) -> list[Markup]:
+    """The ends of the scale, and zero where it is well inside."""
+
+    def text(value: float) -> str:
+        return f"{value:.3g}".replace("-", "−")
+
+    share = -low / (high - low)
+    middle = []
+    if 0.25 < share < 0.65:
+        style = f"left:{100.0 * share:.3f}%;transform:translateX(-50%)"
+        middle = [element("span", "0", style=style)]
+    return [
+        element("span", text(low), style="left:0"),
+        *middle,
+        element("span", f"{text(high)} {unit}", style="right:0"),
+    ]

@@ -1,0 +1,102 @@
+"""Convergence: each parameter and its interval over the recording."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array
+from hefting.estimators import Estimator
+from hefting.identification.convergence import Convergence, convergence
+from hefting.ingest.ingested import Ingested
+from hefting.page.figure import AXES, Figure, Trace, band, line, rows
+from hefting.page.frame import Section
+from hefting.page.html import element, join
+from hefting.page.quantities import GROUPS, NAMES, SCALE, Group, ten
+from hefting.page.wrench import POSE, TIME
+
+WARMING_UP = 0.25
+"""Share of the instants at the beginning that the scale need not hold: intervals are
+often far wider there."""
+
+
+def converged(
+    estimate: Estimate,
+    found: Ingested,
+    estimator: Estimator,
+    truth: InertialParameters | None,
+) -> Section:
+    """What the method would have said after each part of the recording."""
+    over = convergence(estimator, found, estimate)
+    time = (
+        over.rows.astype(float)
+        if found.static
+        else found.measurements.time[over.rows - 1] - found.log_start
+    )
+    known = None if truth is None else ten(truth)
+    figures = tuple(
+        _figure(over, time, group, known, POSE if found.static else TIME)
+        for group in GROUPS
+    )
+    says = (
+        f"{estimate.method} from the samples up to each of {len(time)} instants, with "
+        "its 95 % intervals. Clock, drift and what was left out are those found from "
+        "the whole recording. Where intervals at the beginning are far wider, they "
+        "reach beyond the scale."
+    )
+    known_text = "" if truth is None else " Dashed: the truth."
+    content = join([element("p", says + known_text, class_="note")])
+    return Section("convergence", "How the answer came about", content, figures)
+
+
+def _figure(
+    over: Convergence, time: Array, group: Group, truth: Array | None, x_title: str
+) -> Figure:
+    """The numbers of one unit, a row each."""
+    titles = [f"{NAMES[i]} [{group.unit}]" for i in group.rows]
+    layout = rows(titles, [1.0] * len(titles), x_title)
+    layout["showlegend"] = False
+    traces: list[Trace] = []
+    for k, (i, axis) in enumerate(zip(group.rows, AXES, strict=False), 1):
+        row = f"y{k}" if k > 1 else "y"
+        layout[f"yaxis{row[1:]}"]["range"] = _range(over, i, truth)
+        traces += _lines(over, time, i, axis, row)
+        if truth is not None:
+            ends, level = (float(time[0]), float(time[-1])), float(truth[i])
+            look = {"line": {"color": "@truth", "width": 1.5, "dash": "dash"}}
+            name, both = f"true {NAMES[i]}", (level, level)
+            traces.append(line(ends, both, name, "@truth", yaxis=row) | look)
+    height = 110 + 150 * len(titles)
+    about = f"{group.title} over the recording"
+    return Figure(f"convergence-{group.rows[0]}", traces, layout, height, about)
+
+
+def _lines(
+    over: Convergence, time: Array, i: int, axis: str, row: str
+) -> Iterable[Trace]:
+    """One number, and its intervals where the method has them."""
+    values = SCALE[i] * over.values[:, i]
+    if over.low is not None and over.high is not None:
+        low, high = SCALE[i] * over.low[:, i], SCALE[i] * over.high[:, i]
+        yield band(time, low, high, f"@{axis}-pale", yaxis=row)
+        values = np.where(np.isinf(low) & np.isinf(high), np.nan, values)
+    look = {"mode": "lines+markers", "marker": {"color": f"@{axis}", "size": 5}}
+    yield line(time, values, NAMES[i], f"@{axis}", yaxis=row) | look
+
+
+def _range(over: Convergence, i: int, truth: Array | None) -> list[float] | None:
+    """Ends of the scale: all but what is at the beginning, and some room."""
+    first = int(WARMING_UP * len(over.rows))
+    held = [SCALE[i] * over.values[first:, i]]
+    held += [
+        SCALE[i] * ends[first:, i] for ends in (over.low, over.high) if ends is not None
+    ]
+    held += [] if truth is None else [truth[[i]]]
+    numbers = np.concatenate(held)
+    numbers = numbers[np.isfinite(numbers)]
+    if not len(numbers):
+        return None
+    low, high = float(numbers.min()), float(numbers.max())
+    room = 0.06 * (high - low) or max(abs(high), 1e-9)
+    return [low - room, high + room]
