@@ -15,6 +15,7 @@ NOT_COMMANDS = {
     "__init__",
     "options",
     "outputs",
+    "pages",
     "parser",
     "progress",
     "shapes",

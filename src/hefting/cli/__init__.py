@@ -73,7 +73,15 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} |
             "urdf",
             "sensor_frame",
         ),
-        *("method", "until", "into", "link", "sensor_pose_in_flange", "output"),
+        *(
+            "method",
+            "until",
+            "into",
+            "link",
+            "sensor_pose_in_flange",
+            "output",
+            "report",
+        ),
         *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
     )
 }

@@ -3,6 +3,7 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import (
@@ -15,8 +16,12 @@ from hefting.cli.options import (
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.identification.identify import Identification
 
 EXAMPLES = (
     "hefting calibrate empty.csv --output gripper.json",
@@ -33,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="where the tool's estimate goes",
     )
+    add_report(parser)
     add_verbose(parser)
     log = add_recording(parser)
     add_gravity(log)
@@ -44,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     exit status."""
     from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.cli.report.verdict import exit_status
-    from hefting.identification import calibrate
+    from hefting.identification.identify import calibration
 
     a = arguments
     if Path(a.output).suffix.lower() != ".json":
@@ -54,18 +60,37 @@ def run(arguments: argparse.Namespace) -> int:
             "choose a name that ends in .json",
         )
     check_output(a.output, a.log, a.map, a.urdf)
+    check_report(a.report, a.log, a.map, a.urdf)
     with progress("calibrating"):
-        tool = calibrate(
+        found = calibration(
             read_recording(a),
             gravity=gravity_of(a),
             sensor_accuracy=sensor_accuracy_of(a),
         )
+        page = None if a.report is None else _page(found)
+    tool = found.estimate
     tool.save(a.output)
+    pages = write_report(a.report, page)
     next_steps = (
         f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}",
         "to use its wrench bias as well, where the sensor was not zeroed since: "
         f"--bias {a.output}",
     )
     report = estimate_report(tool, verbose=a.verbose)
-    print_lines([*report, *map(Line, next_steps)], render)
+    written = [f"wrote {path}" for path in pages]
+    print_lines([*report, *map(Line, (*next_steps, *written))], render)
     return exit_status(tool.verdict)
+
+
+def _page(found: "Identification") -> str:
+    """The report."""
+    from hefting.page import Context, identification_page
+
+    context = Context(command=command_line(), say=render)
+    return identification_page(
+        found.estimate,
+        found.ingested,
+        found.estimator,
+        context,
+        title="The tool that the sensor holds",
+    )

@@ -28,6 +28,7 @@ from hefting.cli.options import (
     sensor_accuracy_of,
 )
 from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
+from hefting.cli.pages import add_report, check_report, identified, write_report
 from hefting.cli.progress import progress
 from hefting.cli.report.pictures import draw_pictures, is_picture, write_pictures
 from hefting.cli.report.results import Results, print_json, print_results
@@ -38,10 +39,10 @@ if TYPE_CHECKING:
     from hefting.core.accuracy import Accuracy
     from hefting.core.estimate import Estimate
     from hefting.core.gravity import Gravity
-    from hefting.core.measurements import Measurements
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.identification.compare import Comparison
+    from hefting.identification.identify import Identification
     from hefting.identification.truth import Truth
     from hefting.shapes import Shape
 
@@ -101,6 +102,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         default=[],
         help=f"write {_formats()}; repeatable",
     )
+    add_report(parser)
     add_json(parser)
     add_verbose(parser)
 
@@ -191,12 +193,14 @@ def run(arguments: argparse.Namespace) -> int:
         shape = shape_of(a, pose)
         fill = fill_inertia_of(a.fill_inertia, shape)
         reading = reading_of(a, gravity, recording)
-        comparison, estimates, measurements = _identify(a, recording, shape, reading)
-    estimates = _note_shape(a, estimates)
-    best = comparison.recommended if comparison else next(iter(estimates))
+        found = _identify(a, recording, shape, reading)
+    comparison, estimates, best = _estimates(a, found)
     truth = known.parameters if known else None
     outputs = wanted(a, estimates[best])
+    measurements = found.ingested.measurements
     pictures = draw_pictures(outputs, measurements, estimates[best], shape, truth)
+    with progress("drawing", a.json):
+        page = identified(a.report, found, estimates[best], shape, truth, flange)
     errors = (
         {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
         if known
@@ -205,8 +209,9 @@ def run(arguments: argparse.Namespace) -> int:
     texts = [path for path in outputs if path not in pictures]
     written = write(texts, estimates[best], flange, a.accept, fill)
     write_pictures(pictures)
+    pages = write_report(a.report, page)
     results = Results(
-        estimates, best, comparison, truth, errors, written, tuple(pictures)
+        estimates, best, comparison, truth, errors, written, (*pictures, *pages)
     )
     if a.json:
         print_json(results, render)
@@ -262,23 +267,31 @@ def _identify(
     recording: "list[Recording]",
     shape: "Shape | None",
     reading: dict[str, Any],
-) -> "tuple[Comparison | None, dict[str, Estimate], Measurements]":
-    """Estimates by method, with their comparison where several were asked for, and the
-    measurements that they were made from."""
+) -> "Comparison | Identification":
+    """By the method that was asked for, or by several."""
     settings = hyperparameters_of(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
         from hefting.identification.compare import compare
 
-        comparison = compare(
-            recording, shape, names, hyperparameters=settings, **reading
-        )
-        return comparison, comparison.results, comparison.ingested.measurements
+        return compare(recording, shape, names, hyperparameters=settings, **reading)
     from hefting.identification import identify
 
     method = None if a.method is None else names[0]
-    found = identify(recording, shape, method=method, **reading, **settings)
-    return None, {found.estimate.method: found.estimate}, found.measurements
+    return identify(recording, shape, method=method, **reading, **settings)
+
+
+def _estimates(
+    a: argparse.Namespace, found: "Comparison | Identification"
+) -> "tuple[Comparison | None, dict[str, Estimate], str]":
+    """The comparison where there is one, estimates by method, and the method that is
+    recommended."""
+    from hefting.identification.compare import Comparison
+
+    if isinstance(found, Comparison):
+        return found, _note_shape(a, found.results), found.recommended
+    name = found.estimate.method
+    return None, _note_shape(a, {name: found.estimate}), name
 
 
 def _pose(text: str | None) -> "Array | None":
@@ -343,6 +356,8 @@ def _accuracy(text: str) -> "Accuracy":
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
+    inputs = *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
+    check_report(a.report, *inputs)
     if not a.output:
         return
     from hefting.export import SUFFIXES
@@ -357,9 +372,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
                 path,
                 f"use {', '.join((*SUFFIXES, *FORMATS))}",
             )
-        check_output(
-            path, *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
-        )
+        check_output(path, *inputs)
 
 
 def _biases(text: str, recordings: "list[Recording]"):

@@ -12,6 +12,7 @@ from hefting.cli.options import (
     gravity_of,
     read_recording,
 )
+from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 
 EXAMPLES = (
@@ -25,6 +26,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting inspect``."""
     add_gravity(add_recording(parser))
+    add_report(parser)
     add_json(parser)
     add_verbose(parser)
 
@@ -33,8 +35,17 @@ def run(arguments: argparse.Namespace) -> None:
     """Print the findings."""
     from hefting.inspection import inspect
 
-    with progress("inspecting", arguments.json):
-        found = inspect(read_recording(arguments), gravity_of(arguments))
+    a = arguments
+    check_report(a.report, a.log, a.map, a.urdf)
+    with progress("inspecting", a.json):
+        found = inspect(read_recording(a), gravity_of(a))
+        page = None
+        if a.report is not None:
+            from hefting.page import Context, inspection_page
+
+            context = Context(command=command_line(), say=render)
+            page = inspection_page(found, context)
+    pages = write_report(a.report, page)
     if arguments.json:
         import json
 
@@ -44,3 +55,5 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.printing import print_report
 
     print_report(inspection_report(found, arguments.verbose), render)
+    for path in pages:
+        print(f"wrote {path}")

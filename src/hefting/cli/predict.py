@@ -20,6 +20,7 @@ from hefting.cli.options import (
     read_recording,
     sensor_accuracy_of,
 )
+from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
@@ -67,6 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help=f"write the wrench and its band (.csv), or a picture ({', '.join(FORMATS)}); repeatable",
     )
+    add_report(parser)
     add_json(parser)
     add_verbose(parser)
 
@@ -88,6 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
                 f"use {either(formats)}",
             )
         check_output(path, a.estimate, a.log, a.map, a.urdf)
+    check_report(a.report, a.estimate, a.log, a.map, a.urdf)
     if a.gravity == "estimate":
         raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
     gravity = gravity_of(a)
@@ -104,8 +107,10 @@ def run(arguments: argparse.Namespace) -> int:
             sensor_accuracy=sensor_accuracy_of(a),
         )
         contents = [_content(found, Path(path).suffix.lower()) for path in a.output]
+        page = None if a.report is None else _page(found, estimate)
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)
+    pages = write_report(a.report, page)
     if a.json:
         import json
 
@@ -115,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report.printing import print_report
 
     print_report(prediction_report(found, a.verbose), render)
-    for path in a.output:
+    for path in (*a.output, *pages):
         print(f"wrote {path}")
     return exit_status(found.verdict)
 
@@ -127,3 +132,10 @@ def _content(found, suffix: str) -> bytes:
     from hefting.plots import picture_of, plot_prediction
 
     return picture_of(plot_prediction(found, render), suffix)
+
+
+def _page(found, estimate) -> str:
+    """The report."""
+    from hefting.page import Context, prediction_page
+
+    return prediction_page(found, estimate, Context(command=command_line(), say=render))
