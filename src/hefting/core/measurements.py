@@ -138,7 +138,9 @@ class Measurements:
                     where=f"Measurements.{name}",
                 )
             # quick; a sum may overflow where no sample does
-            if not isfinite(np.add.reduce(array, axis=None)):
+            with np.errstate(over="ignore", invalid="ignore"):
+                total = np.add.reduce(array, axis=None)
+            if not isfinite(total):
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
                     raise InputError(

@@ -7,7 +7,8 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
-from hefting.plots.style import COMPONENTS, PARTS
+from hefting.plots.style import COMPONENTS
+from hefting.scene.wrench import PARTS
 from hefting.viewer.colours import ARROWS, rgb
 from hefting.viewer.drawing import SENSOR
 from hefting.viewer.playback import Frame, Playback
