@@ -34,6 +34,7 @@ FAILED_ONCE = (
     ("mapped", 12, 751),  # two samples a minute: too slow for any filter
     ("parquet", 12, 604),  # values of which a step overflows
     ("db3", 12, 606),  # one pose
+    ("parquet", 13, 1756),  # times of 1e-242 s
     ("arm", 13, 357),  # masses of which forces overflow when summed
 )
 """Files, by reader, seed and number, that made a traceback or a warning."""

@@ -34,6 +34,9 @@ LARGEST_TIME = 1e12
 """Largest absolute time of a sample [s]: some 30,000 years; times since 1970 are
 1.7e9."""
 
+SMALLEST_INTERVAL = 1e-12
+"""Smallest time between two samples of a stream [s]; sensors take 1e-5 s at least."""
+
 LARGEST_CELL = 1e30
 """Largest absolute number of a log's cell or message, whatever it means and in whatever
 unit: its square is finite. Nanoseconds since 1970 are 1.7e18."""

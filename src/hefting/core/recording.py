@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.magnitudes import LARGEST, LARGEST_TIME, too_large
+from hefting.core.magnitudes import (
+    LARGEST,
+    LARGEST_TIME,
+    SMALLEST_INTERVAL,
+    too_large,
+)
 from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -209,23 +214,26 @@ class Recording:
                     fix="leave the cell blank where nothing was measured",
                 )
         self._check_magnitudes(name, stream, columns)
-        forward = stream.time[1:] > stream.time[:-1]
+        forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
         if not forward.all():
             k = np.argmin(forward)
             (before, now), (row, next_row) = (
                 stream.time[k : k + 2],
                 stream.rows[k : k + 2],
             )
-            repeated = before == now
-            what = (
-                f"repeats that of row {row}"
-                if repeated
-                else f"is before {before:.9g} s of row {row}"
+            what, fix = (
+                f"is before {before:.9g} s of row {row}",
+                "sort the rows by time",
             )
+            if before == now:
+                what, fix = f"repeats that of row {row}", "keep one of the two rows"
+            elif before < now:
+                what = f"is {now - before:.1g} s after that of row {row}"
+                fix = "check the unit of time"
             raise InputError(
                 f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
                 where=f"{self.source}, row {next_row}, column time",
-                fix="keep one of the two rows" if repeated else "sort the rows by time",
+                fix=fix,
             )
 
     def _check_magnitudes(
