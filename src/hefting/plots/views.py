@@ -288,13 +288,14 @@ def _draw_ellipsoid(
 
 
 def _draw_triad(axes: "Axes", i: int, j: int, length: float) -> None:
-    """Sensor origin and its two axes that lie in the view."""
+    """Sensor origin and its two axes that lie in the view, each letter beside its tip:
+    a COM is often straight ahead."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=2.0, foreground="white")]
-    for axis, tip, beyond in (
-        (i, (length, 0.0), (4.0, 0.0)),
-        (j, (0.0, length), (0.0, 4.0)),
+    for axis, tip, beside in (
+        (i, (length, 0.0), (-1.0, -5.0)),
+        (j, (0.0, length), (-5.0, -1.0)),
     ):
         name, colour = list(COMPONENTS.items())[axis]
         style = {
@@ -312,7 +313,7 @@ def _draw_triad(axes: "Axes", i: int, j: int, length: float) -> None:
         axes.annotate(
             name,
             tip,
-            beyond,
+            beside,
             textcoords="offset points",
             ha="center",
             va="center",
