@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import (
+    add_part,
     add_recording,
     check_output,
     read_estimate,
@@ -32,16 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting convert``."""
     add_recording(parser)
     parser.add_argument("output", metavar="OUTPUT", help=_output_help())
-    parser.add_argument(
-        "--start",
-        type=float,
-        metavar="S",
-        default=0.0,
-        help="leave out what is before [s]",
-    )
-    parser.add_argument(
-        "--duration", type=float, metavar="S", help="write this much [s]"
-    )
+    add_part(parser, "write")
     parser.add_argument(
         "--with",
         dest="estimate",

@@ -13,6 +13,8 @@ from hefting.cli.options import (
     add_gravity,
     add_json,
     add_mass,
+    add_motion,
+    add_part,
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
@@ -109,14 +111,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 def add_reading(log: argparse._ActionsContainer) -> None:
     """What of the recording is used, and how it is taken."""
-    log.add_argument(
-        "--start",
-        type=float,
-        metavar="S",
-        default=0.0,
-        help="leave out what is before [s]",
-    )
-    log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
+    add_part(log)
     log.add_argument(
         "--wrench",
         metavar="auto|on-object|on-sensor",
@@ -129,13 +124,7 @@ def add_reading(log: argparse._ActionsContainer) -> None:
         default="auto",
         help="of the wrench: auto, none, estimate, tare:START,END or a JSON file",
     )
-    log.add_argument(
-        "--motion",
-        metavar="SOURCE",
-        default="auto",
-        help="velocities and accelerations: columns of the log, or from its poses by "
-        "smooth or filter; default auto",
-    )
+    add_motion(log)
     add_gravity(log)
     add_sensor_accuracy(log)
 

@@ -184,6 +184,31 @@ def add_recording(
     return group
 
 
+def add_part(parser: argparse._ActionsContainer, do: str = "use") -> None:
+    """What part of a recording is used."""
+    parser.add_argument(
+        "--start",
+        type=float,
+        metavar="S",
+        default=0.0,
+        help="leave out what is before [s]",
+    )
+    parser.add_argument(
+        "--duration", type=float, metavar="S", help=f"{do} this much [s]"
+    )
+
+
+def add_motion(parser: argparse._ActionsContainer) -> None:
+    """Where velocities and accelerations come from."""
+    parser.add_argument(
+        "--motion",
+        metavar="SOURCE",
+        default="auto",
+        help="velocities and accelerations: columns of the log, or from its poses by "
+        "smooth or filter; default auto",
+    )
+
+
 def add_gravity(parser: argparse._ActionsContainer) -> None:
     """The gravity a recording was made in."""
     parser.add_argument(

@@ -9,6 +9,8 @@ from hefting.cli.options import (
     ESTIMATE,
     GRAVITY,
     add_json,
+    add_motion,
+    add_part,
     add_place,
     add_recording,
     add_sensor_accuracy,
@@ -46,21 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_place(log)
     add_sensor_accuracy(log)
-    log.add_argument(
-        "--motion",
-        metavar="SOURCE",
-        default="auto",
-        help="velocities and accelerations: columns of the log, or from its poses by "
-        "smooth or filter; default auto",
-    )
-    log.add_argument(
-        "--start",
-        type=float,
-        metavar="S",
-        default=0.0,
-        help="leave out what is before [s]",
-    )
-    log.add_argument("--duration", type=float, metavar="S", help="use this much [s]")
+    add_motion(log)
+    add_part(log)
     parser.add_argument(
         "--output",
         metavar="FILE",
