@@ -19,7 +19,7 @@ demo: .venv/run.stamp  ## simulate a robot wielding a hammer, identify it, write
 	$(BIN)/hefting demo --output demo
 
 test: .venv/dev.stamp  ## run every test
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/ruff format --check .

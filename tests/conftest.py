@@ -6,6 +6,33 @@ import pytest
 
 from hefting.cli import main
 
+LONG = (
+    "viewer/test_pages.py",
+    "page/test_report_browser.py",
+    "benchmarks/test_fuzz.py",
+    "ingest/test_offset_profile.py",
+    "estimators/test_pmd.py",
+    "notebook/test_notebook.py",
+    "ingest/test_rivals.py",
+    "ingest/test_faulty_poses.py",
+    "estimators/test_point_intervals.py",
+    "benchmarks/test_benchmarks.py",
+    "reproduction/test_evaluation.py",
+    "ingest/test_changes.py",
+)
+"""Files that take longest: they come first, so that no process ends long after the
+others."""
+
+
+def pytest_collection_modifyitems(items):
+    """The files of `LONG` first; else in the order in which they were found."""
+
+    def place(item):
+        name = item.nodeid.split("::")[0].removeprefix("tests/")
+        return LONG.index(name) if name in LONG else len(LONG)
+
+    items.sort(key=place)
+
 
 @pytest.fixture
 def run(monkeypatch, capsys):

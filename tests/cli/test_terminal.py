@@ -74,6 +74,15 @@ def test_each_answer_fits_one_screen(sessions):
             assert len(session.lines) <= ROWS, command
 
 
+def shares_of(stage, states):
+    """Shares [%] of a stage, one after the other."""
+    return [
+        int(re.findall(r"(\d+)%", state)[0])
+        for state in states
+        if stage in state and "%" in state
+    ]
+
+
 def test_progress_moves_and_is_gone_at_the_end(made):
     """Stages, a share that grows, the line erased. What is seen of a second's work depends
     on the machine: the line is drawn anew ten times a second."""
@@ -81,9 +90,9 @@ def test_progress_moves_and_is_gone_at_the_end(made):
     assert session.status == 0
     states = session.states
     assert all(len(state) <= COLUMNS for state in states)
-    shares = [int(re.findall(r"(\d+)%", state)[0]) for state in states if "%" in state]
-    assert len(set(shares)) >= 3, states
-    assert shares == sorted(shares)
+    shares = {name: shares_of(name, states) for name in STAGES}
+    assert len({share for each in shares.values() for share in each}) >= 3, states
+    assert all(each == sorted(each) for each in shares.values())
     stages = {name for name in STAGES if any(name in state for state in states)}
     assert len(stages) >= 2, states
     # erased after what was drawn last

@@ -46,9 +46,9 @@ def test_motion_that_dwarfs_everything(recording):
         ).all()
 
 
-@pytest.mark.parametrize("step", [1e-16, 1e-12, 1e-8])
+@pytest.mark.parametrize("step", [1e-11, 1e-8])
 def test_a_filter_of_endless_lag(recording, step):
-    """0.1 s are 1e14 samples then: each would be a turn of a loop."""
+    """0.1 s are 1e10 samples then: each would be a turn of a loop."""
     stretched = {
         name: Stream(step * np.arange(len(stream)), stream.values)
         for name, stream in recording.streams.items()
