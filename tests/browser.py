@@ -1,6 +1,7 @@
 """A real headless browser for tests of pages: what a page says on its console, and what it
 asks for, is kept."""
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,11 +10,12 @@ from typing import Any
 
 import pytest
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-"""Path of the browser; None where there is none."""
-needs_browser = pytest.mark.skipif(
-    CHROMIUM is None, reason="no browser: install chromium"
+CHROMIUM = os.environ.get(
+    "HEFTING_BROWSER", shutil.which("chromium") or shutil.which("google-chrome")
 )
+"""Path of the browser, which the environment variable HEFTING_BROWSER may name; none
+where there is none, or the variable is empty."""
+needs_browser = pytest.mark.skipif(not CHROMIUM, reason="no browser: install chromium")
 ARGUMENTS = (
     "--no-sandbox",
     "--disable-quic",

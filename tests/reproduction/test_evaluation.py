@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from browser import CHROMIUM, needs_browser
 from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
 from hefting.reproduction import EXPERIMENTS, reproduce
@@ -20,7 +21,6 @@ from hefting.reproduction.experiment import Table, shown
 from hefting.reproduction.runner import do, run_experiments, source_version
 
 pytest.importorskip("mujoco", reason="mujoco is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 
 
 def tables(folder: Path) -> dict[str, str]:
@@ -94,7 +94,7 @@ def test_the_page_shows_every_experiment_and_its_files_are_there(folder):
         )
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
+@needs_browser
 def test_the_page_in_a_browser(folder, tmp_path):
     """It is as wide as the window, or scrolls inside; every picture is drawn."""
     script = (
