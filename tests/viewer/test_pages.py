@@ -81,7 +81,7 @@ def test_the_viewer_shows_the_answer_and_asks_for_nothing(
         page = opened(visit, viewer, scheme)
         for number in headline_of(viewer.answer.estimate).numbers:
             page.get_by_text(number).wait_for(timeout=DRAWN)
-        page.wait_for_timeout(4_000)
+        page.wait_for_timeout(2_000)
         picture = keep(page, f"viewer-{size[0]}-{scheme}", tmp_path)
         assert colours_in(picture) > 100
         assert page.evaluate("document.body.scrollWidth") <= size[0]
@@ -147,7 +147,7 @@ def test_the_player_plays_from_disk_without_a_network(viewer, size, scheme, tmp_
             page.get_by_text(number).wait_for(timeout=DRAWN)
         assert page.title() == f"log.csv {HOSTILE}"
         assert not page.locator("img[src=x]").count()
-        page.wait_for_timeout(4_000)
+        page.wait_for_timeout(2_000)
         first = keep(page, f"player-{size[0]}-{scheme}", tmp_path)
         assert colours_in(first) > 100
         page.wait_for_timeout(1_500)
