@@ -35,6 +35,7 @@ FAILED_ONCE = (
     ("parquet", 12, 604),  # values of which a step overflows
     ("db3", 12, 606),  # one pose
     ("parquet", 13, 1756),  # times of 1e-242 s
+    ("options", 14, 797),  # a shape of thousands of characters, repeated in the error
     ("arm", 13, 357),  # masses of which forces overflow when summed
 )
 """Files, by reader, seed and number, that made a traceback or a warning."""

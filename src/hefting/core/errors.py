@@ -4,6 +4,11 @@ it."""
 from collections.abc import Iterable
 
 
+LONGEST_PLACE = 1000
+"""Characters of where an error is that it repeats: paths are shorter, a text typed in
+place of a file may not be."""
+
+
 def printable(text: str) -> str:
     """`text` with a question mark for each character that controls a terminal."""
     if text.isprintable():
@@ -47,7 +52,10 @@ class InputError(HeftingError):
 
     def __init__(self, what: str, where: object = None, fix: str | None = None):
         self.what, self.where, self.fix = what, where, fix
-        message = f"{where}: {what}" if where is not None else what
+        place = str(where)
+        if len(place) > LONGEST_PLACE:
+            place = f"{place[: LONGEST_PLACE - 4]} ..."
+        message = f"{place}: {what}" if where is not None else what
         words = (f"{message}; {fix}" if fix else message).split()
         super().__init__(printable(" ".join(words)))
 
