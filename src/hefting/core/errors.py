@@ -3,7 +3,6 @@ it."""
 
 from collections.abc import Iterable
 
-
 LONGEST_PLACE = 1000
 """Characters of where an error is that it repeats: paths are shorter, a text typed in
 place of a file may not be."""
