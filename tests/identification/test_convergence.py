@@ -30,7 +30,7 @@ def test_each_instant_is_the_estimate_of_the_samples_up_to_it(shape, method):
     assert len(over.rows) == INSTANTS
     assert over.rows[-1] == len(found.measurements)
     assert (np.diff(over.rows) > 0).all()
-    assert np.array_equal(over.values[-1], ten_of(found.estimate))
+    assert np.array_equal(over.values[-1], ten_of(found.estimate.parameters))
     z = found.measurements
     if found.estimator.depends_on_count:
         z = found.ingested.weighted_by_count
@@ -39,7 +39,7 @@ def test_each_instant_is_the_estimate_of_the_samples_up_to_it(shape, method):
     half = 0.5 * (over.high - over.low)
     tolerance = 0.1 * half if method == "Bayes" else 1e-6 * np.abs(half) + 1e-9
     for k in (5, 12, 18):
-        alone = ten_of(found.estimator.fit(z[: over.rows[k]]))
+        alone = ten_of(found.estimator.fit(z[: over.rows[k]]).parameters)
         assert (np.abs(over.values[k] - alone) <= tolerance[k]).all()
 
 
@@ -73,6 +73,6 @@ def test_several_recordings_one_after_the_other():
     first = len(found.ingested.recordings[0].measurements)
     k = int(np.flatnonzero(over.rows <= first)[-1])
     part = found.ingested.recordings[0].measurements
-    alone = ten_of(found.estimator.fit(part[: over.rows[k]]))
+    alone = ten_of(found.estimator.fit(part[: over.rows[k]]).parameters)
     # least squares to rounding of the triangular factors
     assert over.values[k] == pytest.approx(alone, rel=1e-6, abs=1e-9)

@@ -10,9 +10,10 @@ from hefting import OLS, Estimate, InputError, Prediction, predict
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
+from hefting.core.sensor_accuracy import Z95
 from hefting.prediction import predict as module_function
 from hefting.prediction.predict import MOST
-from hefting.prediction.spread import Z95, Spread
+from hefting.prediction.spread import Spread
 from hefting.simulation import (
     UR5,
     JointMotion,

@@ -28,6 +28,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.estimate_json import json_ready
 from hefting.core.inertia import InertialParameters
+from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
 
 QUANTITIES = (
@@ -40,7 +41,6 @@ smallest first."""
 FALSE_ALARM = 0.001
 """Probability that estimates of the same object contradict one another by chance, over
 all quantities and pairs together."""
-Z95 = NormalDist().inv_cdf(0.975)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import Estimator
@@ -65,24 +66,24 @@ def convergence(
     seen.append(len(found.measurements))
     estimates.append(final)
     ends = [each.intervals for each in estimates]
-    known = None if any(end is None for end in ends) else [_ten_ends(e) for e in ends]
+    known = [ten_ends(end) for end in ends if end is not None]
+    known = known if len(known) == len(ends) else None
     return Convergence(
         np.array(seen),
-        np.array([ten_of(each) for each in estimates]),
+        np.array([ten_of(each.parameters) for each in estimates]),
         None if known is None else np.array([low for low, _ in known]),
         None if known is None else np.array([high for _, high in known]),
     )
 
 
-def ten_of(estimate: Estimate) -> Array:
-    """(10,) mass [kg], COM [m] and inertia at the COM [kg m²] of an estimate."""
-    p = estimate.parameters
-    tensor = p.inertia_at_com[TENSOR_ROWS, TENSOR_COLUMNS]
-    return np.concatenate(([p.mass], p.center_of_mass, tensor))
+def ten_of(body: InertialParameters) -> Array:
+    """(10,) mass [kg], COM [m] and inertia at the COM [kg m²] of a body."""
+    tensor = body.inertia_at_com[TENSOR_ROWS, TENSOR_COLUMNS]
+    return np.concatenate(([body.mass], body.center_of_mass, tensor))
 
 
-def _ten_ends(intervals: dict[str, Array] | None) -> tuple[Array, Array]:
-    assert intervals is not None  # as the caller saw
+def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
+    """(10,) lower and upper ends of `Estimate.intervals`, as `ten_of` has them."""
     low, high = (
         np.concatenate(
             (

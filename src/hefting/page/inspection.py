@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from hefting.core.sensor_accuracy import Z95
 from hefting.inspection import Inspection
 from hefting.page.answer import Say, verdict_box
 from hefting.page.frame import Section
@@ -29,7 +30,7 @@ def _facts(found: Inspection) -> Iterable[tuple[str, str]]:
     if facts.mass is not None and facts.mass_std is not None:
         yield (
             "Mass",
-            f"{facts.mass:.4g} ± {1.96 * facts.mass_std:.2g} kg (least squares; ± by noise alone)",
+            f"{facts.mass:.4g} ± {Z95 * facts.mass_std:.2g} kg (least squares; ± by noise alone)",
         )
     if found.sign is not None:
         sure = "certain" if found.sign.certain else "not certain"

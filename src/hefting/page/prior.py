@@ -1,14 +1,12 @@
 """Prior: what the shape told, what the motion, and what both together."""
 
-from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
-from hefting.estimators import OLS, Estimator
-from hefting.identification.identify import estimator_for
-from hefting.identification.run import run
+from hefting.estimators import Estimator
 from hefting.ingest.ingested import Ingested
 from hefting.page.bars import Row, bars
 from hefting.page.frame import Section
 from hefting.page.html import Markup, element, join
+from hefting.page.least_squares import least_squares
 from hefting.page.quantities import (
     GROUPS,
     NAMES,
@@ -27,7 +25,8 @@ def prior(
     if intervals is None:
         return None
     before, after = ends_of_intervals(intervals), ends_of(estimate)
-    alone = _by_motion(found)
+    by_motion = least_squares(found)
+    alone = None if by_motion is None else by_motion[0]
     what = "shape" if shape_known else "reach of the sensor"
     groups: list[Markup] = []
     for group in GROUPS[1:]:
@@ -54,14 +53,6 @@ def prior(
     if not shape_known:
         title = "What the motion told, and what was known before"
     return Section("prior", title, content)
-
-
-def _by_motion(found: Ingested) -> Estimate | None:
-    """Least squares; None where it tells nothing."""
-    try:
-        return run(estimator_for(OLS, found, None, {}), found)[0]
-    except HeftingError:
-        return None
 
 
 def _rows(i: int, what: str, before, alone: Estimate | None, estimate: Estimate, after):

@@ -8,6 +8,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
+from hefting.identification.convergence import ten_ends, ten_of
 from hefting.scene.ellipsoid import half_widths
 
 AXES = "xyz"
@@ -41,8 +42,7 @@ GROUPS = (
 
 def ten(body: InertialParameters) -> Array:
     """(10,) numbers of a body, in the units shown."""
-    inertia = body.inertia_at_com[TENSOR_ROWS, TENSOR_COLUMNS]
-    return SCALE * np.concatenate(([body.mass], body.center_of_mass, inertia))
+    return SCALE * ten_of(body)
 
 
 def ends_of(estimate: Estimate) -> tuple[Array, Array]:
@@ -59,18 +59,8 @@ def ends_of(estimate: Estimate) -> tuple[Array, Array]:
 
 def ends_of_intervals(intervals: dict[str, Array]) -> tuple[Array, Array]:
     """The same of `Estimate.intervals`."""
-    low, high = (
-        SCALE
-        * np.concatenate(
-            (
-                [intervals["mass"][end]],
-                intervals["center_of_mass"][end],
-                intervals["inertia_at_com"][end][TENSOR_ROWS, TENSOR_COLUMNS],
-            )
-        )
-        for end in (0, 1)
-    )
-    return low, high
+    low, high = ten_ends(intervals)
+    return SCALE * low, SCALE * high
 
 
 def open_of(estimate: Estimate) -> np.ndarray:

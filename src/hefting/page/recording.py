@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from hefting.core.regressor import dynamism
+from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
 from hefting.ingest.ingested import Ingested
@@ -14,7 +15,6 @@ from hefting.page.frame import Section
 from hefting.page.html import element, join
 from hefting.page.wrench import TIME, parts_of
 from hefting.scene import thinned
-from hefting.scene.ellipsoid import Z95
 from hefting.scene.wrench import PARTS
 
 

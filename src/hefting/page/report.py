@@ -2,16 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
-from hefting.estimators import OLS, Estimator
+from hefting.estimators import Estimator
 from hefting.identification.compare import Comparison
-from hefting.identification.identify import estimator_for, with_diagnostics
-from hefting.identification.run import run
 from hefting.ingest.ingested import Ingested
 from hefting.inspection import Inspection
 from hefting.page.answer import answer
@@ -20,6 +16,7 @@ from hefting.page.controllers import command, controllers
 from hefting.page.convergence import converged
 from hefting.page.frame import Heading, Section, page_of
 from hefting.page.inspection import inspected
+from hefting.page.least_squares import least_squares
 from hefting.page.methods import methods
 from hefting.page.prediction import predicted
 from hefting.page.prior import prior
@@ -108,8 +105,9 @@ def inspection_page(inspection: Inspection, context: Context | None = None) -> s
     c = Context() if context is None else context
     found = inspection.ingested
     sections: list[Section | None] = list(inspected(inspection, c.say))
-    estimate, estimator = (None, None) if found is None else _least_squares(found)
-    if found is not None and estimate is not None and estimator is not None:
+    alone = None if found is None else least_squares(found)
+    if found is not None and alone is not None:
+        estimate, estimator = alone
         sections += [
             *_of_recording(estimate, found, estimator, c),
             _object(estimate, found, c),
@@ -156,20 +154,9 @@ def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
     return solid(scene)
 
 
-def _least_squares(found: Ingested) -> tuple[Estimate | None, Estimator | None]:
-    """What least squares finds; nothing where the recording determines nothing."""
-    try:
-        estimator = estimator_for(OLS, found, None, {})
-        estimate, used = run(estimator, found)
-        return with_diagnostics(estimate, estimator, used, None), estimator
-    except HeftingError:
-        return None, None
-
-
 def _heading(title: str, log: object) -> Heading:
-    """Title, and the log by its name."""
-    name = Path(str(log)).name
-    return Heading(title, (f"From {log}",) if name else ())
+    """Title, and the log, if it is known."""
+    return Heading(title, (f"From {log}",) if log else ())
 
 
 def _kept(sections: list[Section | None]) -> list[Section]:

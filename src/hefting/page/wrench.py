@@ -87,8 +87,7 @@ def _count_text(found: Ingested, curves: WrenchCurves) -> str:
     said = []
     if samples > drawn:
         said.append(f"{drawn:,} averages of {samples:,} samples")
-    kept = len(thinned(np.hstack((curves.measured, curves.predicted))[:, :3]))
-    if kept < drawn:
+    if len(thinned(curves.measured[:, :3])) < drawn:
         said.append(
             "long curves are thinned for drawing to their lowest and highest points"
         )

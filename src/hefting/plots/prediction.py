@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.messages import codes
+from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, Indices
 from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
@@ -19,7 +20,6 @@ from hefting.plots.style import (
     style,
 )
 from hefting.prediction import Prediction
-from hefting.prediction.spread import Z95
 from hefting.scene import Headline, plus_minus
 from hefting.scene.wrench import PARTS
 

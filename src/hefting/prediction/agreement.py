@@ -8,12 +8,12 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
-from hefting.core.sensor_accuracy import SensorAccuracy
+from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import Array, frozen
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested
 from hefting.prediction.reading import reading_std
-from hefting.prediction.spread import Z95, Spread
+from hefting.prediction.spread import Spread
 
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from hefting.core.estimate_json import json_ready
+from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import WRENCH, Array, frozen
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.prediction.agreement import Agreement
-from hefting.prediction.spread import Z95
 
 SCHEMA = "hefting.prediction/1"
 

@@ -20,8 +20,6 @@ from hefting.motion.weighting import (
     effect_of_acceleration_errors,
 )
 
-Z95 = 1.959963984540054
-"""Standard deviations to either side that hold 95 % of a Gaussian."""
 TOUCHES = 1e-6
 """Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing
 makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""

@@ -7,13 +7,12 @@ import numpy as np
 
 from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.inertia import InertialParameters
+from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, frozen
 
 CHI95 = 2.7954834829151074
 """Radius that holds 95 % of a normal distribution in three dimensions, in standard
 deviations: the root of the 0.95 quantile of chi-squared with 3 degrees of freedom."""
-Z95 = 1.959963984540054
-"""Half-width of a 95 % interval of a normal distribution, in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
