@@ -20,7 +20,7 @@ LAYERS = [
     {"estimators", "export"},
     {"ingest"},
     {"identification", "prediction"},
-    {"inspection"},
+    {"inspection", "request"},
     {"scene"},
     {"plots", "page"},
     {"dashboards", "notebook"},

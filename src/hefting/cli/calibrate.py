@@ -12,13 +12,12 @@ from hefting.cli.options import (
     add_sensor_accuracy,
     add_verbose,
     check_output,
-    gravity_of,
     read_recording,
-    sensor_accuracy_of,
 )
 from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 if TYPE_CHECKING:
     from hefting.identification.identify import Identification

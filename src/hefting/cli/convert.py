@@ -13,12 +13,12 @@ from hefting.cli.options import (
 )
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape, shape_of
+from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
+from hefting.request.shape import shape_of
 
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
-    from hefting.shapes import Shape
 
 EXAMPLES = (
     "hefting convert held.mcap log.csv",
@@ -88,7 +88,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
     check_output(a.output, *inputs)
     if a.log == a.estimate == "-":
         raise InputError("is the log already", "--with -", "name a file for one")
-    estimate, shape = read_estimate(a.estimate), _shape(a)
+    estimate, shape = read_estimate(a.estimate), shape_of(a)
     with progress("converting"):
         recording = _part(a)
         replay = replay_of(recording, estimate, shape)
@@ -120,12 +120,6 @@ def _part(a: argparse.Namespace) -> "Recording":
     if a.start or a.duration is not None:
         recording = recording.slice(a.start, a.duration)
     return recording
-
-
-def _shape(a: argparse.Namespace) -> "Shape | None":
-    from hefting.shapes import parse_pose
-
-    return shape_of(a, parse_pose(a.object_pose) if a.object_pose else None)
 
 
 def _output_help() -> str:

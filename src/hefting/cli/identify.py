@@ -22,25 +22,20 @@ from hefting.cli.options import (
     check_output,
     either,
     fill_inertia_of,
-    gravity_of,
-    mass_of,
-    numbers,
-    quantities,
     read_recording,
-    sensor_accuracy_of,
 )
 from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
 from hefting.cli.pages import add_report, check_report, identified, write_report
 from hefting.cli.progress import progress
 from hefting.cli.report.pictures import draw_pictures, is_picture, write_pictures
 from hefting.cli.report.results import Results, print_json, print_results
-from hefting.cli.shapes import add_shape, add_shape_details, shape_of
+from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
+from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
+from hefting.request.shape import shape_of
 
 if TYPE_CHECKING:
-    from hefting.core.accuracy import Accuracy
     from hefting.core.estimate import Estimate
-    from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.identification.compare import Comparison
@@ -174,12 +169,12 @@ def run(arguments: argparse.Namespace) -> int:
     a = arguments
     _check_outputs(a)
     gravity = gravity_of(a)
-    pose, flange = _pose(a.object_pose), _pose(a.sensor_pose_in_flange)
+    flange = _pose(a.sensor_pose_in_flange)
     known = _truth(a.truth) if a.truth else None
 
     with progress("identifying", a.json):
         recording = _recordings(a)
-        shape = shape_of(a, pose)
+        shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
         reading = reading_of(a, gravity, recording)
         found = _identify(a, recording, shape, reading)
@@ -221,21 +216,6 @@ def _recordings(a: argparse.Namespace) -> "list[Recording]":
         given.add(Path(log).resolve())
     each = [argparse.Namespace(**(vars(a) | {"log": log})) for log in a.log]
     return [read_recording(one) for one in each]
-
-
-def reading_of(
-    a: argparse.Namespace, gravity: "Gravity", recordings: "list[Recording]"
-) -> dict[str, Any]:
-    """How the recordings are to be read, as arguments of `hefting.identify`."""
-    return {
-        "gravity": gravity,
-        "wrench": a.wrench,
-        "bias": _biases(a.bias, recordings),
-        "motion": a.motion,
-        "start": a.start,
-        "duration": a.duration,
-        "tool": _tool(a.tool) if a.tool else None,
-    }
 
 
 def _note_shape(
@@ -297,52 +277,6 @@ def _truth(path: str) -> "Truth":
     return load_truth(path)
 
 
-def _tool(path: str) -> "Estimate":
-    from hefting.ingest.tool import load_tool
-
-    return load_tool(path)
-
-
-def hyperparameters_of(a: argparse.Namespace) -> dict[str, Any]:
-    """Those that were given, by their names in the estimators."""
-    from hefting.estimators import options
-
-    settings = {
-        name: getattr(a, name) for name in options() if getattr(a, name) is not None
-    }
-    if a.pose_std is not None:
-        settings["pose_std"] = quantities(
-            a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg"
-        )
-    if a.shape_std is not None:
-        settings["shape_std"] = quantities(
-            a.shape_std, ("share",), "--shape-std", "20%"
-        )[0]
-        if settings["shape_std"] > 1.0:
-            raise InputError(
-                f"'{a.shape_std}' is more than all of the shape",
-                "--shape-std",
-                "as in 20%",
-            )
-    if a.sensor_accuracy is not None:
-        settings["sensor_accuracy"] = sensor_accuracy_of(a)
-    if a.mass is not None:
-        settings["mass"] = mass_of(a)
-    if a.until is not None:
-        settings["until"] = _accuracy(a.until)
-    return settings
-
-
-def _accuracy(text: str) -> "Accuracy":
-    """What was asked for; `InputError` names the option."""
-    from hefting.core.accuracy import Accuracy
-
-    try:
-        return Accuracy.parse(text)
-    except InputError as error:
-        raise InputError(error.what, "--until", error.fix) from None
-
-
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
     inputs = *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
@@ -362,25 +296,3 @@ def _check_outputs(a: argparse.Namespace) -> None:
                 f"use {', '.join((*SUFFIXES, *FORMATS))}",
             )
         check_output(path, *inputs)
-
-
-def _biases(text: str, recordings: "list[Recording]"):
-    """A bias model's name, or six numbers for each recording."""
-    if text in ("auto", "none", "estimate"):
-        return text
-    return [_bias(text, recording) for recording in recordings]
-
-
-def _bias(text: str, recording):
-    """Six numbers from a tare window or a file."""
-    from hefting.ingest.bias import load_bias, tare
-
-    if text.startswith("tare:"):
-        return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
-    if not Path(text).exists():
-        raise InputError(
-            f"no file '{text}'",
-            "--bias",
-            "use auto, none, estimate, tare:START,END or a JSON file",
-        )
-    return load_bias(text)

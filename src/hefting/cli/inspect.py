@@ -9,11 +9,11 @@ from hefting.cli.options import (
     add_json,
     add_recording,
     add_verbose,
-    gravity_of,
     read_recording,
 )
 from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
+from hefting.request.settings import gravity_of
 
 EXAMPLES = (
     "hefting inspect log.csv",

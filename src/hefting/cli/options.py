@@ -12,11 +12,7 @@ from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
-    from hefting.core.gravity import Gravity
-    from hefting.core.mass_reading import MassReading
-    from hefting.core.quantity import Kind
     from hefting.core.recording import Recording
-    from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.export.known import Fill
     from hefting.shapes import Shape
 
@@ -99,42 +95,6 @@ def read_estimate(path: str) -> "Estimate":
 
     with input_file(path) as file:
         return Estimate.load(file)
-
-
-def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers separated by commas; `InputError` names the option
-    otherwise."""
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(abs(value) < float("inf") for value in values):
-        raise InputError(
-            f"'{text}' is not {count} finite numbers separated by commas", where=option
-        )
-    return values
-
-
-def quantities(
-    text: str, kinds: "Sequence[Kind]", option: str, example: str
-) -> tuple[float, ...]:
-    """Numbers with units separated by commas, in SI units; `InputError` names the
-    option otherwise."""
-    from hefting.core.quantity import quantity
-
-    parts = text.split(",")
-    if len(parts) != len(kinds):
-        raise InputError(
-            f"'{text}' is not {len(kinds)} numbers with units",
-            where=option,
-            fix=f"as in {example}",
-        )
-    try:
-        return tuple(
-            quantity(part, kind) for part, kind in zip(parts, kinds, strict=True)
-        )
-    except InputError as error:
-        raise InputError(error.what, option, error.fix) from None
 
 
 def add_recording(
@@ -246,16 +206,6 @@ def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def sensor_accuracy_of(arguments: argparse.Namespace) -> "SensorAccuracy | None":
-    """The accuracy that was given; `InputError` names the option."""
-    from hefting.core.sensor_accuracy import SensorAccuracy
-
-    try:
-        return SensorAccuracy.of(arguments.sensor_accuracy)
-    except InputError as error:
-        raise InputError(error.what, "--sensor-accuracy", error.fix) from None
-
-
 def add_mass(parser: argparse._ActionsContainer) -> None:
     """What a scale showed."""
     parser.add_argument(
@@ -267,70 +217,15 @@ def add_mass(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def mass_of(arguments: argparse.Namespace) -> "MassReading | None":
-    """The scale's reading that was given; `InputError` names the option."""
-    from hefting.core.mass_reading import MassReading
-
-    try:
-        return MassReading.of(arguments.mass)
-    except InputError as error:
-        raise InputError(error.what, "--mass", error.fix) from None
-
-
 def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
-    """The recording the arguments describe, with poses by a URDF's kinematics where one
-    is given, and of the sensor where it is said to be elsewhere."""
+    """The recording the arguments describe, from standard input for ``-``."""
+    from hefting.request.recording import recording_of
+
     with input_file(arguments.log) as path:
-        recording = _logged(arguments, path, wrench_needed)
-    if arguments.log == "-":
-        recording = replace(recording, source=NAME)
-    pose, turned = arguments.sensor_pose_in_log, arguments.sensor_turned
-    if pose is None and turned is None:
-        return recording
-    if pose is not None and turned is not None:
-        raise InputError(
-            "is given beside --sensor-pose-in-log",
-            "--sensor-turned",
-            "give one of them",
-        )
-    from hefting.logs.sensor_pose import sensor_turned, with_sensor_pose
-    from hefting.shapes import parse_pose
-
-    if pose is not None:
-        return with_sensor_pose(recording, parse_pose(pose))
-    return with_sensor_pose(recording, sensor_turned(str(turned)))
-
-
-def _logged(
-    arguments: argparse.Namespace, path: str, wrench_needed: bool
-) -> "Recording":
-    """The recording as logged, with poses by a URDF's kinematics where one is given."""
-    from hefting.logs import read_log
-    from hefting.logs.registry import all_options, find_format
-
-    a = arguments
-    found = find_format(path)
-    own = found.options if found else {}
-    options = {name: getattr(a, name) for name in all_options()}
-    if "sensor_frame" not in own:
-        del options["sensor_frame"]  # names a link of the URDF then
-    if a.urdf and "pose_topic" in own:
-        # the URDF gives the poses
-        options["pose_topic"] = options["pose_topic"] or "none"
-    recording = read_log(path, column_map=a.map, wrench_needed=wrench_needed, **options)
-    if not a.urdf:
-        if a.sensor_frame and "sensor_frame" not in own:
-            raise InputError("--sensor-frame is for bags and for --urdf", where=path)
-        return recording
-    if not a.sensor_frame:
-        raise InputError(
-            "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
-        )
-    from hefting.robots import Robot, with_poses
-
-    return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+        recording = recording_of(arguments, path, wrench_needed)
+    return replace(recording, source=NAME) if arguments.log == "-" else recording
 
 
 def check_output(path: str, *inputs: str | None) -> None:
@@ -347,25 +242,3 @@ def check_output(path: str, *inputs: str | None) -> None:
             fix="choose another name",
         )
     check_replaceable(path, *inputs)
-
-
-def gravity_of(arguments: argparse.Namespace) -> "Gravity":
-    """The gravity that was given, or that of a place; else that of anywhere on the
-    Earth."""
-    from hefting.core.gravity import ON_EARTH, Gravity
-
-    text, latitude = arguments.gravity, arguments.latitude
-    if latitude is None and arguments.altitude is not None:
-        raise InputError("what latitude?", "--altitude", "give --latitude DEG as well")
-    if text not in (None, "estimate"):
-        if latitude is not None:
-            what = "gravity is given, so its size does not follow from a latitude"
-            raise InputError(what, "--latitude", "leave one of them out")
-        return Gravity.of(numbers(text, 3, "--gravity"))
-    try:
-        found = (
-            ON_EARTH if latitude is None else Gravity.at(latitude, arguments.altitude)
-        )
-    except InputError as error:
-        raise InputError(error.what, "--latitude", error.fix) from None
-    return found if text is None else found.in_unknown_direction

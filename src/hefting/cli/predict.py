@@ -17,14 +17,13 @@ from hefting.cli.options import (
     add_verbose,
     check_output,
     either,
-    gravity_of,
     read_estimate,
     read_recording,
-    sensor_accuracy_of,
 )
 from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 EXAMPLES = (
     "hefting predict mug.json log.csv",

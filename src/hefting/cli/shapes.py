@@ -1,15 +1,12 @@
 """The object's shape on the command line: a file, its convex hull, or a box."""
 
 import argparse
-import re
 from typing import TYPE_CHECKING
 
-from hefting.cli.options import POSE, quantities
-from hefting.core.errors import InputError
+from hefting.cli.options import POSE
 
 if TYPE_CHECKING:
-    from hefting.core.spatial import Array
-    from hefting.shapes import Shape
+    pass
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:
@@ -66,39 +63,4 @@ def add_shape_details(group: argparse._ActionsContainer) -> None:
     )
     group.add_argument(
         "--points-per-cm3", type=float, metavar="D", help="their density instead"
-    )
-
-
-def shape_of(a: argparse.Namespace, pose: "Array | None") -> "Shape | None":
-    """The shape that was given, if one was."""
-    if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
-        raise InputError("whose convex hull?", "--hull", "give --shape FILE")
-    if a.box is not None:
-        return _box(a, pose)
-    if a.shape is None:
-        return None
-    from hefting.shapes import load_shape
-
-    return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
-
-
-def _box(a: argparse.Namespace, pose: "Array | None") -> "Shape":
-    """The box whose sides were given, about the origin of a pose."""
-    from hefting.shapes import Shape
-
-    for option, given in (("--shape", a.shape), ("--unit", a.unit)):
-        if given is not None:
-            what, fix = "is given beside --box", "leave one of them out"
-            raise InputError(what, option, fix)
-    in_metres = re.sub(r"(?<=[\d.])\s*(?=,|$)", "m", a.box)
-    try:
-        sides = quantities(in_metres, ("length",) * 3, "--box", "")
-    except InputError:
-        sides = (0.0,)
-    if not min(sides) > 0.0:
-        what, fix = f"'{a.box}' is not three lengths", "as in 0.1,0.2,0.3 in metres"
-        raise InputError(what, "--box", fix)
-    low_to_high = [sign * side / 2 for side in sides for sign in (-1, 1)]
-    return Shape.from_box(
-        *low_to_high, points=a.points, points_per_cm3=a.points_per_cm3, pose=pose
     )

@@ -4,17 +4,13 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import (
-    add_gravity,
-    add_recording,
-    check_output,
-    gravity_of,
-    read_recording,
-)
+from hefting.cli.options import add_gravity, add_recording, check_output, read_recording
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape, shape_of
+from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
+from hefting.request.settings import gravity_of
+from hefting.request.shape import shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -63,15 +59,13 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.core.files import write_atomically
     from hefting.plots import picture_of, picture_suffix, plot_shape
     from hefting.scene import place_of
-    from hefting.shapes import parse_pose
 
     a = arguments
     suffix = picture_suffix(a.output)
     inputs = a.shape, a.object_pose, a.log, a.estimate, a.map, a.urdf
     check_output(a.output, *inputs)
-    pose = parse_pose(a.object_pose) if a.object_pose else None
     with progress("drawing"):
-        shape = shape_of(a, pose)
+        shape = shape_of(a)
         if shape is None:
             raise InputError(
                 "no shape to show", "--shape", "give --shape FILE or --box"

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import POSE, numbers
+from hefting.cli.options import POSE
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.request.numbers import numbers
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates

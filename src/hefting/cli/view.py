@@ -7,23 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
-from hefting.cli.identify import (
-    add_hyperparameters,
-    add_reading,
-    hyperparameters_of,
-    reading_of,
-)
-from hefting.cli.options import (
-    add_mass,
-    add_recording,
-    check_output,
-    gravity_of,
-    read_recording,
-)
+from hefting.cli.identify import add_hyperparameters, add_reading
+from hefting.cli.options import add_mass, add_recording, check_output, read_recording
 from hefting.cli.parser import say
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape, add_shape_details, shape_of
+from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
+from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
+from hefting.request.shape import shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -113,13 +104,12 @@ def _session(
     """The recording as read and understood, and what is to be shown at first."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
-    from hefting.shapes import parse_pose
     from hefting.viewer import Playback, Session
 
     truth = load_truth(a.truth).parameters if a.truth else None
     given = _given(a.estimate)
     recording = read_recording(a)
-    shape = shape_of(a, parse_pose(a.object_pose) if a.object_pose else None)
+    shape = shape_of(a)
     reading = reading_of(a, gravity_of(a), [recording])
     if not isinstance(reading["bias"], str):
         (reading["bias"],) = reading["bias"]

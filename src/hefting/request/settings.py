@@ -1,0 +1,133 @@
+"""How a recording is read, and what a method is told."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.core.errors import InputError
+from hefting.request.numbers import numbers, quantities
+
+if TYPE_CHECKING:
+    from hefting.core.accuracy import Accuracy
+    from hefting.core.gravity import Gravity
+    from hefting.core.mass_reading import MassReading
+    from hefting.core.recording import Recording
+    from hefting.core.sensor_accuracy import SensorAccuracy
+
+
+def gravity_of(a: Any) -> "Gravity":
+    """The gravity that was given, or that of a place; else that of anywhere on the
+    Earth."""
+    from hefting.core.gravity import ON_EARTH, Gravity
+
+    text, latitude = a.gravity, a.latitude
+    if latitude is None and a.altitude is not None:
+        raise InputError("what latitude?", "--altitude", "give --latitude DEG as well")
+    if text not in (None, "estimate"):
+        if latitude is not None:
+            what = "gravity is given, so its size does not follow from a latitude"
+            raise InputError(what, "--latitude", "leave one of them out")
+        return Gravity.of(numbers(text, 3, "--gravity"))
+    try:
+        found = ON_EARTH if latitude is None else Gravity.at(latitude, a.altitude)
+    except InputError as error:
+        raise InputError(error.what, "--latitude", error.fix) from None
+    return found if text is None else found.in_unknown_direction
+
+
+def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
+    """The accuracy that was given; `InputError` names the option."""
+    from hefting.core.sensor_accuracy import SensorAccuracy
+
+    try:
+        return SensorAccuracy.of(a.sensor_accuracy)
+    except InputError as error:
+        raise InputError(error.what, "--sensor-accuracy", error.fix) from None
+
+
+def mass_of(a: Any) -> "MassReading | None":
+    """The scale's reading that was given; `InputError` names the option."""
+    from hefting.core.mass_reading import MassReading
+
+    try:
+        return MassReading.of(a.mass)
+    except InputError as error:
+        raise InputError(error.what, "--mass", error.fix) from None
+
+
+def reading_of(
+    a: Any, gravity: "Gravity", recordings: "list[Recording]"
+) -> dict[str, Any]:
+    """How the recordings are to be read, as arguments of `hefting.identify`."""
+    from hefting.ingest.tool import load_tool
+
+    return {
+        "gravity": gravity,
+        "wrench": a.wrench,
+        "bias": _biases(a.bias, recordings),
+        "motion": a.motion,
+        "start": a.start,
+        "duration": a.duration,
+        "tool": load_tool(a.tool) if a.tool else None,
+    }
+
+
+def _biases(text: str, recordings: "list[Recording]"):
+    """A bias model's name, or six numbers for each recording."""
+    if text in ("auto", "none", "estimate"):
+        return text
+    return [_bias(text, recording) for recording in recordings]
+
+
+def _bias(text: str, recording):
+    """Six numbers from a tare window or a file."""
+    from hefting.ingest.bias import load_bias, tare
+
+    if text.startswith("tare:"):
+        return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
+    if not Path(text).exists():
+        raise InputError(
+            f"no file '{text}'",
+            "--bias",
+            "use auto, none, estimate, tare:START,END or a JSON file",
+        )
+    return load_bias(text)
+
+
+def hyperparameters_of(a: Any) -> dict[str, Any]:
+    """Those that were given, by their names in the estimators."""
+    from hefting.estimators import options
+
+    settings = {
+        name: getattr(a, name) for name in options() if getattr(a, name) is not None
+    }
+    if a.pose_std is not None:
+        settings["pose_std"] = quantities(
+            a.pose_std, ("length", "angle"), "--pose-std", "5mm,5deg"
+        )
+    if a.shape_std is not None:
+        settings["shape_std"] = quantities(
+            a.shape_std, ("share",), "--shape-std", "20%"
+        )[0]
+        if settings["shape_std"] > 1.0:
+            raise InputError(
+                f"'{a.shape_std}' is more than all of the shape",
+                "--shape-std",
+                "as in 20%",
+            )
+    if a.sensor_accuracy is not None:
+        settings["sensor_accuracy"] = sensor_accuracy_of(a)
+    if a.mass is not None:
+        settings["mass"] = mass_of(a)
+    if a.until is not None:
+        settings["until"] = _accuracy(a.until)
+    return settings
+
+
+def _accuracy(text: str) -> "Accuracy":
+    """What was asked for; `InputError` names the option."""
+    from hefting.core.accuracy import Accuracy
+
+    try:
+        return Accuracy.parse(text)
+    except InputError as error:
+        raise InputError(error.what, "--until", error.fix) from None
