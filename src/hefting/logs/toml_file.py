@@ -1,4 +1,4 @@
-"""Reading the TOML of a column map with care."""
+"""Reading TOML with care."""
 
 import tomllib
 from pathlib import Path
@@ -16,20 +16,23 @@ with the square of its dots: 2,000 take a quarter of a second, 50,000 two minute
 more than 8 GB."""
 
 
-def load_toml(path: str | Path) -> dict[str, Any]:
-    """The content of a TOML file. `InputError` when it cannot be read, is too large,
-    has lines of too many dots, or is not TOML."""
+def load_toml(
+    path: str | Path, what: str = "column map", largest: int = MAX_MAP
+) -> dict[str, Any]:
+    """The content of a TOML file, which is to be a column map, say. `InputError` when
+    it cannot be read, is larger than `largest` [bytes], has lines of too many dots, or
+    is not TOML."""
     check_readable(path)
     try:
         with open(path, "rb") as stream:
-            data = stream.read(MAX_MAP + 1)
+            data = stream.read(largest + 1)
     except (OSError, ValueError) as error:
         raise InputError(
             f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path
         ) from error
-    if len(data) > MAX_MAP:
+    if len(data) > largest:
         raise InputError(
-            f"is larger than {MAX_MAP:,} bytes, too large for a column map", where=path
+            f"is larger than {largest:,} bytes, too large for a {what}", where=path
         )
     if any(line.count(b".") > MAX_DOTS for line in data.split(b"\n")):
         raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)

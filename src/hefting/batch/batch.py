@@ -1,0 +1,141 @@
+"""Batch: identify many recordings, and keep one row of each."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.batch.columns import Row
+from hefting.batch.group import rows_of_objects
+from hefting.batch.one import Unchanged, lost, row_of, start_row
+from hefting.batch.recordings import Recordings, Sources, recordings_of
+from hefting.batch.results import Results
+from hefting.jobs import Jobs, Lost
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+@dataclass
+class Progress:
+    """How far a batch is."""
+
+    total: int
+    done: int = 0
+    kept: int = 0
+    """of these, rows of an earlier run that stay"""
+    failed: int = 0
+    """rows with an error, that stay or are new"""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What a batch made."""
+
+    folder: Path
+    """Of the table; ``pandas.read_parquet(folder)`` reads it."""
+    progress: Progress
+    seconds: float
+    unused: tuple[str, ...] = field(default=())
+    """Columns of the manifest that say nothing that is understood."""
+
+    def table(self, *names: str) -> "pa.Table":
+        """The rows as an Arrow table, of the columns named or of all."""
+        from pyarrow import parquet
+
+        return parquet.read_table(self.folder, columns=list(names) or None)
+
+
+def batch(
+    recordings: Sources,
+    output: str | Path,
+    *,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    group_by: str | None = None,
+    progress: Callable[[Progress], None] = lambda progress: None,
+    **options: Any,
+) -> Batch:
+    """Identify the object in each of many recordings, or each object in several.
+
+    Parameters
+    ----------
+    recordings : path, or list of paths or of dictionaries
+        A manifest (CSV, Parquet or TOML; see `hefting.batch.manifest`), a folder, a
+        pattern such as ``"day*/*.csv"``, logs, or rows of a manifest.
+    output : path
+        Folder for the table, of results and nothing else; see
+        `hefting.batch.results`. The columns are in `hefting.batch.columns`.
+    jobs : int, optional
+        Local processes, by default one a core.
+    scheduler : str, optional
+        Address of a Dask scheduler to use instead (extra ``batch``); its workers find
+        the recordings under the same paths.
+    resume : bool
+        Whether to go on in a folder with results: rows whose recording, options and
+        version of this library are the same stay.
+    group_by : str, optional
+        Column of the manifest that tells the object, or ``"folder"``: the recordings of
+        each object are identified together, each with a bias and a clock of its own.
+    progress : callable, optional
+        Called with a `Progress` after each recording.
+    **options
+        For all recordings of which the manifest does not say otherwise: options of
+        ``hefting identify`` by name, as they are typed.
+
+    Returns
+    -------
+    Batch
+
+    Raises
+    ------
+    InputError
+        For recordings, options or a folder that cannot be used; not for a recording
+        that cannot be identified, whose row says why.
+    HeftingError
+        Where workers or the scheduler are lost. What was done is in the folder.
+
+    Examples
+    --------
+    >>> found = hefting.batch(["demo/log.csv"], "results", shape="demo/hammer.stl")
+    >>> found.table("recording", "mass").num_rows
+    1
+    """
+    began = time.monotonic()
+    entries = recordings_of(recordings, options, group_by)
+    count = Progress(len(entries))
+    with (
+        Results.opened(Path(output), resume) as results,
+        Jobs(jobs, scheduler) as workers,
+    ):
+        made = (
+            rows_of_objects(entries, results.kept, workers)
+            if group_by
+            else _rows(entries, results.kept, workers)
+        )
+        for recorded, row in made:
+            count.done += recorded
+            if isinstance(row, Unchanged):
+                count.kept += recorded
+            else:
+                count.failed += row["error"] is not None
+                results.add(row)
+            progress(count)
+        results.gather()
+    unused = tuple(entries.unused)
+    return Batch(Path(output), count, time.monotonic() - began, unused)
+
+
+def _rows(
+    entries: Recordings, kept: dict[str, str], workers: Jobs
+) -> Iterator[tuple[int, Row | Unchanged]]:
+    """One, and the row of each recording."""
+    tasks = ((entry, kept.get(entry.identity)) for entry in entries)
+    with closing(workers.run(row_of, tasks)) as results:
+        for number, row in results:
+            if isinstance(row, Lost):
+                row = start_row(entries[number]) | lost(row)
+            yield 1, row

@@ -1,0 +1,71 @@
+"""Content: what a result follows from, as a hash: the bytes of all files, the options
+and the source of this library."""
+
+import json
+import os
+from collections.abc import Mapping
+from functools import lru_cache
+from hashlib import blake2b
+from pathlib import Path
+
+from hefting.jobs import source_version
+from hefting.request.request import Value, files_of
+
+BLOCK = 2**20
+"""Bytes that are read at a time."""
+
+Signature = tuple[tuple[str, int, int, int], ...]
+"""Of each file: its name, number, size [bytes] and time of change [ns]."""
+
+
+def signature(path: str | Path) -> Signature:
+    """What tells that a file, or any in a folder, has changed; empty where there is
+    none."""
+    return tuple(
+        (name, about.st_ino, about.st_size, about.st_mtime_ns)
+        for name, about in _files(Path(path))
+    )
+
+
+def hash_of(log: str, options: Mapping[str, Value]) -> str:
+    """Hash of what the identification of a log by options follows from.
+
+    Files count by their content, wherever they are. Raises `OSError` for a log that
+    cannot be read.
+    """
+    files = files_of(options)
+    words = {name: value for name, value in options.items() if name not in files}
+    contents = {name: _digest_once(file, signature(file)) for name, file in files.items()}
+    told = json.dumps([source_version(), words, contents], sort_keys=True)
+    return blake2b((told + _digest(log)).encode(), digest_size=16).hexdigest()
+
+
+@lru_cache(maxsize=64)
+def _digest_once(path: str, _as_it_is: Signature) -> str:
+    """Digest of a file that many recordings share; missing files are told by what reads
+    them."""
+    return _digest(path)
+
+
+def _digest(path: str) -> str:
+    """Digest of the bytes of a file, or of all in a folder with their names."""
+    found, buffer = blake2b(digest_size=16), bytearray(BLOCK)
+    view = memoryview(buffer)
+    for name, _ in _files(Path(path)):
+        if os.path.isdir(path):
+            found.update(f"{name}\0".encode(errors="surrogateescape"))
+        with open(os.path.join(path, name) if name else path, "rb", 0) as stream:
+            while count := stream.readinto(buffer):
+                found.update(view[:count])
+    return found.hexdigest()
+
+
+def _files(path: Path) -> list[tuple[str, os.stat_result]]:
+    """The file at a path, or those in the folder there, by name."""
+    try:
+        if not path.is_dir():
+            return [("", path.stat())]
+        inside = sorted(each for each in path.rglob("*") if each.is_file())
+        return [(each.relative_to(path).as_posix(), each.stat()) for each in inside]
+    except (OSError, ValueError):
+        return []

@@ -1,0 +1,251 @@
+"""One object in many recordings: each is condensed where its data lie, and all of an
+object are identified together.
+
+An answer is that of all samples, with a bias, a clock and a drift of each recording's
+own; it is no average of estimates. A recording that fails is left out, and named.
+"""
+
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from hashlib import blake2b
+from typing import Any
+
+from hefting.batch.attempt import attempted
+from hefting.batch.columns import STAGES, Row, filled
+from hefting.batch.content import hash_of
+from hefting.batch.one import (
+    Unchanged,
+    failure,
+    lost,
+    read_unchanged,
+    shape_once,
+    start_row,
+)
+from hefting.batch.recordings import Entry, Recordings
+from hefting.batch.stopwatch import stopwatch
+from hefting.core.errors import InputError
+from hefting.core.messages import warning
+from hefting.identification.partials import (
+    condense,
+    identify_parts,
+    what_others_tell,
+)
+from hefting.ingest.ingested import Ingested
+from hefting.jobs import Jobs, Lost
+from hefting.request.recording import recording_of
+from hefting.request.request import reading_of_one, request_of
+from hefting.request.settings import hyperparameters_of
+
+WAVE = 200
+"""Recordings that are condensed before their objects are identified: some 30 MB, unless
+one object has more."""
+SHARED = (
+    *("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3"),
+    *("method", "mass", "tool", "pose_std", "shape_std", "sensor_accuracy"),
+)
+"""Options that are said of an object, and so the same of all its recordings."""
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """A recording of an object, condensed, or why it is left out."""
+
+    entry: Entry
+    part: Ingested | None = None
+    error: Row = field(default_factory=dict)
+    """`error` and `error_text`, where it failed"""
+    hash: str | None = None
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+
+def rows_of_objects(
+    entries: Recordings, kept: dict[str, str], workers: Jobs
+) -> Iterator[tuple[int, Row | Unchanged]]:
+    """For each object how many recordings it has, and its row.
+
+    Parameters
+    ----------
+    entries : the recordings, grouped by their object.
+    kept : hash of each row that is there, by object.
+    workers : who condenses the recordings, and identifies the objects.
+    """
+    for wave in _waves(entries.in_groups()):
+        groups = [[entries[row] for row in rows] for rows in wave]
+        known = _hashes([g for g in groups if kept.get(_name(g))], workers)
+        changed = []
+        for group in groups:
+            before = kept.get(_name(group))
+            if before and before == known.get(_name(group)):
+                yield len(group), Unchanged()
+            else:
+                changed.append(group)
+        condensed = _condensed(changed, workers)
+        for number, row in workers.run(_row_of_object, condensed, window=1):
+            group = changed[number]
+            yield len(group), _start(group) | lost(row) if isinstance(row, Lost) else row
+
+
+def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
+    """Groups, so many at a time that they have some `WAVE` recordings."""
+    wave: list[list[int]] = []
+    for group in groups:
+        wave.append(group)
+        if sum(map(len, wave)) >= WAVE:
+            yield wave
+            wave = []
+    if wave:
+        yield wave
+
+
+def _name(group: Sequence[Entry]) -> str:
+    """What identifies the row of an object; of a recording of none, itself."""
+    return group[0].object or group[0].identity
+
+
+def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
+    """Hash of each object by what its recordings hold; empty where one cannot be
+    read."""
+    entries = [entry for group in groups for entry in group]
+    found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
+    return {
+        _name(group): _joint_hash([found[entry.identity] for entry in group])
+        for group in groups
+    }
+
+
+def _hash(entry: Entry) -> str | None:
+    try:
+        return hash_of(entry.recording, entry.options)
+    except OSError:
+        return None
+
+
+def _joint_hash(hashes: Sequence[object]) -> str:
+    """Hash of several recordings; empty where one has none."""
+    if not all(isinstance(each, str) for each in hashes):
+        return ""
+    return blake2b("".join(map(str, hashes)).encode(), digest_size=16).hexdigest()
+
+
+def _condensed(
+    groups: Sequence[Sequence[Entry]], workers: Jobs
+) -> list[list[Condensed]]:
+    """The recordings of each object, those again of which others tell something."""
+    tasks = [(entry, {}) for group in groups for entry in group]
+    parts = _run(tasks, workers)
+    again = [
+        (each.entry, told)
+        for group in groups
+        for each, told in _told([parts[entry.identity] for entry in group])
+        if told
+    ]
+    parts |= _run(again, workers)
+    return [[parts[entry.identity] for entry in group] for group in groups]
+
+
+def _run(
+    tasks: Sequence[tuple[Entry, dict[str, Any]]], workers: Jobs
+) -> dict[str, Condensed]:
+    found: dict[str, Condensed] = {}
+    for number, result in workers.run(condensed, tasks):
+        entry = tasks[number][0]
+        if isinstance(result, Lost):
+            result = Condensed(entry, error=lost(result))
+        found[entry.identity] = result
+    return found
+
+
+def _told(
+    parts: Sequence[Condensed],
+) -> Iterator[tuple[Condensed, dict[str, Any]]]:
+    """What to read again of each recording, as the others tell it."""
+    usable = [each for each in parts if each.part is not None]
+    told = what_others_tell([each.part for each in usable if each.part is not None])
+    yield from zip(usable, told, strict=True)
+
+
+def condensed(task: tuple[Entry, dict[str, Any]]) -> Condensed:
+    """A recording without its samples; raises nothing of an input."""
+    entry, told = task
+    with stopwatch() as watch, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            key, part = attempted(lambda: _condense(entry, told))
+        except Exception as error:
+            return Condensed(entry, error=failure(error), seconds=watch.seconds)
+    return Condensed(entry, part, hash=key, seconds=watch.seconds)
+
+
+def _condense(entry: Entry, told: dict[str, Any]) -> tuple[str, Ingested]:
+    def do() -> Ingested:
+        request = request_of(entry.options)
+        recording = recording_of(request, entry.recording)
+        return condense(
+            recording,
+            shape_once(request),
+            method=request.method,
+            hyperparameters=hyperparameters_of(request),
+            **(reading_of_one(request, recording) | told),
+        )
+
+    return read_unchanged(entry, do)
+
+
+def _row_of_object(parts: Sequence[Condensed]) -> Row:
+    """The row of an object; raises nothing of an input."""
+    group = [each.entry for each in parts]
+    usable = [each for each in parts if each.part is not None]
+    failed = [each for each in parts if each.part is None]
+    row = _start(group) | {
+        "recordings": [each.entry.recording for each in usable],
+        "left_out": [
+            {"recording": each.entry.recording}
+            | {key: each.error.get(key) for key in ("error", "error_text")}
+            for each in failed
+        ],
+        "hash": _joint_hash([each.hash for each in parts]) or None,
+    }
+    with stopwatch() as watch, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            row = _identified(row, usable, failed)
+        except Exception as error:
+            row |= failure(error)
+    spent = [*(each.seconds for each in parts), watch.seconds]
+    return row | {"seconds": {s: sum(each[s] for each in spent) for s in STAGES}}
+
+
+def _start(group: Sequence[Entry]) -> Row:
+    """What the row of an object has whatever comes of it."""
+    first = group[0]
+    return start_row(first) | ({"recording": None, "name": None} if first.object else {})
+
+
+def _identified(row: Row, usable: list[Condensed], failed: list[Condensed]) -> Row:
+    """The row with the estimate. `InputError` where there is no recording to go by, and
+    where they say different things of the object."""
+    if not usable:
+        first = failed[0].error
+        if len(failed) == 1:
+            return row | first
+        text = f"none of {len(failed)} recordings can be used: {first['error_text']}"
+        return row | first | {"error_text": text}
+    own = [each.entry.options for each in usable]
+    for name in SHARED:
+        values = list(dict.fromkeys(options.get(name) for options in own))
+        if len(values) > 1:
+            what = f"recordings of one object say different {name}: {values[0]}, {values[1]}"
+            raise InputError(what, usable[0].entry.object)
+    request = request_of(own[0])
+    estimate = identify_parts(
+        [each.part for each in usable if each.part is not None],
+        shape_once(request),
+        method=request.method,
+        hyperparameters=hyperparameters_of(request),
+    ).estimate
+    told = tuple(
+        warning("recording-left-out", f"left out: {each.error['error_text']}")
+        for each in failed
+    )
+    return filled(row, replace(estimate, warnings=(*told, *estimate.warnings)))

@@ -1,0 +1,139 @@
+"""Manifest: a table that names recordings, and what is said of each.
+
+A CSV or Parquet file has a column `recording` with the path of each, and one for each
+option of ``hefting identify`` that is to be said of some: `shape`, `object_pose` (or
+`pose`), `method`, `gravity`, `tool`, `mass` and so on; an empty cell says nothing. A
+TOML file has options for all at its top, and one table ``[[recordings]]`` for each
+recording. Paths are relative to the manifest.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.core.errors import InputError, nearest
+from hefting.core.files import check_readable
+from hefting.logs.toml_file import load_toml
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+RECORDING = "recording"
+"""Column of the paths."""
+SUFFIXES = (".csv", ".parquet", ".toml")
+SEPARATORS = (",", ";", "\t")
+LARGEST_TOML = 20_000_000
+"""Largest manifest in TOML that is read [bytes]: 100,000 recordings have half."""
+LARGEST_TABLE = 2**30
+"""Largest manifest in CSV or Parquet that is read [bytes]."""
+LONGEST_HEADER = 100_000
+"""Bytes in which the header of a CSV manifest ends."""
+
+
+def is_manifest(path: Path) -> bool:
+    """Whether a file is a manifest: TOML, or a table with a column `recording`."""
+    suffix = path.suffix.lower()
+    if suffix == ".toml":
+        return True
+    if suffix not in SUFFIXES or not path.is_file():
+        return False
+    try:
+        return RECORDING in _names(path)
+    except InputError:
+        return False
+
+
+def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
+    """Rows of a manifest, and the options it gives for all.
+
+    Raises `InputError` where it cannot be read, is too large, or has no column
+    `recording`.
+    """
+    check_readable(path)
+    if path.suffix.lower() == ".toml":
+        return _read_toml(path)
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", path) from error
+    if size > LARGEST_TABLE:
+        raise InputError("is larger than 1 GiB", path, "divide it")
+    names = _names(path)
+    if RECORDING not in names:
+        what = f"has no column '{RECORDING}'{nearest(RECORDING, names)}"
+        raise InputError(what, path, "name the column of the paths so")
+    return _read_table(path), {}
+
+
+def _names(path: Path) -> list[str]:
+    """Names of a table's columns."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        if path.suffix.lower() == ".parquet":
+            return list(parquet.read_schema(path).names)
+        return _header(path).split(_separator(path))
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0][:200] if str(error) else "not a table"
+        raise InputError(f"cannot be read ({reason})", path) from error
+
+
+def _header(path: Path) -> str:
+    with open(path, "rb") as stream:
+        first = stream.readline(LONGEST_HEADER)
+    text = first.decode("utf-8-sig", errors="replace").strip()
+    return text.replace('"', "").replace(" ", "")
+
+
+def _separator(path: Path) -> str:
+    """What separates the columns of a CSV file: that which the header has most."""
+    header = _header(path)
+    return max(SEPARATORS, key=header.count)
+
+
+def _read_table(path: Path) -> "pa.Table":
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    try:
+        if path.suffix.lower() == ".parquet":
+            return parquet.read_table(path, use_threads=False)
+        separator = _separator(path)
+        names = _header(path).split(separator)
+        return csv.read_csv(
+            path,
+            csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
+            csv.ParseOptions(delimiter=separator),
+            csv.ConvertOptions(
+                column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
+            ),
+        )
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0][:200]
+        raise InputError(f"cannot be read as a table ({reason})", path) from error
+
+
+def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
+    import pyarrow as pa
+
+    content = load_toml(path, "manifest", LARGEST_TOML)
+    rows: Any = content.pop("recordings", None)
+    fix = "give one table [[recordings]] for each, with its path: recording = 'a.csv'"
+    if not isinstance(rows, list) or not rows:
+        raise InputError("has no list `recordings`", path, fix)
+    for number, row in enumerate(rows, start=1):
+        if not isinstance(row, Mapping) or not isinstance(row.get(RECORDING), str):
+            raise InputError(f"[[recordings]] {number} has no path", path, fix)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    cells = {name: [_text(row.get(name)) for row in rows] for name in names}
+    return pa.table(cells, pa.schema({name: pa.string() for name in names}.items())), (
+        content
+    )
+
+
+def _text(value: Any) -> str | None:
+    """A TOML value as it is written in a table."""
+    if isinstance(value, list):
+        return ",".join(map(str, value))
+    return None if value is None else str(value)

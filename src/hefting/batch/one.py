@@ -1,0 +1,145 @@
+"""One recording of a batch: from what is said of it to its row, in whichever
+process."""
+
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import TypeVar
+
+from hefting.batch.attempt import ChangedError, attempted, is_of_machine
+from hefting.batch.columns import Row, filled
+from hefting.batch.content import Signature, hash_of, signature
+from hefting.batch.recordings import Entry
+from hefting.batch.stopwatch import stopwatch
+from hefting.core.errors import HeftingError, InputError
+from hefting.core.estimate import Estimate
+from hefting.jobs import Lost
+from hefting.request.request import (
+    files_of,
+    identify_requested,
+    request_of,
+)
+from hefting.request.shape import shape_of
+from hefting.shapes import Shape
+
+T = TypeVar("T")
+
+SHAPES = 8
+"""Shapes that a process keeps: recordings of one object follow one another."""
+
+
+@dataclass(frozen=True)
+class Unchanged:
+    """In place of a row: the one there is follows from the same."""
+
+
+def row_of(task: tuple[Entry, str | None]) -> Row | Unchanged:
+    """The row of a recording; of one that fails, why. Raises nothing of an input.
+
+    A row that is there already, with the same hash, stays.
+    """
+    entry, kept = task
+    row = start_row(entry)
+    with stopwatch() as watch, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of NumPy: what matters is a message
+        try:
+            found = attempted(lambda: _estimate(entry, kept, row))
+            row = row if found is None else filled(row, found)
+        except Exception as error:
+            row |= failure(error)
+    if row["error"] is None and "mass" not in row:
+        return Unchanged()
+    return row | {"seconds": watch.seconds}
+
+
+def start_row(entry: Entry) -> Row:
+    """What a row has whatever comes of it."""
+    return {
+        "recording": entry.recording,
+        "name": entry.name,
+        "object": entry.object,
+        "error": None,
+        "error_text": None,
+        "options": json.dumps(dict(entry.options), sort_keys=True),
+        "hash": None,
+    }
+
+
+def failure(error: BaseException) -> Row:
+    """What a row says of an error; without a hash where the error may pass, so that it
+    is tried again."""
+    text = " ".join(str(error).split())
+    if not isinstance(error, HeftingError | ChangedError | MemoryError | OSError):
+        text = f"unexpected, please report it: {text}"
+    if isinstance(error, MemoryError):
+        text = "there is not enough memory; use fewer --jobs, or a shorter recording"
+    failed = {"error": type(error).__name__, "error_text": text}
+    return failed | ({"hash": None} if is_of_machine(error) else {})
+
+
+def lost(result: Lost) -> Row:
+    """What a row says of a recording that no worker survives."""
+    text = f"{result.reason}; is it too large? try fewer --jobs"
+    return {"error": "WorkerDied", "error_text": text, "hash": None}
+
+
+def read_unchanged(entry: Entry, do: Callable[[], T]) -> tuple[str, T]:
+    """Hash of what a recording holds, and what is made of it.
+
+    Raises `InputError` where its row of the manifest is wrong or it cannot be read,
+    `ChangedError` where it changes meanwhile, and what `do` raises.
+    """
+    key, before = content_of(entry), signature(entry.recording)
+    made = do()
+    require_unchanged(entry, before)
+    return key, made
+
+
+def _estimate(entry: Entry, kept: str | None, row: Row) -> Estimate | None:
+    """The estimate; None where the row that is kept follows from the same."""
+    before = signature(entry.recording)
+    row["hash"] = content_of(entry)
+    if row["hash"] == kept:
+        return None
+    request = request_of(entry.options)
+    found = identify_requested(request, entry.recording, shape_once(request))
+    require_unchanged(entry, before)
+    return found.estimate
+
+
+def content_of(entry: Entry) -> str:
+    """Hash of what a recording holds and of what is said of it. `InputError` where its
+    row of the manifest is wrong, or it cannot be read."""
+    if entry.problem is not None:
+        raise InputError(entry.problem)
+    try:
+        return hash_of(entry.recording, entry.options)
+    except OSError as error:
+        what = f"cannot be read ({error.strerror or error})"
+        raise InputError(what, entry.recording) from error
+
+
+def require_unchanged(entry: Entry, before: Signature) -> None:
+    """`ChangedError` where a recording is not what it was."""
+    if signature(entry.recording) != before:
+        what = "was written while it was read; --resume takes it again"
+        raise ChangedError(f"{entry.recording}: {what}")
+
+
+def shape_once(request: SimpleNamespace) -> Shape | None:
+    """The shape that a request means, read once for recordings that follow one
+    another."""
+    names = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
+    said = {name: getattr(request, name) for name in names}
+    files = {name: signature(file) for name, file in files_of(said).items()}
+    return _shape(tuple(said.items()), tuple(files.items()))
+
+
+@lru_cache(maxsize=SHAPES)
+def _shape(
+    said: tuple[tuple[str, object], ...], _as_they_are: tuple[tuple[str, Signature], ...]
+) -> Shape | None:
+    return shape_of(SimpleNamespace(**dict(said)))

@@ -1,0 +1,245 @@
+"""Recordings of a batch: from a manifest, a folder, a pattern or a list, each with what
+is said of it."""
+
+import glob
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.batch.manifest import RECORDING, is_manifest, read_manifest
+from hefting.core.errors import InputError, nearest
+from hefting.logs.registry import find_format, formats
+from hefting.request.request import (
+    Value,
+    canonical_name,
+    in_folder,
+    option_kinds,
+    said,
+)
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+OWN_COLUMNS = (RECORDING, "name", "object")
+"""Columns of a manifest that are no options."""
+FOLDER = "folder"
+"""What recordings may also be grouped by: the folder each is in."""
+NO_LOGS = frozenset({".txt"})
+"""Endings of logs that are not looked for in folders: notes have them, too."""
+PATTERN = frozenset("*?[")
+
+Sources = str | Path | Sequence[str | Path | Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A recording of a batch."""
+
+    recording: str
+    """Path."""
+    name: str | None = None
+    """What tells it from others of the same path."""
+    object: str | None = None
+    """Which object it is of, by the column that recordings are grouped by."""
+    options: Mapping[str, Value] = field(default_factory=dict)
+    """What is said of it, by the options of ``hefting identify``."""
+    problem: str | None = None
+    """What is wrong with its row of the manifest."""
+
+    @property
+    def identity(self) -> str:
+        """What tells it from the others of a batch."""
+        return self.name or self.recording
+
+
+class Recordings:
+    """Recordings of a batch, as a table; rows become entries when they are asked for.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        Column `recording`; of others see `hefting.batch.manifest`.
+    folder : Path, optional
+        What paths in the table are relative to.
+    options : mapping
+        What is said of all, where a row says nothing.
+    group_by : str, optional
+        Column that tells the object, or `FOLDER`.
+
+    Raises
+    ------
+    InputError
+        For an option that there is not or whose value is not of its type, a column to
+        group by that there is not, and a recording that stands twice without a name.
+    """
+
+    def __init__(
+        self,
+        table: "pa.Table",
+        folder: Path | None = None,
+        options: Mapping[str, Any] | None = None,
+        group_by: str | None = None,
+    ):
+        self._table, self._folder = table, folder
+        self._options = said(options or {})
+        self._group_by = group_by or "object"
+        kinds = option_kinds()
+        self._columns = {
+            name: canonical_name(name)
+            for name in table.column_names
+            if canonical_name(name) in kinds
+        }
+        if group_by not in (None, FOLDER, *table.column_names):
+            known = (FOLDER, *table.column_names)
+            what = f"there is no column '{group_by}'{nearest(str(group_by), known)}"
+            raise InputError(what, "--group-by", f"use one of {', '.join(known)}")
+        self._check_names()
+
+    def __len__(self) -> int:
+        return self._table.num_rows
+
+    def __getitem__(self, row: int) -> Entry:
+        """The entry in a row."""
+        cells: dict[str, Any] = {
+            name: self._table[name][row].as_py() for name in self._table.column_names
+        }
+        recording, problem = cells[RECORDING] or "", None
+        if self._folder is not None and recording:
+            recording = str(self._folder / recording)
+        options = self._options
+        try:
+            own = said({option: cells[name] for name, option in self._columns.items()})
+            options = options | (in_folder(own, self._folder) if self._folder else own)
+        except InputError as error:
+            problem = str(error)
+        if not recording:
+            problem = f"row {row + 1} names no recording"
+        kept = cells.get("name"), self._object(cells, recording)
+        name, thing = (None if each is None else str(each) for each in kept)
+        return Entry(recording, name, thing, options, problem)
+
+    def __iter__(self) -> Iterator[Entry]:
+        return (self[row] for row in range(len(self)))
+
+    @property
+    def unused(self) -> list[str]:
+        """Columns that say nothing that is understood."""
+        own = {*OWN_COLUMNS, *self._columns, self._group_by}
+        return [name for name in self._table.column_names if name not in own]
+
+    def in_groups(self) -> list[list[int]]:
+        """Rows of each object, in the order in which objects first come; recordings of
+        no object are one of their own."""
+        groups: dict[object, list[int]] = {}
+        for row in range(len(self)):
+            entry = self[row]
+            groups.setdefault(entry.object or (row,), []).append(row)
+        return list(groups.values())
+
+    def _object(self, cells: Mapping[str, Any], recording: str) -> Any:
+        if self._group_by == FOLDER and FOLDER not in cells:
+            return str(Path(recording).parent)
+        return cells.get(self._group_by)
+
+    def _check_names(self) -> None:
+        """`InputError` for two recordings that nothing tells apart."""
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        column = self._table[RECORDING].cast(pa.string())
+        if "name" in self._table.column_names:
+            column = pc.coalesce(self._table["name"].cast(pa.string()), column)
+        counted = pc.value_counts(column.drop_null())
+        twice = counted.filter(pc.greater(counted.field("counts"), 1))
+        if len(twice):
+            raise InputError(
+                "stands twice in the manifest",
+                twice[0]["values"].as_py(),
+                "give each a `name` of its own, in a column of that name",
+            )
+
+
+def recordings_of(
+    sources: Sources,
+    options: Mapping[str, Any] | None = None,
+    group_by: str | None = None,
+) -> Recordings:
+    """The recordings that are meant.
+
+    Parameters
+    ----------
+    sources : path, or list of paths or of dictionaries
+        A manifest (CSV, Parquet, TOML), a folder with all logs below it, a pattern such
+        as ``"day*/*.csv"``, or a log; several of these but one manifest; or rows of a
+        manifest, as dictionaries.
+    options : mapping, optional
+        Options of ``hefting identify`` for all that do not say otherwise.
+    group_by : str, optional
+        Column of the manifest that tells the object, or ``"folder"``.
+
+    Raises
+    ------
+    InputError
+        Where there is none, and as `Recordings`.
+    """
+    import pyarrow as pa
+
+    listed = [sources] if isinstance(sources, str | Path) else list(sources)
+    if listed and all(isinstance(each, Mapping) for each in listed):
+        names = dict.fromkeys(chain.from_iterable(listed))  # type: ignore[arg-type]
+        cells = {n: [_cell(each.get(n)) for each in listed] for n in names}  # type: ignore[union-attr]
+        return Recordings(_require(pa.table(cells)), None, options, group_by)
+    paths = [Path(str(each)) for each in listed]
+    if len(paths) == 1 and is_manifest(paths[0]):
+        table, given = read_manifest(paths[0])
+        folder = paths[0].parent
+        own = in_folder(said(given), folder) if given else {}
+        return Recordings(table, folder, own | said(options or {}), group_by)
+    logs = [log for path in paths for log in logs_at(path)]
+    if not logs:
+        where = ", ".join(map(str, paths[:3])) or None
+        raise InputError("there are no recordings", where, "name logs or a folder")
+    return Recordings(pa.table({RECORDING: logs}), None, options, group_by)
+
+
+def logs_at(path: Path) -> list[str]:
+    """Paths of the logs that a path means: itself, those in a folder or below, or those
+    that match a pattern; in order."""
+    if path.is_dir():
+        found = find_format(path)
+        return [str(path)] if found is not None else sorted(_logs_below(path))
+    if not path.exists() and PATTERN & set(str(path)):
+        return sorted(glob.glob(str(path), recursive=True))
+    return [str(path)]
+
+
+def _logs_below(folder: Path) -> Iterator[str]:
+    """Logs in a folder and in those below; a folder that is a log is one."""
+    endings = {ending for each in formats() for ending in each.suffixes} - NO_LOGS
+    for where, folders, files in os.walk(folder):
+        for name in [each for each in folders if each.startswith(".")]:
+            folders.remove(name)
+        for name in list(folders):
+            if find_format(Path(where, name)) is not None:
+                folders.remove(name)
+                yield os.path.join(where, name)
+        for name in files:
+            if not name.startswith(".") and Path(name).suffix.lower() in endings:
+                yield os.path.join(where, name)
+
+
+def _require(table: "pa.Table") -> "pa.Table":
+    if RECORDING not in table.column_names:
+        fix = "give each the path of its log under the key 'recording'"
+        raise InputError(f"rows have no '{RECORDING}'", fix=fix)
+    return table
+
+
+def _cell(value: Any) -> str | None:
+    """A value of a dictionary as in a table."""
+    if isinstance(value, list | tuple):
+        return ",".join(map(str, value))
+    return None if value is None else str(value)

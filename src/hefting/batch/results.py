@@ -1,0 +1,247 @@
+"""Results: a folder of Parquet files, one row a recording.
+
+While a batch runs, rows come as parts, each written beside and then renamed; at its end
+all become one file, in the order of the recordings' names. A row that is there twice
+counts as written last. Whatever happens, there is no half file; what was written is
+there.
+"""
+
+import re
+import time
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from hefting.batch.columns import SCHEMA, Row, columns, table_of
+from hefting.batch.lock import locked
+from hefting.core.errors import InputError
+from hefting.core.files import replacing
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+TABLE = "recordings.parquet"
+"""File with all rows, at the end."""
+PART = re.compile(r"part-(\d{6,})\.parquet")
+ROWS = 500
+"""Rows of a part at most."""
+SECONDS = 5.0
+"""[s] After so long rows are written, few as they may be."""
+GROUP = 1000
+"""Rows that are held at a time while all are gathered."""
+COMPRESSION = "zstd"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Rows that can be read at once: a row group of a file."""
+
+    path: Path
+    group: int
+
+
+class Results:
+    """The rows in a folder, of which this process is the only writer; see `opened`."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.kept: dict[str, str] = {}
+        """Hash of each row that is there, by what identifies it."""
+        self._rows: list[Row] = []
+        self._since = time.monotonic()
+        self._next = 1 + max(map(_number, self._parts()), default=0)
+        self._is_changed = False
+
+    def read_kept(self) -> None:
+        """Find what is there. `InputError` for files that are no results."""
+        for path in self._files():
+            with _opened(path) as file:
+                for group in range(file.num_row_groups):
+                    names = ["recording", "name", "object", "hash"]
+                    table = file.read_row_group(group, names)
+                    identities = _identities(table).to_pylist()
+                    hashes = table["hash"].to_pylist()
+                    self.kept |= {
+                        identity: known or ""
+                        for identity, known in zip(identities, hashes, strict=True)
+                    }
+
+    def add(self, row: Row) -> None:
+        """Keep a row; it is written with others, soon."""
+        self._rows.append(row)
+        late = time.monotonic() - self._since > SECONDS
+        if late or len(self._rows) >= ROWS:
+            self.write()
+
+    def write(self) -> None:
+        """Write what was added as a part. `InputError` where that fails: nothing of it
+        is there then, and all that was written before is."""
+        if not self._rows:
+            return
+        path = self.folder / f"part-{self._next:06d}.parquet"
+        _write_whole(path, iter([table_of(self._rows)]))
+        self._next += 1
+        self._rows, self._since = [], time.monotonic()
+        self._is_changed = True
+
+    def gather(self) -> None:
+        """All rows in one file, in order; the parts go after. `InputError` where there
+        is no room for it: the parts stay."""
+        self.write()
+        files = self._files()
+        if not self._is_changed and files == [self.folder / TABLE]:
+            return
+        _write_whole(self.folder / TABLE, _in_order(files))
+        for path in self._parts():
+            path.unlink()
+
+    def tables(self, names: list[str] | None = None) -> "Iterator[pa.Table]":
+        """The rows, some at a time, of some columns or of all."""
+        for path in self._files():
+            with _opened(path) as file:
+                for group in range(file.num_row_groups):
+                    yield file.read_row_group(group, names)
+
+    def _files(self) -> list[Path]:
+        """The files in the order in which they were written."""
+        table = self.folder / TABLE
+        return ([table] if table.exists() else []) + self._parts()
+
+    def _parts(self) -> list[Path]:
+        return sorted(
+            (each for each in self.folder.iterdir() if PART.fullmatch(each.name)),
+            key=_number,
+        )
+
+    @classmethod
+    @contextmanager
+    def opened(cls, folder: Path, resume: bool) -> Generator[Self, None, None]:
+        """The results in a folder, which is made where it is not there.
+
+        Parameters
+        ----------
+        folder : Path
+            Of the results and nothing else.
+        resume : bool
+            Whether there may be results already.
+
+        Raises
+        ------
+        InputError
+            Where there are results and that is not said, another process writes there,
+            the folder cannot be made, or a file in it is not of a batch.
+        """
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot be made ({error.strerror})", folder) from error
+        with locked(folder):
+            for half in folder.glob(".*.parquet.*"):  # of a run that was killed
+                half.unlink()
+            results = cls(folder)
+            if results._files() and not resume:
+                fix = "say --resume to go on with them, or choose another folder"
+                raise InputError("has results already", folder, fix)
+            results.read_kept()
+            try:
+                yield results
+            finally:
+                results.write()
+
+
+def _number(part: Path) -> int:
+    found = PART.fullmatch(part.name)
+    return int(found[1]) if found else 0
+
+
+@contextmanager
+def _opened(path: Path) -> "Generator[parquet.ParquetFile, None, None]":
+    """A file of results. `InputError` where it cannot be read or is none."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        with parquet.ParquetFile(path, memory_map=False, pre_buffer=False) as file:
+            told = file.schema_arrow.metadata or {}
+            if told.get(b"hefting") != SCHEMA.encode():
+                fix = "choose another folder"
+                raise InputError(f"is no result of schema {SCHEMA}", path, fix)
+            yield file
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0][:200]
+        fix = "remove it; --resume makes its rows again"
+        raise InputError(f"cannot be read ({reason})", path, fix) from error
+
+
+def _identities(table: "pa.Table") -> "pa.ChunkedArray":
+    """What tells rows apart: the name, the path, or of several recordings the
+    object."""
+    import pyarrow.compute as pc
+
+    return pc.coalesce(table["name"], table["recording"], table["object"])
+
+
+def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
+    """Tables as the row groups of one file, which is there whole or not at all."""
+    from pyarrow import parquet
+
+    try:
+        with (
+            replacing(path) as stream,
+            parquet.ParquetWriter(stream, columns(), compression=COMPRESSION) as writer,
+        ):
+            for table in tables:
+                writer.write_table(table)
+    except InputError as error:
+        fix = "what was written before is kept: make room, then say --resume"
+        raise InputError(error.what, error.where, fix) from error
+
+
+def _in_order(files: list[Path]) -> "Iterator[pa.Table]":
+    """All rows of the files by their identity, each once, as written last."""
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    places: list[Place] = []
+    identities: list[pa.ChunkedArray] = []
+    for path in files:
+        with _opened(path) as file:
+            for group in range(file.num_row_groups):
+                own = ["recording", "name", "object"]
+                identities.append(_identities(file.read_row_group(group, own)))
+                places.append(Place(path, group))
+    lengths = [len(each) for each in identities]
+    index = pa.table(
+        {
+            "identity": pa.chunked_array([c for each in identities for c in each.chunks]),
+            "place": np.repeat(np.arange(len(lengths)), lengths),
+            "row": np.concatenate([np.arange(n) for n in lengths]),
+        }
+    )
+    index = index.sort_by([(name, "ascending") for name in ("identity", "place", "row")])
+    identity = index["identity"].combine_chunks()
+    is_last = np.ones(len(identity), dtype=bool)
+    is_last[:-1] = pc.not_equal(identity[1:], identity[:-1]).to_numpy(zero_copy_only=False)
+    index = index.select(["place", "row"]).filter(pa.array(is_last))
+    where, rows = index["place"].to_numpy(), index["row"].to_numpy()
+    for first in range(0, len(rows), GROUP):
+        part = slice(first, first + GROUP)
+        yield _rows_at(places, where[part], rows[part])
+
+
+def _rows_at(places: list[Place], where, rows) -> "pa.Table":
+    """Rows of several places, in the order in which they are named."""
+    import numpy as np
+    import pyarrow as pa
+
+    found, order = [], []
+    for at in np.unique(where):
+        mine = np.flatnonzero(where == at)
+        with _opened(places[at].path) as file:
+            found.append(file.read_row_group(places[at].group).take(rows[mine]))
+        order.append(mine)
+    return pa.concat_tables(found).take(np.argsort(np.concatenate(order)))

@@ -1,0 +1,167 @@
+"""Request: what is said of one identification, by the names of the options of
+``hefting identify``."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from hefting.core.errors import InputError, nearest
+from hefting.identification.identify import Identification, identify
+from hefting.request.recording import recording_of
+from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
+from hefting.shapes import Shape
+
+Value = str | int | float | bool | None
+
+ALSO = {"pose": "object_pose", "sign": "wrench"}
+"""Other names of options."""
+DEFAULTS: dict[str, Value] = {
+    "bias": "auto",
+    "motion": "auto",
+    "start": 0.0,
+    "wrench": "auto",
+    "hull": False,
+}
+"""What is assumed where an option is not given, and it is not None."""
+TEXTS = (
+    *("shape", "unit", "object_pose", "box", "pose_std", "shape_std"),
+    *("method", "until", "mass", "sensor_accuracy", "tool"),
+    *("wrench", "bias", "motion", "gravity"),
+    *("map", "urdf", "sensor_frame", "sensor_pose_in_log", "sensor_turned"),
+)
+FLOATS = ("start", "duration", "latitude", "altitude", "points_per_cm3")
+FILES = (
+    *("shape", "tool", "map", "urdf"),
+    *("bias", "object_pose", "sensor_pose_in_log"),
+)
+"""Options that name files; the last three also take words or numbers."""
+YES, NO = ("true", "yes", "1"), ("false", "no", "0")
+
+
+@cache
+def option_kinds() -> dict[str, type]:
+    """Every option and the type of its values: str, float, int or bool."""
+    from hefting.estimators import options
+    from hefting.logs.registry import all_options
+
+    kinds: dict[str, type] = dict.fromkeys((*TEXTS, *all_options()), str)
+    kinds |= dict.fromkeys((*FLOATS, *options()), float)
+    return kinds | {"points": int, "hull": bool}
+
+
+def canonical_name(name: str) -> str:
+    """The option that is meant by a name, with dashes or underscores, or by another
+    name of it; the name itself where there is no such option."""
+    plain = name.strip().lstrip("-").replace("-", "_").lower()
+    return ALSO.get(plain, plain)
+
+
+def said(options: Mapping[str, Any]) -> dict[str, Value]:
+    """Options that are given, by their names, each as its type.
+
+    Numbers and yes or no may be texts; a list stands for its items separated by commas.
+    Raises `InputError` for an unknown option and for a value of another type.
+    """
+    given: dict[str, Value] = {}
+    kinds = option_kinds()
+    for written, value in options.items():
+        name = canonical_name(written)
+        if name not in kinds:
+            what = f"there is no option '{written}'{nearest(name, kinds)}"
+            raise InputError(what, fix="hefting identify --help lists them")
+        if not _is_blank(value):
+            given[name] = _typed(name, value, kinds[name])
+    return given
+
+
+def _is_blank(value: Any) -> bool:
+    return value is None or value != value or (isinstance(value, str) and not value)
+
+
+def _typed(name: str, value: Any, kind: type) -> Value:
+    """A value as the type of its option."""
+    if kind is bool:
+        word = str(value).strip().lower()
+        if word in (*YES, *NO):
+            return word in YES
+    elif kind is str:
+        if isinstance(value, list | tuple):
+            return ",".join(str(item) for item in value)
+        return str(value).strip()
+    else:
+        try:
+            return kind(value)
+        except (TypeError, ValueError, OverflowError):
+            pass
+    words = {bool: "true nor false", float: "a number", int: "a whole number"}
+    no = "neither" if kind is bool else "not"
+    raise InputError(f"'{value}' is {no} {words[kind]}", name)
+
+
+def in_folder(options: Mapping[str, Value], folder: Path) -> dict[str, Value]:
+    """The options with names of files that are relative to a folder."""
+    placed = dict(options)
+    for name in FILES:
+        value = placed.get(name)
+        if isinstance(value, str) and _names_file(name, value):
+            placed[name] = str(folder / value)
+    return placed
+
+
+def files_of(options: Mapping[str, Value]) -> dict[str, str]:
+    """The files that options name, by option."""
+    named = {name: options.get(name) for name in FILES}
+    return {
+        name: value
+        for name, value in named.items()
+        if isinstance(value, str) and _names_file(name, value)
+    }
+
+
+def _names_file(name: str, value: str) -> bool:
+    """Whether a value of an option in `FILES` names a file."""
+    if name == "shape":
+        return not value.lower().startswith("box:")
+    if name == "bias":
+        return value not in ("auto", "none", "estimate") and value[:5] != "tare:"
+    if name in ("object_pose", "sensor_pose_in_log"):
+        return "," not in value
+    return True
+
+
+def request_of(options: Mapping[str, Any]) -> SimpleNamespace:
+    """What is said, with None or the default for what is not; see `said`."""
+    return SimpleNamespace(**(dict.fromkeys(option_kinds()) | DEFAULTS | said(options)))
+
+
+def identify_requested(
+    request: SimpleNamespace, log: str, shape: Shape | None
+) -> Identification:
+    """Identify the object in a log as a request says.
+
+    Parameters
+    ----------
+    request : what `request_of` returns.
+    log : path of the recording.
+    shape : what `hefting.request.shape.shape_of` makes of the request.
+
+    Raises `InputError` and `NotIdentifiableError` as `hefting.identify`.
+    """
+    recording = recording_of(request, log)
+    return identify(
+        recording,
+        shape,
+        method=request.method,
+        **reading_of_one(request, recording),
+        **hyperparameters_of(request),
+    )
+
+
+def reading_of_one(request: SimpleNamespace, recording: Any) -> dict[str, Any]:
+    """How one recording is to be read, as arguments of `hefting.identify`."""
+    reading = reading_of(request, gravity_of(request), [recording])
+    if not isinstance(reading["bias"], str):
+        (reading["bias"],) = reading["bias"]
+    return reading
