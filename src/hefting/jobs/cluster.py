@@ -4,6 +4,7 @@ import logging
 import time
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager
 from itertools import islice
 from typing import Any
 
@@ -12,7 +13,10 @@ from hefting.jobs.outcome import Died, Task
 from hefting.jobs.source import source_version
 
 PATIENCE = "10s"
-"""How long a scheduler may take to answer, or be silent on a broken connection."""
+"""How long a scheduler may take to answer."""
+
+SILENCE = "12s"
+"""How long a network may be broken; Dask takes no less."""
 
 RECOUNT = 5.0
 """After how long the workers are counted again, which come and go [s]."""
@@ -25,8 +29,6 @@ class Cluster:
     ``distributed`` (extra ``batch``).
     """
 
-    attempts = 1  # the scheduler itself begins a task several times
-
     def __init__(self, address: str) -> None:
         try:
             from dask import config
@@ -34,21 +36,23 @@ class Cluster:
         except ImportError:
             raise MissingDependencyError("distributed", "batch") from None
         self.address = address
-        self.log = logging.getLogger("distributed.client")
-        self.level = self.log.level
-        self.log.setLevel(logging.CRITICAL)  # what is wrong is said once, by `_lost`
         self.counted: tuple[float, int] | None = None
         """When the threads of all workers were counted [s], and how many they were."""
-        try:
-            with config.set({"distributed.comm.timeouts.tcp": PATIENCE}):
-                self.client = Client(address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
-            self.log.setLevel(self.level)
-            raise InputError(
-                f"no Dask scheduler answers ({error})",
-                address,
-                "start one: dask scheduler",
-            ) from error
+        with ExitStack() as stack:
+            stack.enter_context(_silent("distributed.client"))
+            try:
+                with config.set({"distributed.comm.timeouts.tcp": SILENCE}):
+                    self.client = Client(
+                        address, timeout=PATIENCE, set_as_default=False
+                    )
+            except (OSError, TimeoutError, ValueError) as error:
+                raise InputError(
+                    f"no Dask scheduler answers ({error})",
+                    address,
+                    "start one: dask scheduler",
+                ) from error
+            stack.callback(self.client.close)
+            self.stack = stack.pop_all()
 
     def run(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
@@ -74,12 +78,15 @@ class Cluster:
             future, result = next(done)
             yield held.pop(future.key), self._result(future.status, result)
 
+    def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
+        """Result of a task while this run does no other; or `Died` when as many workers
+        died as the scheduler allows."""
+        [(_, result)] = self.run(function, iter([task]), 1)
+        return result
+
     def close(self) -> None:
         """Leave the cluster, whose workers stay."""
-        try:
-            self.client.close()
-        finally:
-            self.log.setLevel(self.level)
+        self.stack.close()
 
     def _submit(self, function: Callable[[Any], Any], task: Task) -> Any:
         try:
@@ -99,7 +106,10 @@ class Cluster:
             raise self._lost() from result
         error = result[1]
         if isinstance(error, KilledWorker):
-            return Died("died, and others after it")
+            return Died(
+                f"workers died {error.allowed_failures + 1} times; "
+                "have they memory enough?"
+            )
         raise error
 
     def _threads(self) -> int:
@@ -126,3 +136,15 @@ def _do(function: Callable[[Any], Any], argument: Any, source: str) -> Any:
             "install the same on all"
         )
     return function(argument)
+
+
+@contextmanager
+def _silent(name: str) -> Iterator[None]:
+    """No log of that name, which would say once more what an error says."""
+    log = logging.getLogger(name)
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log.setLevel(level)

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from hefting.core.errors import InputError
 from hefting.jobs.cluster import Cluster
@@ -99,18 +99,9 @@ class Jobs:
                 else:
                     yield task.number, result
         for task in suspects:
-            yield task.number, self._alone(function, task)
-
-    def _alone(self, function: Callable[[Any], R], task: Task) -> R | Lost:
-        """A task's result while no other is done, so that no other can be at fault."""
-        how = ""
-        for _ in range(self._workers.attempts):
-            with closing(self._workers.run(function, iter([task]), 1)) as answers:
-                [(_, result)] = answers
-            if not isinstance(result, Died):
-                return result
-            how = result.how
-        return Lost(f"its worker {how} again and again; has it memory enough?")
+            result = self._workers.run_alone(function, task)
+            lost = isinstance(result, Died)
+            yield task.number, Lost(result.reason) if lost else result
 
 
 def run_jobs(
@@ -121,6 +112,8 @@ def run_jobs(
     window: int | None = None,
 ) -> Generator[tuple[int, R | Lost], None, None]:
     """One run of `Jobs`."""
-    with Jobs(workers, scheduler) as jobs:
-        with closing(jobs.run(function, tasks, window)) as results:
-            yield from results
+    with (
+        Jobs(workers, scheduler) as jobs,
+        closing(jobs.run(function, tasks, window)) as results,
+    ):
+        yield from results

@@ -17,8 +17,8 @@ class Lost:
 class Died:
     """The worker of a task died; whether by that task is not known."""
 
-    how: str
-    """What goes on after "its worker"."""
+    reason: str
+    """One line."""
 
 
 class Task(NamedTuple):
@@ -31,13 +31,15 @@ class Task(NamedTuple):
 class Workers(Protocol):
     """Processes that do tasks: local ones, or those of a cluster."""
 
-    attempts: int
-    """How often a task is begun alone before it is given up."""
-
     def run(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
     ) -> Generator[tuple[Task, Any], None, None]:
         """Each task, as it comes, and its result or `Died`."""
+        ...
+
+    def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
+        """Result of a task while no other is done, so that no other is at fault; or
+        `Died` when it has been tried often enough."""
         ...
 
     def close(self) -> None:

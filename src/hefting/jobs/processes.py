@@ -12,11 +12,12 @@ from hefting.core.errors import HeftingError
 from hefting.jobs.outcome import Died, Task
 from hefting.jobs.worker import Worker
 
+ATTEMPTS = 3
+"""How often a task is begun alone before it is given up, or a process in succession."""
+
 
 class Processes:
     """Up to `size` local processes, begun as tasks come. One that dies is replaced."""
-
-    attempts = 3
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -48,6 +49,17 @@ class Processes:
         finally:
             self.again.clear()
             self._end([worker for worker in self.workers if worker.held])
+
+    def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
+        """Result of a task while no other process is there to take its memory; or
+        `Died` when it was so each of `ATTEMPTS` times."""
+        result: Any = None
+        for _ in range(ATTEMPTS):
+            self.close()
+            [(_, result)] = self.run(function, iter([task]), 1)
+            if not isinstance(result, Died):
+                return result
+        return Died(f"{result.reason}, {ATTEMPTS} times; has it memory enough?")
 
     def close(self) -> None:
         """End all processes."""
@@ -95,9 +107,9 @@ class Processes:
         suspect = worker.held.popleft() if worker.ready else None
         self.again.extendleft(reversed(worker.held))
         if suspect is not None:
-            return suspect, Died(how)
+            return suspect, Died(f"its worker {how}")
         self.stillborn += 1
-        if self.stillborn == self.attempts:
+        if self.stillborn == ATTEMPTS:
             raise HeftingError(
                 f"{self.stillborn} worker processes in succession {how} before they "
                 'began; a script needs if __name__ == "__main__":'

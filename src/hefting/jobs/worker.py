@@ -11,7 +11,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
@@ -44,10 +44,8 @@ class Worker:
         """Have it do a task after all it was given before."""
         message = pickle.dumps((function, task.argument))
         self.held.append(task)
-        try:
+        with suppress(OSError):  # it is dead: `answer` says so
             self.connection.send_bytes(message)
-        except OSError:
-            pass  # it is dead: `answer` says so
 
     def answer(self) -> tuple[Task, Any] | None:
         """Wait for its first task and result; None for its first sign of life.
