@@ -16,7 +16,7 @@ ROOT = Path(hefting.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
 LAYERS = [
     {"core"},
-    {"logs", "robots", "shapes", "motion"},
+    {"jobs", "logs", "robots", "shapes", "motion"},
     {"estimators", "export"},
     {"ingest"},
     {"identification", "prediction"},

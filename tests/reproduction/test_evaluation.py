@@ -18,7 +18,7 @@ from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
 from hefting.reproduction import EXPERIMENTS, reproduce
 from hefting.reproduction.experiment import Table, shown
-from hefting.reproduction.runner import do, run_experiments, source_version
+from hefting.reproduction.runner import run_experiments
 
 pytest.importorskip("mujoco", reason="mujoco is not installed")
 
@@ -272,13 +272,6 @@ def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
         )
     assert len(list((tmp_path / "results" / "noise").iterdir())) == 1
     assert "Traceback" not in capfd.readouterr().err
-
-
-def test_a_worker_of_another_version_is_refused():
-    job = EXPERIMENTS["objects"].jobs(True)[0]
-    assert do("objects", job, source_version()) == do("objects", job)
-    with pytest.raises(HeftingError, match="another version of hefting"):
-        do("objects", job, "another")
 
 
 def test_threads_are_left_as_they_were(folder, monkeypatch):

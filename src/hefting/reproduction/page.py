@@ -8,9 +8,10 @@ from pathlib import Path
 
 import hefting
 from hefting.core.files import write_atomically
+from hefting.jobs import source_version
 from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import Experiment, Report, Table, shown
-from hefting.reproduction.runner import make_folder, source_version
+from hefting.reproduction.runner import make_folder
 
 PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
 PIXELS_AN_INCH = 130

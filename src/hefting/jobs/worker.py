@@ -1,0 +1,148 @@
+"""A local worker process: given tasks, it answers in the order in which it got them.
+
+It ends when the process that began it does, however that comes: a thread of it waits
+for the next task, and reads the end of the stream instead.
+"""
+
+import os
+import pickle
+import signal
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import Any
+
+from hefting.jobs.outcome import Task
+
+SPAWN = get_context("spawn")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Worker:
+    """The process as the one that began it sees it."""
+
+    def __init__(self) -> None:
+        """Begin it; `OSError` when the system has no room for one more."""
+        self.connection, theirs = SPAWN.Pipe()
+        self.process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
+        try:
+            with _one_thread_each(), _interrupts_blocked():
+                self.process.start()
+        finally:
+            theirs.close()
+        self.ready = False
+        """Whether it has begun to serve."""
+        self.held: deque[Task] = deque()
+        """What it was given and has not answered; it is at the first."""
+
+    def give(self, function: Callable[[Any], Any], task: Task) -> None:
+        """Have it do a task after all it was given before."""
+        message = pickle.dumps((function, task.argument))
+        self.held.append(task)
+        with suppress(OSError):  # it is dead: `answer` says so
+            self.connection.send_bytes(message)
+
+    def answer(self) -> tuple[Task, Any] | None:
+        """Wait for its first task and result; None for its first sign of life.
+
+        Raises `EOFError` when the process is dead, and what the function raised.
+        """
+        try:
+            message = self.connection.recv_bytes()
+        except OSError as error:  # in the midst of an answer
+            raise EOFError from error
+        if not self.ready:
+            self.ready = True
+            return None
+        task = self.held.popleft()
+        succeeded, result = pickle.loads(message)
+        if not succeeded:
+            raise result
+        return task, result
+
+    def end(self) -> str:
+        """End it, whatever it is at; how it ended if it was dead before."""
+        self.connection.close()
+        self.process.kill()
+        self.process.join()
+        status = self.process.exitcode or 0
+        self.process.close()
+        if status < 0:
+            return f"was killed by {signal.Signals(-status).name}"
+        return f"ended with status {status}"
+
+
+def _serve(connection: Connection) -> None:
+    """What the process does: tasks, one after the other."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    messages: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_receive, args=(connection, messages), daemon=True).start()
+    connection.send_bytes(b"")
+    while True:
+        connection.send_bytes(_answer(messages.get()))
+
+
+def _receive(connection: Connection, messages: SimpleQueue[bytes]) -> None:
+    """Take tasks as they come, so that who sends one never waits for the one before;
+    end this process with the other."""
+    try:
+        while True:
+            messages.put(connection.recv_bytes())
+    finally:
+        os._exit(0)
+
+
+def _answer(message: bytes) -> bytes:
+    """Whether a task succeeded, and its result or what it raised."""
+    try:
+        function, task = pickle.loads(message)
+        return pickle.dumps((True, function(task)))
+    except Exception as error:
+        error.add_note(f"In a worker process:\n{traceback.format_exc().rstrip()}")
+        return _pickled_error(error)
+
+
+def _pickled_error(error: Exception) -> bytes:
+    """The error, or its text where it cannot be pickled and read again."""
+    try:
+        message = pickle.dumps((False, error))
+        pickle.loads(message)
+    except Exception:
+        return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+    return message
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes begun meanwhile compute on one thread each: no faster with more, and
+    the same to the last bit."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Processes begun meanwhile do not hear Ctrl-C, which reaches them too; this one
+    hears it afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which would unblock them
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
