@@ -332,7 +332,7 @@ def with_diagnostics(
         provenance["points"] = own.n
     estimate = replace(
         estimate,
-        samples=round(float(found.counts.sum())),
+        samples=round(found.samples),
         duration=found.duration,
         covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
