@@ -145,6 +145,11 @@ class Moments:
         start, end = min(self.start, other.start), max(self.end, other.end)
         return type(self)(factor, self.samples + other.samples, start, end)
 
+    def scaled(self, weight: float) -> Self:
+        """Moments of the same samples, each of so many times its weight."""
+        factor = weight**0.5 * self.factor
+        return type(self)(factor, self.samples, self.start, self.end)
+
     def without_bias(self) -> Self:
         """What the samples tell whatever their constant bias, which may be merged with
         that of other recordings.

@@ -22,8 +22,9 @@ meaning in every method that has them: `bias` (all have it), `noise` of the wren
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import reduce
 from typing import Any, ClassVar, Literal
 
 from hefting.core.accuracy import Accuracy
@@ -31,7 +32,13 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import JointState, State, as_one, join
+from hefting.estimators.joint_state import (
+    JointState,
+    State,
+    as_one,
+    join,
+    join_all,
+)
 from hefting.estimators.quadratic import whitening
 from hefting.estimators.sample_state import SampleState, model_weight, require_model
 from hefting.shapes import Shape
@@ -215,6 +222,16 @@ class Estimator:
         model = getattr(self, "model", "full")
         return model_weight(measurements, model, getattr(self, "c1", 0.0))
 
+    @property
+    def sampling(self) -> tuple[Any, ...] | None:
+        """What decides how `update` takes samples: methods with the same have the same
+        state. None where that is the method's own matter."""
+        kind = type(self)
+        if kind.update is not Estimator.update or kind.weight is not Estimator.weight:
+            return None
+        model = getattr(self, "model", "full")
+        return (model, getattr(self, "c1", 0.0)) if model == "blended" else (model,)
+
     def update(self, state: SampleState, measurements: Measurements) -> SampleState:
         """The state with the samples of `measurements` added."""
         return state.fold(measurements, self.weight(measurements))
@@ -236,6 +253,13 @@ class Estimator:
                 fix="merge the parts of one recording before others join it",
             )
         return first.merge(second, one_bias=True)
+
+    def merge_all(self, states: Sequence[State]) -> State:
+        """The state of an estimator that has seen all recordings, as by `merge`."""
+        merges = type(self).merge is not Estimator.merge
+        if getattr(self, "bias", "none") == "estimate" and not merges:
+            return join_all(states)
+        return reduce(self.merge, states)
 
     def estimate(self, state: State) -> Estimate:
         """The estimate from the samples seen. Raises `NotIdentifiableError` when there

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -99,6 +100,11 @@ class HPS(PointEstimator):
     def _matrix(self) -> Array:
         """M (10, parts)"""
         return self.shape.matrix @ self._shares
+
+    @property
+    def sampling(self) -> tuple[Any, ...]:
+        """By the limits of the accelerations."""
+        return "static", self.max_acceleration, self.max_angular_acceleration
 
     def update(self, state: SampleState, measurements: Measurements) -> SampleState:
         """The state with the near-static samples of `measurements` added.

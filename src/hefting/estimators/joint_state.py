@@ -11,6 +11,7 @@ rows. The last rows [A a] of all recordings stand below one another, and are
 triangularised again.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import NoReturn
@@ -58,9 +59,14 @@ State = SampleState | JointState
 
 def join(first: State, second: State) -> State:
     """State of the recordings of both, each with a bias of its own."""
-    states = (*states_of(first), *states_of(second))
-    states = tuple(state for state in states if not state.is_empty) or states[:1]
-    return states[0] if len(states) == 1 else JointState(states)
+    return join_all((first, second))
+
+
+def join_all(states: Iterable[State]) -> State:
+    """State of all recordings, each with a bias of its own."""
+    every = tuple(each for state in states for each in states_of(state))
+    every = tuple(state for state in every if not state.is_empty) or every[:1]
+    return every[0] if len(every) == 1 else JointState(every)
 
 
 def states_of(state: State) -> tuple[SampleState, ...]:

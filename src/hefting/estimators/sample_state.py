@@ -129,6 +129,12 @@ class SampleState:
             record,
         )
 
+    def scaled(self, weight: float) -> Self:
+        """Of the same samples, each of so many times its weight."""
+        record = None if self.record is None else self.record.scaled(weight)
+        reduced, full = self.reduced.scaled(weight), self.full.scaled(weight)
+        return type(self)(reduced, full, self.samples, record)
+
     @property
     def is_empty(self) -> bool:
         """Whether no sample was seen, not even one that a method leaves out."""

@@ -26,9 +26,7 @@ from hefting.estimators.joint_state import (
 )
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
-from hefting.estimators.stretches import Stretches
 from hefting.estimators.time_record import TimeRecord
-from hefting.estimators.timescales import TimeScales
 
 NOISE_PASSES = 2
 """Number of times the noise is found: its covariance depends on its colour."""
@@ -140,18 +138,7 @@ def _divided_by(weight: float, state: SampleState) -> SampleState:
         min(state.full.start, state.reduced.start),
         state.end,
     )
-    if scale != 1.0:
-        scales = TimeScales(
-            tuple(scale * factor for factor in scales.factors),
-            scales.counts,
-            tuple(None if row is None else scale * row for row in scales.pending),
-        )
-        stretches = Stretches(
-            tuple(scale * factor for factor in stretches.factors),
-            stretches.counts,
-            stretches.length,
-            scale * stretches.open_factor,
-            stretches.open_count,
-        )
+    if weight != 1.0:
+        scales, stretches = scales.scaled(1.0 / weight), stretches.scaled(1.0 / weight)
     kept = TimeRecord(scales, stretches, motion=record.motion)
     return SampleState(Moments.empty(), whole, samples, kept)

@@ -70,6 +70,17 @@ class Stretches:
             tuple(part[0] for part in parts), tuple(part[1] for part in parts), length
         )
 
+    def scaled(self, weight: float) -> Self:
+        """Of the same samples, each of so many times its weight."""
+        scale = weight**0.5
+        return type(self)(
+            tuple(scale * factor for factor in self.factors),
+            self.counts,
+            self.length,
+            scale * self.open_factor,
+            self.open_count,
+        )
+
     @property
     def parts(self) -> list[tuple[Array, int]]:
         """Factor and samples of each; what is being filled belongs to the last one

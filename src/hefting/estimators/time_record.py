@@ -73,6 +73,16 @@ class TimeRecord:
             motion,
         )
 
+    def scaled(self, weight: float) -> "TimeRecord":
+        """Of the same samples, each of so many times its weight."""
+        return type(self)(
+            self.scales.scaled(weight),
+            self.stretches.scaled(weight),
+            tuple(weight**0.5 * rows for rows in self.buffer),
+            self.buffered,
+            tuple(weight * each for each in self.motion),
+        )
+
     @cached_property
     def complete(self) -> tuple[TimeScales, Stretches]:
         """Scales and stretches with the latest samples included."""

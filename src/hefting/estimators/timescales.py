@@ -62,6 +62,15 @@ class TimeScales:
             level += 1
         return type(self)(tuple(factors), tuple(counts), tuple(pending))
 
+    def scaled(self, weight: float) -> Self:
+        """Of the same samples, each of so many times its weight."""
+        scale = weight**0.5
+        return type(self)(
+            tuple(scale * factor for factor in self.factors),
+            self.counts,
+            tuple(None if row is None else scale * row for row in self.pending),
+        )
+
     def closed(self) -> Self:
         """With contrasts among the sums that still wait: all that the samples tell but
         their total.

@@ -79,8 +79,8 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     nothing."""
     fit, estimator = checked.found.fit, checked.estimator
     if not estimator.rests_on_shape or checked.shape is None:
-        z = checked.found.measurements
-        summary = identifiability(z, fit, TYPICAL_SIZE).summary
+        motion = checked.found.excitation
+        summary = identifiability(motion, fit, TYPICAL_SIZE).summary
         return [warning("not-identifiable", line) for line in summary]
     size = float(np.linalg.norm(checked.shape.extents))
     kinds = {name[0] for name in fit.open_parameters(size)}

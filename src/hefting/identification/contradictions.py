@@ -7,16 +7,15 @@ agree: one that is wrong does not make the others look wrong.
 """
 
 from dataclasses import dataclass, replace
-from functools import reduce
 
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, error
 from hefting.estimators import OLS
-from hefting.estimators.joint_state import State
 from hefting.identification.agreement import QUANTITIES, Agreement, limit_of
 from hefting.identification.known import known_of
+from hefting.identification.seen import state_of
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint import JointIngested, joint
+from hefting.ingest.joint import JointIngested, together
 
 OTHERS = "the others"
 MILLIMETRES = 1e3
@@ -86,7 +85,7 @@ def _against_the_rest(
     theirs = (
         alone[others]
         if len(rest) == 1
-        else _least_squares(joint([parts[other] for other in rest], rest))
+        else _least_squares(together([parts[other] for other in rest], rest))
     )
     return Contradiction(
         name, others, Agreement.of({name: alone[name], others: theirs})
@@ -97,11 +96,8 @@ def _least_squares(found: Ingested) -> Estimate:
     """Unconstrained least squares with the intervals of all errors that are allowed
     for."""
     estimator = OLS(**OLS.settings(known_of(found, None)))
-    states: list[State] = [
-        estimator.update(estimator.start(), part.measurements)
-        for part in found.recordings
-    ]
-    state = reduce(estimator.merge, states)
+    states = [state_of(estimator, part) for part in found.recordings]
+    state = estimator.merge_all(states)
     estimate = estimator.estimate(state)
     intervals, covariance = estimator.uncertainty(estimate.parameters, state)
     return replace(estimate, intervals=intervals, covariance=covariance)

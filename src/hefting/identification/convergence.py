@@ -12,6 +12,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import Estimator
 from hefting.estimators.joint_state import State
+from hefting.identification.seen import taken
 from hefting.ingest.ingested import Ingested
 
 INSTANTS = 20
@@ -105,7 +106,7 @@ def _states(
     instants = np.unique(np.linspace(0, total, count + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0
     for part in found.recordings:
-        z = part.weighted_by_count if estimator.depends_on_count else part.measurements
+        z = taken(estimator, part)
         state, seen = estimator.start(), 0
         for rows in instants[(instants > begin) & (instants <= begin + len(z))]:
             state, seen = _seen(estimator, state, z, seen, int(rows) - begin)

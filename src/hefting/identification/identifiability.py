@@ -19,6 +19,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one
 from hefting.estimators.quadratic import RANK_TOLERANCE
 from hefting.identification.reasons import _join_findings, _Reasons, _sentence
+from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import FreeFit
 
 RigidModel = Literal["full", "reduced"]
@@ -117,15 +118,17 @@ class Identifiability:
 
 
 def identifiability(
-    measurements: Measurements, fit: FreeFit, size: float
+    motion: Measurements | Excitation, fit: FreeFit, size: float
 ) -> Identifiability:
-    """What `measurements` can tell of a body of about `size` [m], of which `fit` is the
-    unconstrained fit.
+    """What measurements, or the sums over them, can tell of a body of about `size` [m],
+    of which `fit` is the unconstrained fit.
 
     Open are `fit.open_parameters(size)`, beside a bias when the fit has one.
     """
-    moments = Moments.of(measurements)
-    found = _Reasons(measurements, fit, size).found()
+    if isinstance(motion, Measurements):
+        motion = Excitation.of(motion)
+    moments = motion.moments
+    found = _Reasons(motion, fit, size).found()
     return Identifiability(
         rank_full=rank(moments, "full"),
         rank_reduced=rank(moments, "reduced"),

@@ -127,15 +127,6 @@ def identify(
     Raises `InputError` for input that cannot be right (names what, where and what to
     do) and `NotIdentifiableError` when the recording determines nothing.
     """
-    warnings = ()
-    if method is None:
-        method = default_method(shape is not None)
-        if shape is None:
-            what = (
-                f"no shape given, so {method} takes any object of up to some 40 cm "
-                f"within {REACH:g} m of the sensor for possible: give `shape` for more"
-            )
-            warnings = (warning("no-shape", what, "shape"),)
     if isinstance(method, Estimator):
         shape = shape_of(method, shape, hyperparameters)
     found = understand(
@@ -148,18 +139,48 @@ def identify(
         duration=duration,
         tool=tool,
     )
+    return identify_understood(found, shape, method, hyperparameters)
+
+
+def identify_understood(
+    found: Ingested,
+    shape: Shape | None,
+    method: str | Estimator | None,
+    hyperparameters: dict[str, Any],
+) -> Identification:
+    """Identify the object in one recording, or in several, that were understood; for
+    arguments and errors see `identify`."""
+    warnings = ()
+    if method is None:
+        method = default_method(shape is not None)
+        if shape is None:
+            what = (
+                f"no shape given, so {method} takes any object of up to some 40 cm "
+                f"within {REACH:g} m of the sensor for possible: give `shape` for more"
+            )
+            warnings = (warning("no-shape", what, "shape"),)
     require_object(found, shape)
-    if isinstance(method, Estimator):
-        estimator = method
-        require_its_bias(estimator, found)
-    else:
-        kind, settings = method_named(method)
-        estimator = estimator_for(kind, found, shape, hyperparameters | settings)
+    estimator = estimator_of(method, found, shape, hyperparameters)
     report("identifying")
     estimate, found = run(estimator, found)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return _identification(estimate, estimator, found)
+
+
+def estimator_of(
+    method: str | Estimator,
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> Estimator:
+    """The estimator that a name stands for, as `estimator_for` makes it; or the one
+    that is given. `InputError` where that has another bias than the recording."""
+    if isinstance(method, Estimator):
+        require_its_bias(method, found)
+        return method
+    kind, settings = method_named(method)
+    return estimator_for(kind, found, shape, hyperparameters | settings)
 
 
 def _identification(
@@ -332,7 +353,7 @@ def with_diagnostics(
         provenance["points"] = own.n
     estimate = replace(
         estimate,
-        samples=round(float(found.counts.sum())),
+        samples=round(found.samples),
         duration=found.duration,
         covariance=_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),

@@ -10,7 +10,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import Estimator
 from hefting.estimators.sample_state import SampleState
 from hefting.identification.identify import with_diagnostics
-from hefting.identification.run import samples_taken
+from hefting.identification.seen import taken
 from hefting.ingest.free_fit import FreeFit, free_fit
 from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
@@ -51,8 +51,8 @@ def estimate_until(
         mass.
     """
     used = int(np.searchsorted(found.measurements.time, instant, side="right"))
-    (samples,) = samples_taken(estimator, found)
-    state = estimator.update(estimator.start(), samples[:used])
+    samples = taken(estimator, found)[:used]
+    state = estimator.update(estimator.start(), samples)
     estimate = estimator.estimate(state)
     return with_diagnostics(estimate, estimator, first_samples(found, used), shape)
 
@@ -67,6 +67,7 @@ def first_samples(found: Ingested, used: int) -> Ingested:
         found,
         measurements=z,
         counts=found.counts[:used],
+        kept=None,
         fit=_fit_of(found, z),
     )
 

@@ -10,9 +10,7 @@ def known_of(found: Ingested, shape: Shape | None) -> Known:
     return Known(
         bias=found.bias,
         noise=found.fit.noise,
-        motion_noise=None
-        if found.source == "columns"
-        else found.measurements.motion_noise,
+        motion_noise=None if found.source == "columns" else found.motion_noise,
         smoothed=found.source in ("smooth", "inertial"),
         systematic=found.common_errors,
         carried=None if found.tool is None else found.tool.parameters.vector,

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.measurements import Measurements
+from hefting.core.moments import Moments
 from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
 from hefting.estimators.sample_state import SampleState
+from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import FreeFit
 
 AXES = "xyz"
@@ -68,16 +69,12 @@ def _join_findings(findings: Iterable[_Finding]) -> tuple[str, ...]:
 class _Reasons:
     """Facts of one motion, and the reasons that follow from them."""
 
-    def __init__(self, z: Measurements, fit: FreeFit, size: float):
-        self._z, self._fit, self._size = z, fit, size
-        self._weights = np.ones(len(z)) if z.weights is None else z.weights
+    def __init__(self, motion: Excitation, fit: FreeFit, size: float):
+        self._motion, self._fit, self._size = motion, fit, size
         self._biased = fit.bias is not None
         self._std = np.sqrt(fit.covariance.diagonal()[:10])
-        g = z.gravity / np.maximum(
-            np.linalg.norm(z.gravity, axis=1, keepdims=True), 1e-300
-        )
-        self._gravity = g - self._mean(g) if self._biased else g
-        self._turn = self._rms(g - self._mean(g))
+        self._gravity = motion.directions_about(mean=self._biased)
+        self._turn = _length(motion.directions_about(mean=True))
 
     def found(self) -> dict[str, _Finding]:
         names = self._fit.open_parameters(self._size)
@@ -141,7 +138,7 @@ class _Reasons:
     def _gravity_reason(self, direction: Array | None = None) -> str | None:
         """Why gravity does not determine the mass, or the COM along `direction` (3,);
         None if gravity is not the reason."""
-        if not self._z.gravity.any():
+        if not self._motion.has_gravity:
             return (
                 "without gravity only acceleration shows it, and there was too little"
             )
@@ -173,7 +170,9 @@ class _Reasons:
     def _open_com_directions(self) -> Array:
         """(k, 3) orthonormal directions in which m c is undetermined when all other
         parameters are free; at least the least determined one."""
-        R = stacked_factor(SampleState.of(self._z), self._fit.noise, self._biased)
+        moments = self._motion.moments
+        state = SampleState(Moments.empty(), moments, moments.samples)
+        R = stacked_factor(state, self._fit.noise, self._biased)
         A = R[6:, 6:16] if self._biased else R[:, :10]
         others = np.delete(A, (1, 2, 3), axis=1)
         U, S, _ = np.linalg.svd(others, full_matrices=False)
@@ -211,26 +210,20 @@ class _Reasons:
         `IDLE_SHARE` of the largest, or `IDLE`. The limit `IDLE` does not apply if the
         noise hides the motion about every axis.
         """
-        alpha = (
-            self._z.angular_acceleration
-            * np.sqrt(self._weights / self._weights.mean())[:, None]
-        )
-        _, S, V = np.linalg.svd(
-            np.vstack((alpha, np.zeros((3, 3)))) / np.sqrt(len(alpha)),
-            full_matrices=False,
-        )
-        mass = self._rms(self._z.force) / max(self._rms(self._z.gravity), 1e-300)
+        _, S, V = np.linalg.svd(self._motion.angular_acceleration, full_matrices=False)
+        mass = self._motion.force / max(self._motion.gravity, 1e-300)
         if not self._fit.mass_is_open:
             mass = abs(float(self._fit.vector[0]))
-        noise = self._fit.noise.torque * np.sqrt(self._fit.autocorrelation / len(alpha))
+        per_sample = self._fit.autocorrelation / max(self._motion.samples, 1)
+        noise = self._fit.noise.torque * np.sqrt(per_sample)
         needed = noise / max(mass * self._size**2 / 12.0, 1e-300)
-        known = self._z.noise.angular_acceleration if self._z.noise is not None else 0.0
+        known = self._motion.angular_noise
         most = float(S[0])
         idle = 0.0 if IDLE < most < needed else IDLE
         return V[min(needed, max(idle, IDLE_SHARE * most, 1.2 * known)) > S]
 
     def _idle_reason(self, idle: Array) -> str:
-        if not self._z.angular_acceleration.any():
+        if not self._motion.angular_acceleration.any():
             return "no angular acceleration in poses taken as static"
         if len(idle) == 3:
             return "no angular acceleration about any axis"
@@ -249,22 +242,20 @@ class _Reasons:
         if np.isfinite(self._std[index]):
             return None
         others = "other parameters or a bias" if self._biased else "other parameters"
-        samples = f"{len(self._z)} sample{'s' * (len(self._z) != 1)}"
-        return f"in {'this motion' if len(self._z) > 3 else samples} {others} explain the wrench as well"
+        count = self._motion.samples
+        samples = f"{count} sample{'s' * (count != 1)}"
+        return f"in {'this motion' if count > 3 else samples} {others} explain the wrench as well"
 
     def _rms_perpendicular(self, direction: Array) -> float:
         """Root-mean-square component of gravity's directions perpendicular to
         `direction`; with a bias, of their deviations from the mean."""
-        return self._rms(self._gravity - np.outer(self._gravity @ direction, direction))
+        along = np.outer(self._gravity @ direction, direction)
+        return _length(self._gravity - along)
 
-    def _mean(self, values: Array) -> Array:
-        return np.average(values, axis=0, weights=self._weights)
 
-    def _rms(self, values: Array) -> float:
-        """Root-mean-square length of vectors (K, 3)."""
-        return float(
-            np.sqrt(np.average((values * values).sum(axis=1), weights=self._weights))
-        )
+def _length(rows: Array) -> float:
+    """Root of the sum of squares."""
+    return float(np.sqrt(np.sum(rows**2)))
 
 
 def _align_to_axis(direction: Array) -> Array:

@@ -3,20 +3,18 @@ handed to the method."""
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import NotIdentifiableError
+from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import Measurements
 from hefting.estimators import Estimator
-from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
+from hefting.identification.seen import state_of, taken
 from hefting.identification.stopping import first_sufficient, with_stop_reason
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint import JointIngested, joint
+from hefting.ingest.joint import JointIngested, together, with_samples
 from hefting.ingest.several import Log, ingest_all
 
 
@@ -31,20 +29,15 @@ def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
     """The estimate, and the recording as far as it was used: no farther than an
     accuracy `asked` for takes."""
     if estimator.asked is None:
-        states: list[State] = [
-            estimator.update(estimator.start(), z)
-            for z in samples_taken(estimator, found)
-        ]
-        return estimator.estimate(reduce(estimator.merge, states)), found
+        states = [state_of(estimator, part) for part in found.recordings]
+        return estimator.estimate(estimator.merge_all(states)), found
+    if not found.has_samples:
+        raise InputError(
+            "an accuracy to stop at (`until`) needs the samples in order",
+            found.log,
+            "leave it out, or identify the recordings themselves",
+        )
     return _first_sufficient(estimator, found)
-
-
-def samples_taken(estimator: Estimator, found: Ingested) -> list[Measurements]:
-    """Each recording's measurements, with the weights that a method goes by."""
-    return [
-        part.weighted_by_count if estimator.depends_on_count else part.measurements
-        for part in found.recordings
-    ]
 
 
 def _first_sufficient(
@@ -54,8 +47,8 @@ def _first_sufficient(
     as far as they were used."""
     assert estimator.asked is not None
     before, estimate, parts = estimator.start(), None, []
-    taken = samples_taken(estimator, found)
-    for part, z in zip(found.recordings, taken, strict=True):
+    samples = [taken(estimator, part) for part in found.recordings]
+    for part, z in zip(found.recordings, samples, strict=True):
         is_last = part is found.recordings[-1]
         try:
             estimate, used = first_sufficient(estimator, z, part.static, before)
@@ -63,7 +56,7 @@ def _first_sufficient(
             if is_last:
                 raise
             used = len(z)
-        own = replace(part, measurements=part.measurements[:used])
+        own = replace(part, measurements=part.measurements[:used], kept=None)
         parts.append(replace(own, counts=part.counts[:used]))
         if estimate is not None and estimate.sufficient:
             break
@@ -74,12 +67,12 @@ def _first_sufficient(
     if found.static:
         used, whole, unit = (
             sum(len(p.counts) for p in parts),
-            sum(map(len, taken)),
+            sum(map(len, samples)),
             "poses",
         )
     else:
         used = sum(float(np.ptp(part.measurements.time)) for part in parts)
-        whole, unit = sum(float(np.ptp(z.time)) for z in taken), "s"
+        whole, unit = sum(float(np.ptp(z.time)) for z in samples), "s"
     estimate = with_stop_reason(estimate, estimator.asked, used, whole, unit)
     return estimate, _used(found, parts)
 
@@ -88,4 +81,5 @@ def _used(found: Ingested, parts: list[Ingested]) -> Ingested:
     """The recordings as far as they were used, with what was said of all."""
     if not isinstance(found, JointIngested):
         return parts[0]
-    return replace(joint(parts, found.names[: len(parts)]), warnings=found.warnings)
+    again = with_samples(together(parts, found.names[: len(parts)]))
+    return replace(again, warnings=found.warnings)

@@ -143,6 +143,17 @@ class Conditioned:
         """(10,) standard deviations of the parameters."""
         return np.sqrt(self.covariance.diagonal())
 
+    def without_samples(self) -> "Conditioned":
+        """The same without what is as long as the recording."""
+        return replace(
+            self,
+            rejected=self.rejected[:0],
+            path=None,
+            changes=None,
+            curves=None,
+            outliers=None,
+        )
+
     def corrected(self, recording: Recording, drift: bool = True) -> Recording:
         """The recording with its wrench synchronised with the motion, without drift and
         without the rejected samples.

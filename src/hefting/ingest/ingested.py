@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import Measurements, Noise
+from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
-from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
 from hefting.estimators.joint_state import State
-from hefting.estimators.sample_state import SampleState
-from hefting.ingest.averages import residual_size
 from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.condensed import Condensed
 from hefting.ingest.conditioned import Conditioned, WrenchSign
+from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.left_out import Span
 from hefting.ingest.rivals.consequence import Doubt
@@ -95,11 +94,68 @@ class Ingested:
     """What of the log was left out, with times since its first sample."""
     log_start: float = 0.0
     """[s] time of the first sample of the log, on the clock of the measurements"""
+    kept: Condensed | None = None
+    """What was found of the measurements before; they themselves may be gone then."""
 
     @property
     def notes(self) -> tuple[Message, ...]:
         """What reader, smoother and conditioning found and did."""
         return (*self.read_notes, *self.conditioned.findings)
+
+    @cached_property
+    def condensed(self) -> Condensed:
+        """What is needed of the measurements once they are understood."""
+        return self.kept or Condensed.of(self.measurements, self.counts)
+
+    def without_samples(self) -> "Ingested":
+        """The same without measurements and all that is as long as these; what shows
+        them has nothing to show then."""
+        return replace(
+            self,
+            measurements=self.measurements[:0],
+            counts=self.counts[:0],
+            motion=None,
+            conditioned=self.conditioned.without_samples(),
+            left_out=(),
+            kept=self.condensed,
+        )
+
+    def weighed(self, weight: float) -> "Ingested":
+        """The same with so many times the weight of each measurement."""
+        z = self.measurements
+        own = np.ones(len(z)) if z.weights is None else z.weights
+        z = replace(z, weights=weight * own)
+        return replace(self, measurements=z, kept=self.condensed.weighed(weight))
+
+    @property
+    def has_samples(self) -> bool:
+        """Whether the measurements are there."""
+        return len(self.measurements) == self.rows
+
+    @property
+    def rows(self) -> int:
+        """Number of measurements, also where they are gone."""
+        return self.condensed.rows
+
+    @property
+    def samples(self) -> float:
+        """Number of samples of the log that are averaged in these."""
+        return self.condensed.samples
+
+    @property
+    def motion_noise(self) -> MotionNoise | None:
+        """Errors of the accelerations, where known."""
+        return self.condensed.motion_noise
+
+    @property
+    def wrench_rms(self) -> Array:
+        """(2,) root mean square of one axis of force [N] and torque [N m]."""
+        return np.sqrt(self.condensed.wrench_square / (3.0 * max(self.rows, 1)))
+
+    @property
+    def excitation(self) -> Excitation:
+        """What the motion can tell of a body."""
+        return Excitation(self.condensed.state.full, self.condensed.directions)
 
     @property
     def weighted_by_count(self) -> Measurements:
@@ -134,7 +190,7 @@ class Ingested:
         if self.static:
             return None
         moving = [part for part in self.recordings if not part.static]
-        return sum(float(np.ptp(part.measurements.time)) for part in moving)
+        return sum(part.condensed.span for part in moving)
 
     @property
     def covariance_with_gravity(self) -> Array | None:
@@ -143,10 +199,10 @@ class Ingested:
         c = self.conditioned
         return None if c.tilt_std is None else c.covariance
 
-    @cached_property
+    @property
     def state(self) -> State:
-        """The full model's moments of the measurements."""
-        return SampleState.of(self.measurements)
+        """The full model's moments of the measurements, with a record of time."""
+        return self.condensed.state
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
         """Root mean square (2,) of the force [N] and torque [N m] residuals, of one
@@ -154,9 +210,8 @@ class Ingested:
 
         `vector` (10,) are the parameters, `bias` (6,) the bias [N, N m].
         """
-        z = self.measurements
-        r = z.wrench - predict_wrench(z, vector)
-        return residual_size(r if bias is None else r - bias, self.counts, self.within)
+        square = self.condensed.residual_square(vector, bias) + self.within.diagonal()
+        return np.sqrt(square.reshape(2, 3).mean(axis=1))
 
     @property
     def provenance(self) -> dict[str, Any]:

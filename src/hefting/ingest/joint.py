@@ -8,7 +8,7 @@ one of them tells and another does not: whether there is a bias, and the wrench'
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ import numpy as np
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import State, join
+from hefting.estimators.joint_state import State, as_one, join_all
 from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint_errors import common_errors, shares_of
@@ -59,10 +60,42 @@ class JointIngested(Ingested):
         """Of all, one after the other."""
         return _concatenated([part.weighted_by_count for part in self.parts])
 
+    @property
+    def has_samples(self) -> bool:
+        """Whether the measurements of all are there."""
+        return all(part.has_samples for part in self.parts)
+
+    @property
+    def rows(self) -> int:
+        """Number of measurements of all."""
+        return sum(part.rows for part in self.parts)
+
+    @property
+    def samples(self) -> float:
+        """Number of samples of all."""
+        return sum(part.samples for part in self.parts)
+
+    @property
+    def motion_noise(self) -> MotionNoise | None:
+        """Root mean square over recordings; None where one's is not known."""
+        return _mean_noise([part.motion_noise for part in self.parts])
+
+    @property
+    def wrench_rms(self) -> Array:
+        """As of one recording, over the measurements of all."""
+        squares = [part.condensed.wrench_square for part in self.parts]
+        return np.sqrt(np.sum(squares, axis=0) / (3.0 * max(self.rows, 1)))
+
+    @property
+    def excitation(self) -> Excitation:
+        """What the motions of all can tell of a body."""
+        each = [part.excitation for part in self.parts]
+        return Excitation.of_all(each, as_one(self.state).full)
+
     @cached_property
     def state(self) -> State:
-        """The full model's moments of each."""
-        return reduce(join, (part.state for part in self.parts))
+        """The full model's moments of each, with a record of time."""
+        return join_all([part.state for part in self.parts])
 
     @property
     def covariance_with_gravity(self) -> Array | None:
@@ -81,7 +114,7 @@ class JointIngested(Ingested):
         """As of one recording; `bias` is (n, 6), one for each."""
         own = [None] * len(self.parts) if bias is None else bias
         each = [p.residual(vector, b) for p, b in zip(self.parts, own, strict=True)]
-        counts = np.array([part.counts.sum() for part in self.parts])
+        counts = np.array([part.samples for part in self.parts])
         return np.sqrt(counts @ np.square(each) / counts.sum())
 
     @property
@@ -110,23 +143,43 @@ class JointIngested(Ingested):
             {key: part.provenance[key] for key in (*kept, "outliers", "stretches")}
             | {
                 "name": name,
-                "samples": round(float(part.counts.sum())),
-                "rows": len(part.measurements),
-                "duration": None
-                if part.static
-                else float(np.ptp(part.measurements.time)),
+                "samples": round(part.samples),
+                "rows": part.rows,
+                "duration": None if part.static else part.condensed.span,
             }
             for name, part in zip(self.names, self.parts, strict=True)
         ]
 
 
 def joint(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
-    """Recordings that were ingested, as one; one alone is itself."""
+    """Recordings that were ingested, as one, each weighed by its noise; one alone is
+    itself.
+
+    Where the samples of one are gone, those of all are.
+    """
     if len(parts) == 1:
         return parts[0]
-    parts = _weighed(parts)
-    state: State = reduce(join, (part.state for part in parts))
-    counts = np.array([float(part.counts.sum()) for part in parts])
+    return with_samples(together(_weighed(parts), names))
+
+
+def with_samples(found: Ingested) -> Ingested:
+    """Recordings as one, with the samples of all where all have theirs."""
+    if not (isinstance(found, JointIngested) and found.has_samples):
+        return found
+    return replace(
+        found,
+        measurements=_concatenated([part.measurements for part in found.parts]),
+        counts=np.concatenate([part.counts for part in found.parts]),
+    )
+
+
+def together(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
+    """Recordings as one, with the weights they have, and without their samples; one
+    alone is itself."""
+    if len(parts) == 1:
+        return parts[0]
+    state = join_all([part.state for part in parts])
+    counts = np.array([part.samples for part in parts])
     inflation = counts @ [part.fit.inflation for part in parts] / counts.sum()
     free_bias = parts[0].bias == "estimate"
     fit = free_fit(state, free_bias, inflation)
@@ -141,10 +194,10 @@ def joint(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
     return JointIngested(
         log=_all_named(names),
         static=all(part.static for part in parts),
-        measurements=_concatenated([part.measurements for part in parts]),
-        counts=np.concatenate([part.counts for part in parts]),
+        measurements=parts[0].measurements[:0],
+        counts=parts[0].counts[:0],
         motion=None,
-        source=max(parts, key=lambda part: len(part.measurements)).source,
+        source=max(parts, key=lambda part: part.rows).source,
         sign=_sign(parts),
         sign_found=parts[0].sign_found,
         bias=parts[0].bias,
@@ -172,7 +225,7 @@ def joint(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
 def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
     """The recordings with weights, one on average, by their noise where that is not
     the same."""
-    rows = np.array([float(len(part.measurements)) for part in parts])
+    rows = np.array([float(part.rows) for part in parts])
     own = np.array([(p.fit.noise.force, p.fit.noise.torque) for p in parts]) ** 2
     pooled = np.maximum(rows @ own / rows.sum(), 1e-300)
     ratio = np.maximum((own / pooled).mean(axis=1), 1.0 / LARGEST_WEIGHT)
@@ -180,13 +233,9 @@ def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
         return list(parts)
     weights = 1.0 / ratio
     weights *= rows.sum() / (rows @ weights)
-    weighed = []
-    for part, weight in zip(parts, weights, strict=True):
-        z = part.measurements
-        own_weights = np.ones(len(z)) if z.weights is None else z.weights
-        z = replace(z, weights=weight * own_weights)
-        weighed.append(replace(part, measurements=z))
-    return weighed
+    return [
+        part.weighed(float(weight)) for part, weight in zip(parts, weights, strict=True)
+    ]
 
 
 def _concatenated(each: Sequence[Measurements]) -> Measurements:
@@ -195,7 +244,6 @@ def _concatenated(each: Sequence[Measurements]) -> Measurements:
     def rows(name: str) -> Array:
         return np.concatenate([getattr(z, name) for z in each])
 
-    noises = [z.motion_noise for z in each]
     weights = [np.ones(len(z)) if z.weights is None else z.weights for z in each]
     times: list[Array] = []
     for z in each:
@@ -210,16 +258,17 @@ def _concatenated(each: Sequence[Measurements]) -> Measurements:
         rows("force"),
         rows("torque"),
         weights=np.concatenate(weights),
-        motion_noise=_mean_noise([n for n in noises if n is not None], len(each)),
+        motion_noise=_mean_noise([z.motion_noise for z in each]),
     )
 
 
-def _mean_noise(noises: Sequence[MotionNoise], n: int) -> MotionNoise | None:
-    """Root mean square over n recordings; None where one's is not known."""
-    if len(noises) < n:
+def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
+    """Root mean square over recordings; None where one's is not known."""
+    noises = [noise for noise in each if noise is not None]
+    if len(noises) < len(each):
         return None
     linear, angular = (
-        float(np.sqrt(np.mean([getattr(each, name) ** 2 for each in noises])))
+        float(np.sqrt(np.mean([getattr(noise, name) ** 2 for noise in noises])))
         for name in ("linear", "angular")
     )
     return MotionNoise(linear, angular, float(np.mean([n.memory for n in noises])))

@@ -173,11 +173,9 @@ def misfit_warnings(
     `residual` (2,) is the root-mean-square residual of force [N] and torque [N m].
     """
     free = np.array((found.noise.force, found.noise.torque))
-    signal = np.sqrt(
-        np.mean(found.measurements.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2))
-    )
     if not (
-        (residual > UNEXPLAINED_RESIDUAL_RATIO * free) & (residual > 0.01 * signal)
+        (residual > UNEXPLAINED_RESIDUAL_RATIO * free)
+        & (residual > 0.01 * found.wrench_rms)
     ).any():
         return []
     cause = "the shape or its pose does not fit"

@@ -41,7 +41,7 @@ def ingest_all(recordings: Log | Sequence[Log], **reading: Any) -> Ingested:
         return ingest(logs[0], bias=biases[0], **reading)
     own = [reading | {"bias": bias} for bias in biases]
     parts = [ingest(log, **how) for log, how in zip(logs, own, strict=True)]
-    for i, again in enumerate(_what_others_tell(parts)):
+    for i, again in enumerate(what_others_tell(parts)):
         if again:
             parts[i] = ingest(logs[i], **(own[i] | again))
     return joint(parts, names_of([part.log for part in parts]))
@@ -57,6 +57,20 @@ def names_of(logs: Sequence[str]) -> list[str]:
     return [
         n if names.count(n) == 1 else f"{n} ({i})" for i, n in enumerate(names, start=1)
     ]
+
+
+def what_others_tell(parts: Sequence[Ingested]) -> list[dict[str, Any]]:
+    """What to read of each recording as another tells it: a bias where one has a bias,
+    the sign where its own is uncertain."""
+    again: list[dict[str, Any]] = [{} for _ in parts]
+    biased = any(part.bias == "estimate" for part in parts)
+    sure = [part.sign.name for part in parts if part.sign.certain]
+    for part, how in zip(parts, again, strict=True):
+        if biased and part.bias == "none" and part.given_bias is None:
+            how["bias"] = "estimate"
+        if part.sign_found and not part.sign.certain and len(set(sure)) == 1:
+            how["wrench"] = sure[0]
+    return again
 
 
 def _check(logs: Sequence[Log]) -> None:
@@ -85,17 +99,3 @@ def _biases(bias: Any, n: int) -> list[Any]:
             fix="give `bias` once for all, or one for each",
         )
     return list(bias)
-
-
-def _what_others_tell(parts: Sequence[Ingested]) -> list[dict[str, Any]]:
-    """What to read of each recording as another tells it: a bias where one has a bias,
-    the sign where its own is uncertain."""
-    again: list[dict[str, Any]] = [{} for _ in parts]
-    biased = any(part.bias == "estimate" for part in parts)
-    sure = [part.sign.name for part in parts if part.sign.certain]
-    for part, how in zip(parts, again, strict=True):
-        if biased and part.bias == "none" and part.given_bias is None:
-            how["bias"] = "estimate"
-        if part.sign_found and not part.sign.certain and len(set(sure)) == 1:
-            how["wrench"] = sure[0]
-    return again

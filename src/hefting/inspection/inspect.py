@@ -98,7 +98,7 @@ def _inspection(
         )
         comparable = not fit.mass_is_open and found.source != "orientation"
         facts = wrench_facts(found, fit, comparable)
-        identifiable = identifiability(found.measurements, fit, TYPICAL_SIZE)
+        identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE)
         hint = _hint(gravity, found.conditioned)
         warnings = [
             line

@@ -1,0 +1,157 @@
+"""Parts: one object in many recordings, each condensed where its data lie.
+
+::
+
+    parts = [condense(log, shape) for log in logs]              # anywhere, in any order
+    again = what_others_tell(parts)                             # mostly {} of each
+    parts = [condense(log, shape, **how) if how else part ...]
+    found = identify_parts(parts, shape)                        # as identify(logs, shape)
+
+A part is a recording as it was understood, without its samples: some ten triangular
+factors of their sums. The estimate is that of all samples together, not a mean of
+estimates, with a bias, a clock, a drift and a weight of each recording. Parts may be
+pickled; between machines that trust one another, as any pickle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from hefting.core.errors import InputError
+from hefting.estimators import Estimator, default_method
+from hefting.estimators.sample_state import SampleState
+from hefting.identification.contradictions import with_contradictions
+from hefting.identification.identify import (
+    Identification,
+    estimator_of,
+    identify_understood,
+)
+from hefting.identification.own_estimator import shape_of
+from hefting.ingest.condensed import FULL
+from hefting.ingest.ingest import ingest
+from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint import joint
+from hefting.ingest.several import Log, names_of, what_others_tell
+from hefting.shapes import Shape
+
+__all__ = ["condense", "identify_parts", "what_others_tell"]
+
+
+def condense(
+    recording: Log,
+    shape: Shape | None = None,
+    *,
+    method: str | Estimator | None = None,
+    hyperparameters: Mapping[str, Any] | None = None,
+    **reading: Any,
+) -> Ingested:
+    """What joint identification needs of one recording, without its samples.
+
+    Parameters
+    ----------
+    recording : a recording or the path of a log.
+    shape, method, hyperparameters : as `identify_parts` will be given them; a shape
+        that is only to be known there may be left out where the method needs none.
+    reading : the other arguments of `hefting.identify`: ``gravity``, ``wrench``,
+        ``bias`` and so on.
+
+    Returns
+    -------
+    Ingested
+        Without samples; less than 200 kB however long the recording is.
+
+    Raises
+    ------
+    InputError
+        As `hefting.identify` does for the recording, the method and its
+        hyperparameters.
+    """
+    settings = dict(hyperparameters or {})
+    if isinstance(method, Estimator):
+        shape = shape_of(method, shape, settings)
+    chosen = default_method(shape is not None) if method is None else method
+    found = ingest(recording, **reading)
+    kept = found.condensed
+    states = dict(kept.states)
+    for estimator in _possible(chosen, found, shape, settings):
+        if estimator.asked is not None:
+            raise InputError(
+                "an accuracy to stop at (`until`) needs the samples in order",
+                found.log,
+                "leave it out, or identify the recordings themselves",
+            )
+        how = estimator.sampling
+        if how is None:
+            raise InputError(
+                f"{estimator.name} has an `update` of its own, and no `sampling`",
+                fix="declare what its `update` depends on",
+            )
+        if how not in states:
+            states[how] = _seen(estimator, found, kept.state)
+    return replace(found, kept=replace(kept, states=states)).without_samples()
+
+
+def identify_parts(
+    parts: Sequence[Ingested],
+    shape: Shape | None = None,
+    *,
+    names: Sequence[str] | None = None,
+    method: str | Estimator | None = None,
+    hyperparameters: Mapping[str, Any] | None = None,
+) -> Identification:
+    """Identify one object from its recordings, each of which was condensed.
+
+    Parameters
+    ----------
+    parts : of `condense`, with the same shape, method and hyperparameters.
+    shape, method : as for `hefting.identify`.
+    names : what to call each in messages; by default after the logs.
+    hyperparameters : of the method, by name.
+
+    Returns
+    -------
+    Identification
+        As `hefting.identify` gives for the recordings, with measurements (0,).
+
+    Raises
+    ------
+    InputError
+        As `hefting.identify`; for no parts, and for parts that were condensed for
+        another method.
+    NotIdentifiableError
+        Where all recordings together determine nothing.
+    """
+    if not parts:
+        raise InputError("no recording is given", fix="give at least one")
+    settings = dict(hyperparameters or {})
+    if isinstance(method, Estimator):
+        shape = shape_of(method, shape, settings)
+    called = names_of([part.log for part in parts]) if names is None else list(names)
+    found = with_contradictions(joint(parts, called))
+    return identify_understood(found, shape, method, settings)
+
+
+def _possible(
+    method: str | Estimator,
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> list[Estimator]:
+    """The estimators that may be made of the recordings together: whether most of
+    their motion was smoothed, which a model's c1 follows from, is known then."""
+    if isinstance(method, Estimator):
+        return [method]
+    sources = (found.source, "smooth", "columns")
+    return [
+        estimator_of(method, replace(found, source=source), shape, hyperparameters)
+        for source in dict.fromkeys(sources)
+    ]
+
+
+def _seen(estimator: Estimator, found: Ingested, full: SampleState) -> SampleState:
+    """What a method sees of a recording; its record of time is that of the full model,
+    which holds all samples whatever the method."""
+    seen = estimator.update(SampleState.empty(), found.measurements)
+    return replace(seen, record=full.record)
