@@ -43,9 +43,7 @@ def is_of_machine(error: BaseException) -> bool:
     )
 
 
-def attempted(
-    what: Callable[[], T], pause: Callable[[float], None] = time.sleep
-) -> T:
+def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep) -> T:
     """What a call returns; once more after each of `PAUSES` while it fails by a fault
     of the machine. Raises what the last attempt raised."""
     for seconds in PAUSES:

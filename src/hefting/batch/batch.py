@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from hefting.batch.group import rows_of_objects
 from hefting.batch.one import Unchanged, lost, row_of, start_row
 from hefting.batch.recordings import Recordings, Sources, recordings_of
 from hefting.batch.results import Results
+from hefting.batch.summary import COLUMNS, Summary, summary_of
 from hefting.jobs import Jobs, Lost
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ class Progress:
     """rows with an error, that stay or are new"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Batch:
     """What a batch made."""
 
@@ -46,6 +48,21 @@ class Batch:
         from pyarrow import parquet
 
         return parquet.read_table(self.folder, columns=list(names) or None)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """What all rows in the folder come to."""
+        return summary_of(Results(self.folder).tables(list(COLUMNS)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready values."""
+        return self.summary.to_dict() | {
+            "folder": str(self.folder),
+            "recordings": self.progress.total,
+            "kept": self.progress.kept,
+            "elapsed": self.seconds,
+            "unused_columns": list(self.unused),
+        }
 
 
 def batch(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "hefting.batch/1"
 """Name and version of the form, in the metadata of the files."""
-STAGES = ("reading", "motion", "conditioning", "solving")
+STAGES: tuple[str, ...] = ("reading", "motion", "conditioning", "solving")
 """Stages of an identification whose seconds are kept."""
 
 Row = dict[str, Any]

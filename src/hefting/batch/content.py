@@ -35,7 +35,9 @@ def hash_of(log: str, options: Mapping[str, Value]) -> str:
     """
     files = files_of(options)
     words = {name: value for name, value in options.items() if name not in files}
-    contents = {name: _digest_once(file, signature(file)) for name, file in files.items()}
+    contents = {
+        name: _digest_once(file, signature(file)) for name, file in files.items()
+    }
     told = json.dumps([source_version(), words, contents], sort_keys=True)
     return blake2b((told + _digest(log)).encode(), digest_size=16).hexdigest()
 

@@ -56,7 +56,9 @@ class Condensed:
     error: Row = field(default_factory=dict)
     """`error` and `error_text`, where it failed"""
     hash: str | None = None
-    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+    seconds: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(STAGES, 0.0)
+    )
 
 
 def rows_of_objects(
@@ -83,7 +85,10 @@ def rows_of_objects(
         condensed = _condensed(changed, workers)
         for number, row in workers.run(_row_of_object, condensed, window=1):
             group = changed[number]
-            yield len(group), _start(group) | lost(row) if isinstance(row, Lost) else row
+            yield (
+                len(group),
+                _start(group) | lost(row) if isinstance(row, Lost) else row,
+            )
 
 
 def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
@@ -219,7 +224,9 @@ def _row_of_object(parts: Sequence[Condensed]) -> Row:
 def _start(group: Sequence[Entry]) -> Row:
     """What the row of an object has whatever comes of it."""
     first = group[0]
-    return start_row(first) | ({"recording": None, "name": None} if first.object else {})
+    return start_row(first) | (
+        {"recording": None, "name": None} if first.object else {}
+    )
 
 
 def _identified(row: Row, usable: list[Condensed], failed: list[Condensed]) -> Row:

@@ -140,6 +140,7 @@ def shape_once(request: SimpleNamespace) -> Shape | None:
 
 @lru_cache(maxsize=SHAPES)
 def _shape(
-    said: tuple[tuple[str, object], ...], _as_they_are: tuple[tuple[str, Signature], ...]
+    said: tuple[tuple[str, object], ...],
+    _as_they_are: tuple[tuple[str, Signature], ...],
 ) -> Shape | None:
     return shape_of(SimpleNamespace(**dict(said)))

@@ -151,9 +151,9 @@ class Recordings:
 
         column = self._table[RECORDING].cast(pa.string())
         if "name" in self._table.column_names:
-            column = pc.coalesce(self._table["name"].cast(pa.string()), column)
-        counted = pc.value_counts(column.drop_null())
-        twice = counted.filter(pc.greater(counted.field("counts"), 1))
+            column = pc.coalesce(self._table["name"].cast(pa.string()), column)  # pyright: ignore[reportAttributeAccessIssue]
+        counted = pc.value_counts(column.drop_null())  # pyright: ignore[reportAttributeAccessIssue]
+        twice = counted.filter(pc.greater(counted.field("counts"), 1))  # pyright: ignore[reportAttributeAccessIssue]
         if len(twice):
             raise InputError(
                 "stands twice in the manifest",

@@ -181,7 +181,7 @@ def _identities(table: "pa.Table") -> "pa.ChunkedArray":
     object."""
     import pyarrow.compute as pc
 
-    return pc.coalesce(table["name"], table["recording"], table["object"])
+    return pc.coalesce(table["name"], table["recording"], table["object"])  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
@@ -217,15 +217,21 @@ def _in_order(files: list[Path]) -> "Iterator[pa.Table]":
     lengths = [len(each) for each in identities]
     index = pa.table(
         {
-            "identity": pa.chunked_array([c for each in identities for c in each.chunks]),
+            "identity": pa.chunked_array(
+                [c for each in identities for c in each.chunks]
+            ),
             "place": np.repeat(np.arange(len(lengths)), lengths),
             "row": np.concatenate([np.arange(n) for n in lengths]),
         }
     )
-    index = index.sort_by([(name, "ascending") for name in ("identity", "place", "row")])
+    index = index.sort_by(
+        [(name, "ascending") for name in ("identity", "place", "row")]
+    )
     identity = index["identity"].combine_chunks()
     is_last = np.ones(len(identity), dtype=bool)
-    is_last[:-1] = pc.not_equal(identity[1:], identity[:-1]).to_numpy(zero_copy_only=False)
+    is_last[:-1] = pc.not_equal(identity[1:], identity[:-1]).to_numpy(  # pyright: ignore[reportAttributeAccessIssue]
+        zero_copy_only=False
+    )
     index = index.select(["place", "row"]).filter(pa.array(is_last))
     where, rows = index["place"].to_numpy(), index["row"].to_numpy()
     for first in range(0, len(rows), GROUP):

@@ -21,7 +21,7 @@ class Stopwatch:
     """Time by stage; what comes before the first report is reading."""
 
     def __init__(self) -> None:
-        self._seconds = dict.fromkeys(STAGES, 0.0)
+        self._seconds: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._stage, self._since = "reading", perf_counter()
 
     def __call__(self, reported: str, share: float | None = None) -> None:

@@ -24,6 +24,7 @@ COMMANDS = {
     "inspect": "say what a log holds, its conventions, and what can be found from it.",
     "identify": "find mass, COM and inertia of the object in one or several recordings.",
     "compare": "tell whether estimates can be of the same object, by their intervals.",
+    "batch": "identify the objects in many recordings, into one table.",
     "map": "guess a column map from the names and numbers of a log, to be checked.",
     "methods": "list the methods, what each needs and what it guarantees.",
     "completion": "print what a shell needs to complete commands and options.",

@@ -105,16 +105,23 @@ def add_recording(
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of
     its kind. `count` is how many logs, as `argparse` names it; by default one."""
-    from hefting.logs.registry import all_options, formats, join_words, table_formats
+    from hefting.logs.registry import formats, join_words
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
-    tables = join_words([each.name for each in table_formats()], "or")
     parser.add_argument(
         "log",
         metavar=metavar,
         nargs=count,
         help=f"{what}: {known}; - reads standard input; see --map, --urdf",
     )
+    return add_log_options(parser)
+
+
+def add_log_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """What formats of logs need; returns the group, for more of its kind."""
+    from hefting.logs.registry import all_options, join_words, table_formats
+
+    tables = join_words([each.name for each in table_formats()], "or")
     group = parser.add_argument_group("reading the log")
     group.add_argument(
         "--map",

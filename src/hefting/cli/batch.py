@@ -1,0 +1,161 @@
+"""hefting batch: identify the objects in many recordings, into one table."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from hefting.cli import render
+from hefting.cli.identify import add_hyperparameters, add_reading
+from hefting.cli.options import add_json, add_log_options, add_mass
+from hefting.cli.pages import check_report
+from hefting.cli.shapes import add_shape, add_shape_details
+
+if TYPE_CHECKING:
+    from hefting.batch.batch import Progress
+
+EXAMPLES = (
+    "hefting batch manifest.csv --output results",
+    "hefting batch monday/ --shape mug.stl --output results --report monday.html",
+    "hefting batch 'day*/*.csv' --output results --resume",
+    "hefting batch manifest.csv --group-by object --output objects",
+    "hefting batch manifest.parquet --output results --scheduler tcp://10.0.0.5:8786",
+)
+STATUS_NONE = 1
+"""Exit status where no recording could be identified."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting batch``."""
+    from hefting.estimators import default_method
+
+    parser.add_argument(
+        "--output",
+        metavar="FOLDER",
+        required=True,
+        help="folder for the table (Parquet), and for nothing else",
+    )
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default one a core"
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on in a folder with results: rows of the same recording, options and "
+        "version stay",
+    )
+    parser.add_argument(
+        "--group-by",
+        metavar="COLUMN",
+        help="identify all recordings of an object together: the manifest's column "
+        "that names it, or folder",
+    )
+    parser.add_argument(
+        "--report",
+        metavar="FILE.html",
+        help="write one page: verdicts, residuals, failures, what is worth a look",
+    )
+    add_json(parser)
+    given = parser.add_argument_group("of recordings whose row does not say otherwise")
+    add_shape(given)
+    given.add_argument("--tool", metavar="FILE", help="subtract this gripper (JSON)")
+    given.add_argument(
+        "--method", metavar="NAME", help=f"default {default_method(True)}"
+    )
+    add_mass(given)
+    add_shape_details(given)
+    parser.add_argument(
+        "log",
+        metavar="RECORDINGS",
+        nargs="+",
+        help="a manifest (.csv, .parquet, .toml), a folder, a 'pattern*', or logs",
+    )
+    add_reading(add_log_options(parser))
+    add_hyperparameters(parser.add_argument_group("methods"))
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run what is not done yet, and print what came of it; returns the exit status."""
+    from hefting.batch.batch import batch
+    from hefting.cli.report.batch import batch_report
+    from hefting.cli.report.estimate import print_lines
+
+    a = arguments
+    check_report(a.report)
+    with _bar(a.json) as bar:
+        found = batch(
+            a.log[0] if len(a.log) == 1 else a.log,
+            a.output,
+            jobs=a.jobs,
+            scheduler=a.scheduler,
+            resume=a.resume,
+            group_by=a.group_by,
+            progress=bar,
+            **_given(a),
+        )
+    summary = found.summary
+    if a.report:
+        from hefting.core.files import write_atomically
+        from hefting.page.batch import batch_page
+
+        write_atomically(a.report, batch_page(found))
+    if a.json:
+        print(render(json.dumps(found.to_dict())))
+    else:
+        print_lines(batch_report(found, render, a.report))
+    return STATUS_NONE if summary.failed == summary.total else 0
+
+
+@contextmanager
+def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
+    """Recordings done, rate and time left, on standard error where that is a
+    terminal."""
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
+        yield lambda progress: None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+    from rich.progress import Progress as Display
+
+    columns = (
+        *(BarColumn(20), MofNCompleteColumn()),
+        TextColumn("{task.fields[rate]}, {task.fields[failed]:,} failed,"),
+        *(TimeRemainingColumn(compact=True), TextColumn("left")),
+    )
+    with Display(*columns, console=Console(stderr=True), transient=True) as display:
+        bar = display.add_task("", total=None, rate="", failed=0)
+
+        def show(progress: "Progress") -> None:
+            speed = display.tasks[0].speed
+            rate = "" if speed is None else f"{speed:.3g} a second"
+            display.update(
+                bar,
+                total=progress.total,
+                completed=progress.done,
+                rate=rate,
+                failed=progress.failed,
+            )
+
+        yield show
+
+
+def _given(a: argparse.Namespace) -> dict[str, Any]:
+    """Options that were given for all, by name."""
+    from hefting.request.request import DEFAULTS, option_kinds
+
+    values = {name: getattr(a, name, None) for name in option_kinds()}
+    return {
+        name: value
+        for name, value in values.items()
+        if value is not None and value != DEFAULTS.get(name)
+    }

@@ -1,0 +1,109 @@
+"""What came of a batch, as lines a person can read."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hefting.cli.report.estimate import Line
+
+if TYPE_CHECKING:
+    from hefting.batch.batch import Batch
+    from hefting.batch.summary import Summary
+
+MOST_REASONS = 8
+"""Reasons that are printed; the page has all."""
+MOST_OUTLIERS = 5
+LONG = 120.0
+"""[s] From here on times are told in minutes."""
+
+
+def batch_report(
+    found: "Batch", render: Callable[[str], str], page: str | None
+) -> Iterable[Line]:
+    """Counts, what failed and why, what is worth a look, and where the table is."""
+    summary = found.summary
+    yield Line(_counts(found), "bold")
+    for level, count in summary.verdicts.items():
+        if count:
+            yield Line(f"  {count:>7,}  {level}", whole=True)
+    if summary.failed:
+        yield Line(f"  {summary.failed:>7,}  failed", "yellow", whole=True)
+    yield from _failures(summary, render)
+    yield from _doubts(summary)
+    yield from _outliers(summary, render)
+    yield Line("")
+    yield Line(_times(summary))
+    if found.unused:
+        columns = ", ".join(found.unused)
+        yield Line(f"columns of the manifest that are no options: {columns}")
+    yield Line(f"wrote {found.folder}")
+    if page is not None:
+        yield Line(f"wrote {page}")
+
+
+def _counts(found: "Batch") -> str:
+    """Recordings, time, rate, and what was there already."""
+    progress = found.progress
+    new = progress.done - progress.kept
+    text = f"{progress.done:,} recordings in {_time(found.seconds)}"
+    if new:
+        text += f", {new / max(found.seconds, 1e-9):.3g} a second"
+    if progress.kept:
+        text += f"; {progress.kept:,} of them unchanged"
+    if found.summary.total != progress.done:
+        text += f"; {found.summary.total:,} rows in all"
+    return text
+
+
+def _failures(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line]:
+    if summary.reasons:
+        yield Line("")
+        yield Line("failed:", "yellow")
+    for reason in summary.reasons[:MOST_REASONS]:
+        example = Path(reason.examples[0]).name
+        more = f", as {example}" if reason.count > 1 else f": {example}"
+        yield Line(
+            f"  {reason.count:>5,}  {render(reason.text)} ({reason.error}{more})"
+        )
+    left = len(summary.reasons) - MOST_REASONS
+    if left > 0:
+        yield Line(f"         and {left} other reasons; the table has all")
+
+
+def _doubts(summary: "Summary") -> Iterable[Line]:
+    if summary.doubts:
+        texts = [f"{code} {count:,}" for code, count in summary.doubts.items()]
+        yield Line("")
+        yield Line(f"in doubt by: {', '.join(texts)}", "yellow")
+
+
+def _outliers(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line]:
+    if summary.outliers:
+        yield Line("")
+        yield Line("worth a look:")
+    for outlier in summary.outliers[:MOST_OUTLIERS]:
+        yield Line(f"  {outlier.name}: {render(outlier.why)}")
+    left = len(summary.outliers) - MOST_OUTLIERS
+    if left > 0:
+        yield Line(f"  and {left} more; --report shows them")
+
+
+def _times(summary: "Summary") -> str:
+    """How the time was divided, and the typical residual."""
+    total = sum(summary.seconds.values())
+    shares = [
+        f"{stage} {100.0 * spent / total:.0f} %"
+        for stage, spent in summary.seconds.items()
+        if total > 0.0
+    ]
+    text = f"time: {', '.join(shares)}" if shares else "no time was spent"
+    if len(summary.residuals):
+        force, torque = np.nanmedian(summary.residuals, axis=0)
+        text += f"; median residual {force:.2g} N, {torque:.2g} N m"
+    return text
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds < LONG else f"{seconds / 60.0:.1f} min"
