@@ -4,6 +4,7 @@ import logging
 import pickle
 import time
 from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 from typing import Any
@@ -120,10 +121,12 @@ class Cluster:
                 f"workers died {error.allowed_failures + 1} times; "
                 "have they memory enough?"
             )
-        except Exception as error:
-            if future.status != "error":
-                raise self._lost() from error
-            if isinstance(error, ImportError) and error.name in HERE:
+        except (CancelledError, OSError) as error:
+            if future.status == "error":
+                raise  # the function's own
+            raise self._lost() from error
+        except ImportError as error:
+            if error.name in HERE:
                 raise HeftingError(OTHER_VERSION) from error
             raise
 
