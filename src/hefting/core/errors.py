@@ -70,9 +70,13 @@ class MissingDependencyError(HeftingError):
     """
 
     def __init__(self, module: str, extra: str):
+        self.module, self.extra = module, extra
         super().__init__(
             f"{module} is not installed; run: pip install 'hefting[{extra}]'"
         )
+
+    def __reduce__(self):
+        return type(self), (self.module, self.extra)
 
 
 class NotIdentifiableError(InputError):

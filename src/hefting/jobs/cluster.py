@@ -1,6 +1,7 @@
 """Tasks on a Dask cluster."""
 
 import logging
+import pickle
 import time
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import CancelledError
@@ -21,6 +22,12 @@ SILENCE = "12s"
 RECOUNT = 5.0
 """After how long the workers are counted again, which come and go [s]."""
 
+HERE = ("hefting", "hefting.jobs", "hefting.jobs.cluster")
+OTHER_VERSION = (
+    "a worker of the cluster has another version of hefting, or none; "
+    "install the same on all"
+)
+
 
 class Cluster:
     """Workers of the Dask scheduler at `address`. One that dies is replaced by others.
@@ -39,7 +46,8 @@ class Cluster:
         self.counted: tuple[float, int] | None = None
         """When the threads of all workers were counted [s], and how many they were."""
         with ExitStack() as stack:
-            stack.enter_context(_silent("distributed.client"))
+            for name in ("distributed", "distributed.client"):
+                stack.enter_context(_silent(name))
             try:
                 with config.set({"distributed.comm.timeouts.tcp": SILENCE}):
                     self.client = Client(
@@ -64,19 +72,17 @@ class Cluster:
         """
         from distributed import as_completed
 
-        done = as_completed(
-            loop=self.client.loop, with_results=True, raise_errors=False
-        )
-        held: dict[str, Task] = {}
+        done = as_completed(loop=self.client.loop)
+        held: dict[Any, Task] = {}
         while True:
             for task in islice(tasks, max(0, window * self._threads() - len(held))):
                 future = self._submit(function, task)
-                held[future.key] = task
+                held[future] = task
                 done.add(future)
             if not held:
                 return
-            future, result = next(done)
-            yield held.pop(future.key), self._result(future.status, result)
+            for future, result in self._results(done.next_batch()):
+                yield held.pop(future), result
 
     def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
         """Result of a task while this run does no other; or `Died` when as many workers
@@ -89,28 +95,40 @@ class Cluster:
         self.stack.close()
 
     def _submit(self, function: Callable[[Any], Any], task: Task) -> Any:
+        from cloudpickle import dumps  # which Dask needs
+
+        message = dumps(_Call(function, task.argument, source_version()))
         try:
-            return self.client.submit(
-                _do, function, task.argument, source_version(), pure=False
-            )
+            return self.client.submit(pickle.loads, message, pure=False)
         except OSError as error:
             raise self._lost() from error
 
-    def _result(self, status: str, result: Any) -> Any:
-        """A result, or `Died`; what else came of a future is raised."""
+    def _results(self, futures: list[Any]) -> Iterator[tuple[Any, Any]]:
+        """Futures that are done, each with its result or `Died`."""
+        try:
+            results = self.client.gather(futures)  # in one go
+        except Exception:
+            results = map(self._result, futures)
+        return zip(futures, results, strict=True)
+
+    def _result(self, future: Any) -> Any:
         from distributed import KilledWorker
 
-        if status == "finished":
-            return result
-        if isinstance(result, CancelledError):
-            raise self._lost() from result
-        error = result[1]
-        if isinstance(error, KilledWorker):
+        try:
+            return future.result()
+        except KilledWorker as error:
             return Died(
                 f"workers died {error.allowed_failures + 1} times; "
                 "have they memory enough?"
             )
-        raise error
+        except (CancelledError, OSError) as error:
+            if future.status == "error":
+                raise  # the function's own
+            raise self._lost() from error
+        except ImportError as error:
+            if error.name in HERE:
+                raise HeftingError(OTHER_VERSION) from error
+            raise
 
     def _threads(self) -> int:
         """Threads of all workers, one at least: more workers come for what waits."""
@@ -128,13 +146,22 @@ class Cluster:
         )
 
 
+class _Call:
+    """A call that is made where it is unpickled. The scheduler, which only hands it on,
+    needs no hefting, and a worker without fails at the task and not at its message,
+    which would end it."""
+
+    def __init__(self, *arguments: Any) -> None:
+        self.arguments = arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return _do, self.arguments
+
+
 def _do(function: Callable[[Any], Any], argument: Any, source: str) -> Any:
     """Do a task, on a worker. Its result would pass for one of `source`."""
     if source != source_version():
-        raise HeftingError(
-            "a worker of the cluster has another version of hefting; "
-            "install the same on all"
-        )
+        raise HeftingError(OTHER_VERSION)
     return function(argument)
 
 

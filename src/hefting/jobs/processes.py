@@ -4,7 +4,7 @@ Which task a process was at when it died is known exactly: processes share no qu
 """
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -103,7 +103,8 @@ class Processes:
         return answer
 
     def _bury(self, worker: Worker) -> tuple[Task, Any] | None:
-        [how] = self._end([worker])
+        how = worker.cause_of_death()
+        self._end([worker])
         suspect = worker.held.popleft() if worker.ready else None
         self.again.extendleft(reversed(worker.held))
         if suspect is not None:
@@ -111,12 +112,12 @@ class Processes:
         self.stillborn += 1
         if self.stillborn == ATTEMPTS:
             raise HeftingError(
-                f"{self.stillborn} worker processes in succession {how} before they "
-                'began; a script needs if __name__ == "__main__":'
+                f"{ATTEMPTS} worker processes died before they began, the last {how}; "
+                'a script that uses them needs if __name__ == "__main__":'
             )
         return None
 
-    def _end(self, workers: Iterable[Worker]) -> list[str]:
-        """End some; how each ended."""
+    def _end(self, workers: list[Worker]) -> None:
         self.workers = [w for w in self.workers if w not in workers]
-        return [worker.end() for worker in workers]
+        for worker in workers:
+            worker.end()

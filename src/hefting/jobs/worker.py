@@ -22,6 +22,9 @@ from hefting.jobs.outcome import Task
 SPAWN = get_context("spawn")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
+LAST_BREATH = 5.0
+"""How long a process may take to end after it has closed its end of the stream [s]."""
+
 
 class Worker:
     """The process as the one that began it sees it."""
@@ -65,13 +68,17 @@ class Worker:
             raise result
         return task, result
 
-    def end(self) -> str:
-        """End it, whatever it is at; how it ended if it was dead before."""
+    def end(self) -> None:
+        """End it, whatever it is at."""
         self.connection.close()
         self.process.kill()
         self.process.join()
-        status = self.process.exitcode or 0
         self.process.close()
+
+    def cause_of_death(self) -> str:
+        """How it ended by itself, as what is said of a process."""
+        self.process.join(LAST_BREATH)
+        status = self.process.exitcode or 0
         if status < 0:
             return f"was killed by {signal.Signals(-status).name}"
         return f"ended with status {status}"
