@@ -29,7 +29,6 @@ from hefting.identification.identify import (
     identify_understood,
 )
 from hefting.identification.own_estimator import shape_of
-from hefting.ingest.condensed import FULL
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint
