@@ -23,8 +23,8 @@ FEW = 8
 """Number of recordings up to which each is compared with the rest; of more, those that
 a closed form takes for suspect."""
 MOST_SUSPECTS = 4
-"""Number of these. On sets of 9 to 20 simulated recordings with up to three of another
-object the worst was always the first or the second of them."""
+"""Number of these. Of 40 sets of 9 to 20 simulated recordings, up to three of them of
+an object 1 to 30 % lighter or heavier, the worst was the first suspect in all."""
 
 
 @dataclass(frozen=True)
