@@ -54,8 +54,9 @@ def opened(
     return table, lambda part: read(part, wrench_needed)
 
 
-def check_size(path: str | Path, largest: float = MAX_BYTES) -> None:
-    """`InputError` unless there is a file that is neither empty nor too large."""
+def check_size(path: str | Path, largest: float | None = None) -> None:
+    """`InputError` unless there is a file that is neither empty nor larger than
+    `largest` [bytes], by default `MAX_BYTES`."""
     if not Path(path).is_file():
         raise InputError(
             "is not a file" if Path(path).exists() else "does not exist", where=path
@@ -63,7 +64,7 @@ def check_size(path: str | Path, largest: float = MAX_BYTES) -> None:
     size = Path(path).stat().st_size
     if size == 0:
         raise InputError("the file is empty", where=path)
-    if size > largest:
+    if size > (MAX_BYTES if largest is None else largest):
         raise InputError(
             f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
             path,
