@@ -130,8 +130,8 @@ class PointEstimator(Estimator):
         covariance about it where it has none; as it is where the state keeps no record
         of time."""
         estimate = row.applied(estimate)
-        samples = self._samples(state)
-        if not self.intervals or samples is None:
+        samples = self._samples(state) if self.intervals else None
+        if samples is None:
             return estimate
         reading = MassReading.of(self.mass) if row.weight else None
         found, covariance = self._uncertainty(estimate.parameters, samples, reading)

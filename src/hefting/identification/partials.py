@@ -67,27 +67,27 @@ def condense(
         As `hefting.identify` does for the recording, the method and its
         hyperparameters.
     """
+    found = ingest(recording, **reading)
+    return part_of(found, shape, method, hyperparameters)
+
+
+def part_of(
+    found: Ingested,
+    shape: Shape | None = None,
+    method: str | Estimator | None = None,
+    hyperparameters: Mapping[str, Any] | None = None,
+) -> Ingested:
+    """As `condense`, of a recording that was understood."""
     settings = dict(hyperparameters or {})
     if isinstance(method, Estimator):
         shape = shape_of(method, shape, settings)
     chosen = default_method(shape is not None) if method is None else method
-    found = ingest(recording, **reading)
     kept = found.condensed
     states = dict(kept.states)
     for estimator in _possible(chosen, found, shape, settings):
-        if estimator.asked is not None:
-            raise InputError(
-                "an accuracy to stop at (`until`) needs the samples in order",
-                found.log,
-                "leave it out, or identify the recordings themselves",
-            )
+        _require_parts(estimator, found)
         how = estimator.sampling
-        if how is None:
-            raise InputError(
-                f"{estimator.name} has an `update` of its own, and no `sampling`",
-                fix="declare what its `update` depends on",
-            )
-        if how not in states:
+        if how is not None and how not in states:
             states[how] = _seen(estimator, found, kept.state)
     return replace(found, kept=replace(kept, states=states)).without_samples()
 
@@ -147,6 +147,21 @@ def _possible(
         estimator_of(method, replace(found, source=source), shape, hyperparameters)
         for source in dict.fromkeys(sources)
     ]
+
+
+def _require_parts(estimator: Estimator, found: Ingested) -> None:
+    """`InputError` for a method that needs the samples themselves."""
+    if estimator.asked is not None:
+        raise InputError(
+            "an accuracy to stop at (`until`) needs the samples in order",
+            found.log,
+            "leave it out, or identify the recordings themselves",
+        )
+    if estimator.sampling is None:
+        raise InputError(
+            f"{estimator.name} has an `update` of its own, and no `sampling`",
+            fix="declare what its `update` depends on",
+        )
 
 
 def _seen(estimator: Estimator, found: Ingested, full: SampleState) -> SampleState:

@@ -110,10 +110,11 @@ class Ingested:
     def without_samples(self) -> "Ingested":
         """The same without measurements and all that is as long as these; what shows
         them has nothing to show then."""
+        none = np.zeros(0, dtype=int)  # copies: a view would keep all samples
         return replace(
             self,
-            measurements=self.measurements[:0],
-            counts=self.counts[:0],
+            measurements=self.measurements[none],
+            counts=self.counts[none],
             motion=None,
             conditioned=self.conditioned.without_samples(),
             left_out=(),
