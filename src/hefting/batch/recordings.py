@@ -29,6 +29,8 @@ FOLDER = "folder"
 """What recordings may also be grouped by: the folder each is in."""
 NO_LOGS = frozenset({".txt"})
 """Endings of logs that are not looked for in folders: notes have them, too."""
+METADATA = "metadata.yaml"
+"""File by which the folder of a ROS 2 bag is told from one that holds bags."""
 PATTERN = frozenset("*?[")
 
 Sources = str | Path | Sequence[str | Path | Mapping[str, Any]]
@@ -209,8 +211,7 @@ def logs_at(path: Path) -> list[str]:
     """Paths of the logs that a path means: itself, those in a folder or below, or those
     that match a pattern; in order."""
     if path.is_dir():
-        found = find_format(path)
-        return [str(path)] if found is not None else sorted(_logs_below(path))
+        return [str(path)] if _is_log(path) else sorted(_logs_below(path))
     if not path.exists() and PATTERN & set(str(path)):
         return sorted(glob.glob(str(path), recursive=True))
     return [str(path)]
@@ -223,12 +224,18 @@ def _logs_below(folder: Path) -> Iterator[str]:
         for name in [each for each in folders if each.startswith(".")]:
             folders.remove(name)
         for name in list(folders):
-            if find_format(Path(where, name)) is not None:
+            if _is_log(Path(where, name)):
                 folders.remove(name)
                 yield os.path.join(where, name)
         for name in files:
             if not name.startswith(".") and Path(name).suffix.lower() in endings:
                 yield os.path.join(where, name)
+
+
+def _is_log(folder: Path) -> bool:
+    """Whether a folder is one log: the files of a bag that says so, not several bags of
+    a file each."""
+    return (folder / METADATA).is_file() and find_format(folder) is not None
 
 
 def _require(table: "pa.Table") -> "pa.Table":

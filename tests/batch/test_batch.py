@@ -1,0 +1,286 @@
+"""Batches: every recording has its row, whole or broken, once, whatever happens."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import pandas as pd
+import polars as pl
+import pytest
+from recorded import recorded
+
+import hefting
+from hefting.batch import batch
+from hefting.batch.columns import columns, flat, table_of
+from hefting.batch.one import row_of
+from hefting.batch.recordings import Entry
+from hefting.batch.results import TABLE, Results
+from hefting.core.errors import HeftingError, InputError
+
+
+def assert_close(found, expected):
+    """Equal but for the rounding of another number of threads."""
+    size = np.abs(np.atleast_1d(expected)).max()
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-8 * size)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A batch of whole and broken recordings."""
+    folder = tmp_path_factory.mktemp("batch")
+    data = recorded(folder)
+    logs = [*data.whole, *data.broken]
+    return data, batch(logs, folder / "results", jobs=2, **data.shared)
+
+
+def test_every_whole_recording_is_identified_and_every_broken_one_named(done):
+    data, found = done
+    table = found.table().to_pandas().set_index("recording")
+    assert len(table) == len(data.whole) + len(data.broken)
+    for log in data.whole:
+        assert table.loc[str(log), "verdict"] == "good"
+    reasons = table.loc[[str(log) for log in data.broken]]
+    assert (reasons["error"] == "InputError").all()
+    assert reasons["error_text"].str.len().min() > 10
+    assert not reasons["error_text"].str.contains("\n").any()
+    assert reasons["error_text"].nunique() == len(data.broken)
+
+
+def test_a_row_holds_what_identify_gives(done):
+    data, found = done
+    log = data.whole[2]
+    row = next(r for r in found.table().to_pylist() if r["recording"] == str(log))
+    alone = hefting.identify(
+        log, data.shared["shape"], object_pose=data.shared["object_pose"]
+    )
+    told = alone.estimate.to_dict()
+    for key in ("mass", "center_of_mass", "inertia_at_com", "covariance", "vector"):
+        assert_close(row[key], flat(told[key]))
+    for key, ends in told["intervals"].items():
+        assert_close(row["intervals"][key], flat(ends))
+    assert row["warnings"] == told["warnings"]
+    assert (
+        row["consistency"]["margins"]["mass"] == told["consistency"]["margins"]["mass"]
+    )
+    left_out = {"consistency", "intervals", "provenance", "messages"}
+    assert set(told) - left_out <= set(row)
+    assert set(row["seconds"]) == {"reading", "motion", "conditioning", "solving"}
+    assert min(row["seconds"].values()) > 0.0
+
+
+def test_pandas_polars_and_duckdb_read_it(done):
+    _, found = done
+    whole = found.table().num_rows
+    assert len(pd.read_parquet(found.folder)) == whole
+    assert len(pl.read_parquet(f"{found.folder}/*.parquet")) == whole
+    query = f"select count(*), avg(mass) from '{found.folder}/*.parquet' where error is null"
+    count, mean = duckdb.sql(query).fetchall()[0]
+    table = found.table("mass", "error").to_pandas()
+    assert count == table["error"].isna().sum()
+    assert mean == pytest.approx(table["mass"].mean(), rel=1e-12)
+
+
+def test_a_batch_again_goes_on_only_where_that_is_said(done):
+    data, found = done
+    with pytest.raises(InputError, match="has results already; say --resume"):
+        batch(data.whole, found.folder, **data.shared)
+
+
+def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path):
+    data = recorded(tmp_path)
+    logs = [*data.whole[:3], data.broken[0]]
+    first = batch(logs, tmp_path / "r", jobs=1, **data.shared)
+    stamp = (tmp_path / "r" / TABLE).stat().st_mtime_ns
+    again = batch(logs, tmp_path / "r", jobs=1, resume=True, **data.shared)
+    assert again.progress.kept == len(logs)
+    assert (tmp_path / "r" / TABLE).stat().st_mtime_ns == stamp
+    assert again.table().equals(first.table())
+    data.whole[0].write_bytes(data.whole[4].read_bytes())  # another content
+    data.broken[0].write_bytes(data.whole[5].read_bytes())  # mended
+    third = batch(logs, tmp_path / "r", jobs=1, resume=True, **data.shared)
+    assert third.progress.kept == 2
+    assert third.progress.failed == 0
+    assert third.table().num_rows == len(logs)
+    options = {**data.shared, "start": 2.0}
+    other = batch(logs, tmp_path / "r", jobs=1, resume=True, **options)
+    assert other.progress.kept == 0
+    assert other.table().num_rows == len(logs)
+
+
+def test_a_content_moved_elsewhere_is_the_same(tmp_path):
+    data = recorded(tmp_path)
+    options = dict(data.shared)
+    (kept,) = (
+        row_of((Entry(str(log), options=options), None)) for log in data.whole[:1]
+    )
+    elsewhere = tmp_path / "mesh.ply"
+    Path(options["shape"]).rename(elsewhere)
+    moved = data.whole[0].rename(tmp_path / "moved.csv")
+    entry = Entry(str(moved), options={**options, "shape": str(elsewhere)})
+    assert row_of((entry, None))["hash"] == kept["hash"]
+
+
+def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
+    tmp_path, monkeypatch
+):
+    from hefting.batch import attempt, one
+
+    data = recorded(tmp_path)
+    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    calls = []
+
+    def fails(error, times):
+        def identify(request, log, shape):
+            calls.append(log)
+            if len(calls) <= times:
+                raise error
+            return real(request, log, shape)
+
+        return identify
+
+    real = one.identify_requested
+    entry = Entry(str(data.whole[0]))
+    for error, times, attempts, name in (
+        (OSError(5, "Input/output error"), 2, 3, None),
+        (OSError(5, "Input/output error"), 9, 3, "OSError"),
+        (MemoryError(), 9, 3, "MemoryError"),
+        (InputError("no good"), 9, 1, "InputError"),
+        (ValueError("a mistake of ours"), 9, 1, "ValueError"),
+    ):
+        calls.clear()
+        monkeypatch.setattr(one, "identify_requested", fails(error, times))
+        row = row_of((entry, None))
+        assert (len(calls), row["error"]) == (attempts, name)
+        is_of_input = name in ("InputError", "ValueError", None)
+        assert (row["hash"] is not None) == is_of_input, "or it is not tried again"
+    assert "unexpected, please report it: a mistake of ours" in row["error_text"]
+
+
+def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypatch):
+    from hefting.batch import attempt, one
+
+    data = recorded(tmp_path)
+    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    real = one.identify_requested
+
+    def grows(request, log, shape):
+        found = real(request, log, shape)
+        with open(log, "a") as stream:
+            stream.write("\n")
+        return found
+
+    monkeypatch.setattr(one, "identify_requested", grows)
+    row = row_of((Entry(str(data.whole[0])), None))
+    assert row["error"] == "ChangedError"
+    assert "was written while it was read" in row["error_text"]
+    assert row["hash"] is None
+
+
+def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path):
+    data = recorded(tmp_path)
+    with (
+        Results.opened(tmp_path / "r", False),
+        pytest.raises(InputError, match=rf"process {os.getpid()} .* is writing there"),
+    ):
+        batch(data.whole, tmp_path / "r", jobs=1)
+    assert batch(data.whole[:1], tmp_path / "r", jobs=1).progress.done == 1
+
+
+def test_half_files_of_a_run_that_was_killed_are_gone(tmp_path):
+    folder = tmp_path / "r"
+    folder.mkdir()
+    (folder / ".part-000001.parquet.x1").write_bytes(b"PAR1")
+    with Results.opened(folder, False):
+        assert [each.name for each in folder.iterdir()] == [".lock"]
+
+
+def test_rows_written_last_count(tmp_path):
+    def rows(mass, *names):
+        return [{"recording": name, "mass": mass} for name in names]
+
+    with Results.opened(tmp_path, False) as results:
+        for row in rows(1.0, "c", "a", "b"):
+            results.add(row)
+        results.write()
+        for row in rows(2.0, "d", "b"):
+            results.add(row)
+        results.gather()
+        for row in rows(3.0, "a"):
+            results.add(row)
+        results.gather()
+        (table,) = results.tables(["recording", "mass"])
+    found = dict(zip(*(column.to_pylist() for column in table), strict=True))
+    assert found == {"a": 3.0, "b": 2.0, "c": 1.0, "d": 2.0}
+    assert list(found) == sorted(found)
+    assert [each.name for each in tmp_path.iterdir()] == [TABLE]
+
+
+FULL = """
+import resource, signal, sys
+from hefting.batch import batch
+from hefting.core.errors import InputError
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+if __name__ == "__main__":
+    try:
+        batch(sys.argv[1], sys.argv[2], jobs=1)
+    except InputError as error:
+        print(error)
+"""
+
+
+def test_a_full_disk_loses_nothing_and_is_said(tmp_path):
+    """A limit of the size of files stands for the disk: writing fails half way."""
+    data = recorded(tmp_path)
+    script = tmp_path / "full.py"
+    script.write_text(FULL)
+    for log in data.broken:
+        log.unlink(missing_ok=True)
+    command = [sys.executable, script, data.folder, tmp_path / "r", "8000"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (
+        "cannot be written (File too large); what was written before is kept"
+        in told.stdout
+    )
+    assert [each.name for each in (tmp_path / "r").iterdir()] in ([], [".lock"])
+    found = batch(data.folder, tmp_path / "r", jobs=1, resume=True)
+    assert found.progress.done == len(data.whole)
+
+
+def test_a_batch_that_is_killed_and_resumed_gives_the_same_table(tmp_path):
+    data = recorded(tmp_path)
+    whole = batch(data.folder, tmp_path / "whole", jobs=2, **data.shared)
+    options = [f"--{k.replace('_', '-')}={v}" for k, v in data.shared.items()]
+    command = [sys.executable, "-m", "hefting", "batch", data.folder, "--jobs", "2"]
+    command += ["--output", tmp_path / "killed", "--resume", "--json", *options]
+    for pause in (1.2, 1.8):
+        run = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, start_new_session=True
+        )
+        time.sleep(pause)
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+    subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+    killed = Results(tmp_path / "killed").tables()
+    (rows,) = (table.drop(["seconds"]) for table in killed)
+    assert rows.equals(whole.table().drop(["seconds"]))
+
+
+def test_the_columns_are_those_of_the_schema():
+    assert table_of([{"recording": "a"}]).schema == columns()
+
+
+def test_arguments_that_cannot_be_used(tmp_path):
+    data = recorded(tmp_path)
+    with pytest.raises(InputError, match="did you mean 'shape'"):
+        batch(data.whole, tmp_path / "r", shap="mug.stl")
+    with pytest.raises(HeftingError, match="at least one process"):
+        batch(data.whole, tmp_path / "r", jobs=0)
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="cannot be made"):
+        batch(data.whole, tmp_path / "file")

@@ -1,0 +1,154 @@
+"""Recordings of a batch: manifests of every form, folders, patterns, lists."""
+
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from hefting.batch.recordings import recordings_of
+from hefting.core.errors import InputError
+
+TEXT = "recording,shape,object_pose,mass,hull,start\n"
+CSV = TEXT + 'a.csv,mug.stl,"0,0,0.1,0,0,0,1",0.5kg,true,2\nb.csv,,,,,\n'
+TOML = """
+shape = "mug.stl"
+start = 1
+[[recordings]]
+recording = "a.csv"
+object_pose = [0, 0, 0.1, 0, 0, 0, 1]
+[[recordings]]
+recording = "sub/b.csv"
+start = 3.5
+"""
+
+
+def written(folder, name, text):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_a_csv_manifest_says_what_each_row_says(tmp_path):
+    found = recordings_of(written(tmp_path, "m.csv", CSV))
+    first, second = found
+    assert first.recording == str(tmp_path / "a.csv")
+    assert first.options == {
+        "shape": str(tmp_path / "mug.stl"),
+        "object_pose": "0,0,0.1,0,0,0,1",
+        "mass": "0.5kg",
+        "hull": True,
+        "start": 2.0,
+    }
+    assert second.recording == str(tmp_path / "b.csv")
+    assert second.options == {}
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_separators_are_found(tmp_path, separator):
+    text = f"recording{separator}method\na.csv{separator}OLS\n"
+    (entry,) = recordings_of(written(tmp_path, "m.csv", text))
+    assert entry.options == {"method": "OLS"}
+
+
+def test_a_parquet_manifest_keeps_its_types(tmp_path):
+    columns = {
+        "recording": ["a.csv", "b.csv"],
+        "pose": [[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0], None],
+        "start": [1.5, None],
+        "hull": [False, None],
+        "points": [40, None],
+    }
+    parquet.write_table(pa.table(columns), tmp_path / "m.parquet")
+    first, second = recordings_of(tmp_path / "m.parquet")
+    assert first.options == {
+        "object_pose": "0.0,0.0,0.1,0.0,0.0,0.0,1.0",
+        "start": 1.5,
+        "hull": False,
+        "points": 40,
+    }
+    assert second.options == {}
+
+
+def test_a_toml_manifest_has_options_for_all(tmp_path):
+    first, second = recordings_of(written(tmp_path, "m.toml", TOML))
+    shape = str(tmp_path / "mug.stl")
+    pose = "0,0,0.1,0,0,0,1"
+    assert first.options == {"shape": shape, "start": 1.0, "object_pose": pose}
+    assert second.options == {"shape": shape, "start": 3.5}
+    assert second.recording == str(tmp_path / "sub/b.csv")
+
+
+def test_a_row_goes_before_the_call_and_the_call_before_the_file(tmp_path):
+    path = written(tmp_path, "m.toml", TOML)
+    first, second = recordings_of(path, {"start": 2.0})
+    assert first.options["start"] == 2.0
+    assert second.options["start"] == 3.5
+
+
+def test_a_wrong_value_is_the_problem_of_its_row_alone(tmp_path):
+    text = "recording,start\na.csv,soon\nb.csv,1\n"
+    first, second = recordings_of(written(tmp_path, "m.csv", text))
+    assert first.problem == "start: 'soon' is not a number"
+    assert second.problem is None
+    assert second.options == {"start": 1.0}
+
+
+def test_columns_that_are_no_options_are_named(tmp_path):
+    text = "recording,operator,object,strat\na.csv,Ann,mug,1\n"
+    found = recordings_of(written(tmp_path, "m.csv", text))
+    assert found.unused == ["operator", "strat"]
+    assert found[0].object == "mug"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "what"),
+    [
+        ("m.toml", "shape = 'a.stl'", "has no list `recordings`"),
+        ("m.toml", "recordings = [{shape = 'a'}]", "[[recordings]] 1 has no path"),
+        ("m.toml", "strat = 1\n[[recordings]]\nrecording='a'", "did you mean 'start'?"),
+        ("m.csv", "recording\na.csv\na.csv\n", "stands twice in the manifest"),
+    ],
+)
+def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
+    with pytest.raises(InputError) as refused:
+        recordings_of(written(tmp_path, name, text))
+    assert what in str(refused.value)
+
+
+def test_a_name_tells_recordings_of_one_path_apart(tmp_path):
+    text = "recording,name,method\na.csv,one,OLS\na.csv,two,Bayes\n"
+    found = recordings_of(written(tmp_path, "m.csv", text))
+    assert [entry.identity for entry in found] == ["one", "two"]
+
+
+def test_a_folder_holds_the_logs_below_it(tmp_path):
+    (tmp_path / "day1").mkdir()
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / "bag").mkdir()
+    names = ("b.csv", "day1/a.parquet", "day1/c.mcap", "notes.txt", "mug.stl")
+    for name in (*names, ".hidden/a.csv", ".a.csv", "bag/metadata.yaml", "bag/b.db3"):
+        (tmp_path / name).write_text("x")
+    found = [entry.recording for entry in recordings_of(tmp_path)]
+    expected = ("b.csv", "bag", "day1/a.parquet", "day1/c.mcap")
+    assert found == [str(tmp_path / name) for name in expected]
+
+
+def test_patterns_lists_and_dictionaries(tmp_path):
+    for name in ("a.csv", "b.csv", "c.txt"):
+        (tmp_path / name).write_text("x,y\n")
+    paths = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
+    assert [e.recording for e in recordings_of(str(tmp_path / "*.csv"))] == paths
+    assert [e.recording for e in recordings_of(paths)] == paths
+    rows = [{"recording": paths[0], "start": 1}, {"recording": paths[1]}]
+    first, second = recordings_of(rows)
+    assert (first.options, second.options) == ({"start": 1.0}, {})
+    with pytest.raises(InputError, match="there are no recordings"):
+        recordings_of(str(tmp_path / "*.mcap"))
+
+
+def test_objects_by_a_column_or_by_folder(tmp_path):
+    text = "recording,thing\nx/a.csv,mug\ny/b.csv,cup\nx/c.csv,mug\nx/d.csv,\n"
+    path = written(tmp_path, "m.csv", text)
+    assert recordings_of(path, group_by="thing").in_groups() == [[0, 2], [1], [3]]
+    assert recordings_of(path, group_by="folder").in_groups() == [[0, 2, 3], [1]]
+    with pytest.raises(InputError, match="did you mean 'thing'"):
+        recordings_of(path, group_by="thin")
