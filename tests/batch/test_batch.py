@@ -143,7 +143,7 @@ def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
 
         return identify
 
-    real = one.identify_requested
+    real = one.estimate_of
     entry = Entry(str(data.whole[0]))
     for error, times, attempts, name in (
         (OSError(5, "Input/output error"), 2, 3, None),
@@ -153,7 +153,7 @@ def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
         (ValueError("a mistake of ours"), 9, 1, "ValueError"),
     ):
         calls.clear()
-        monkeypatch.setattr(one, "identify_requested", fails(error, times))
+        monkeypatch.setattr(one, "estimate_of", fails(error, times))
         row = row_of((entry, None))
         assert (len(calls), row["error"]) == (attempts, name)
         is_of_input = name in ("InputError", "ValueError", None)
@@ -166,7 +166,7 @@ def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypa
 
     data = recorded(tmp_path)
     monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
-    real = one.identify_requested
+    real = one.estimate_of
 
     def grows(request, log, shape):
         found = real(request, log, shape)
@@ -174,7 +174,7 @@ def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypa
             stream.write("\n")
         return found
 
-    monkeypatch.setattr(one, "identify_requested", grows)
+    monkeypatch.setattr(one, "estimate_of", grows)
     row = row_of((Entry(str(data.whole[0])), None))
     assert row["error"] == "ChangedError"
     assert "was written while it was read" in row["error_text"]

@@ -22,20 +22,15 @@ from hefting.batch.one import (
     shape_once,
     start_row,
 )
+from hefting.batch.parts import estimate_of_parts, parts_of
 from hefting.batch.recordings import Entry, Recordings
 from hefting.batch.stopwatch import stopwatch
 from hefting.core.errors import InputError
 from hefting.core.messages import warning
-from hefting.identification.partials import (
-    condense,
-    identify_parts,
-    what_others_tell,
-)
+from hefting.identification.partials import what_others_tell
 from hefting.ingest.ingested import Ingested
 from hefting.jobs import Jobs, Lost
-from hefting.request.recording import recording_of
-from hefting.request.request import reading_of_one, request_of
-from hefting.request.settings import hyperparameters_of
+from hefting.request.request import request_of
 
 WAVE = 200
 """Recordings that are condensed before their objects are identified: some 30 MB, unless
@@ -47,12 +42,19 @@ SHARED = (
 """Options that are said of an object, and so the same of all its recordings."""
 
 
+Told = Sequence[dict[str, Any]]
+"""What others tell of each part of a recording: arguments of `hefting.identify`."""
+Task = tuple[Entry, Told]
+"""A recording to condense."""
+
+
 @dataclass(frozen=True)
 class Condensed:
     """A recording of an object, condensed, or why it is left out."""
 
     entry: Entry
-    part: Ingested | None = None
+    parts: Sequence[Ingested] = ()
+    """One; of a recording that is read in windows, each of them."""
     error: Row = field(default_factory=dict)
     """`error` and `error_text`, where it failed"""
     hash: str | None = None
@@ -137,21 +139,19 @@ def _condensed(
     groups: Sequence[Sequence[Entry]], workers: Jobs
 ) -> list[list[Condensed]]:
     """The recordings of each object, those again of which others tell something."""
-    tasks = [(entry, {}) for group in groups for entry in group]
+    tasks: list[Task] = [(entry, []) for group in groups for entry in group]
     parts = _run(tasks, workers)
     again = [
         (each.entry, told)
         for group in groups
         for each, told in _told([parts[entry.identity] for entry in group])
-        if told
+        if any(told)
     ]
     parts |= _run(again, workers)
     return [[parts[entry.identity] for entry in group] for group in groups]
 
 
-def _run(
-    tasks: Sequence[tuple[Entry, dict[str, Any]]], workers: Jobs
-) -> dict[str, Condensed]:
+def _run(tasks: Sequence[Task], workers: Jobs) -> dict[str, Condensed]:
     found: dict[str, Condensed] = {}
     for number, result in workers.run(condensed, tasks):
         entry = tasks[number][0]
@@ -161,38 +161,30 @@ def _run(
     return found
 
 
-def _told(
-    parts: Sequence[Condensed],
-) -> Iterator[tuple[Condensed, dict[str, Any]]]:
-    """What to read again of each recording, as the others tell it."""
-    usable = [each for each in parts if each.part is not None]
-    told = what_others_tell([each.part for each in usable if each.part is not None])
-    yield from zip(usable, told, strict=True)
+def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:
+    """What to read again of the parts of each recording, as the others tell it."""
+    usable = [each for each in recordings if each.parts]
+    told = iter(what_others_tell([part for each in usable for part in each.parts]))
+    for each in usable:
+        yield each, [next(told) for _ in each.parts]
 
 
-def condensed(task: tuple[Entry, dict[str, Any]]) -> Condensed:
+def condensed(task: Task) -> Condensed:
     """A recording without its samples; raises nothing of an input."""
     entry, told = task
     with stopwatch() as watch, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            key, part = attempted(lambda: _condense(entry, told))
+            key, parts = attempted(lambda: _condense(entry, told))
         except Exception as error:
             return Condensed(entry, error=failure(error), seconds=watch.seconds)
-    return Condensed(entry, part, hash=key, seconds=watch.seconds)
+    return Condensed(entry, parts, hash=key, seconds=watch.seconds)
 
 
-def _condense(entry: Entry, told: dict[str, Any]) -> tuple[str, Ingested]:
-    def do() -> Ingested:
+def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
+    def do() -> list[Ingested]:
         request = request_of(entry.options)
-        recording = recording_of(request, entry.recording)
-        return condense(
-            recording,
-            shape_once(request),
-            method=request.method,
-            hyperparameters=hyperparameters_of(request),
-            **(reading_of_one(request, recording) | told),
-        )
+        return parts_of(request, entry.recording, shape_once(request), told)
 
     return read_unchanged(entry, do)
 
@@ -200,8 +192,8 @@ def _condense(entry: Entry, told: dict[str, Any]) -> tuple[str, Ingested]:
 def _row_of_object(parts: Sequence[Condensed]) -> Row:
     """The row of an object; raises nothing of an input."""
     group = [each.entry for each in parts]
-    usable = [each for each in parts if each.part is not None]
-    failed = [each for each in parts if each.part is None]
+    usable = [each for each in parts if each.parts]
+    failed = [each for each in parts if not each.parts]
     row = _start(group) | {
         "recordings": [each.entry.recording for each in usable],
         "left_out": [
@@ -245,12 +237,8 @@ def _identified(row: Row, usable: list[Condensed], failed: list[Condensed]) -> R
             what = f"recordings of one object say different {name}: {values[0]}, {values[1]}"
             raise InputError(what, usable[0].entry.object)
     request = request_of(own[0])
-    estimate = identify_parts(
-        [each.part for each in usable if each.part is not None],
-        shape_once(request),
-        method=request.method,
-        hyperparameters=hyperparameters_of(request),
-    ).estimate
+    parts = [part for each in usable for part in each.parts]
+    estimate = estimate_of_parts(request, parts, shape_once(request))
     told = tuple(
         warning("recording-left-out", f"left out: {each.error['error_text']}")
         for each in failed

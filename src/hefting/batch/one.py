@@ -12,6 +12,7 @@ from typing import TypeVar
 from hefting.batch.attempt import ChangedError, attempted, is_of_machine
 from hefting.batch.columns import Row, filled
 from hefting.batch.content import Signature, hash_of, signature
+from hefting.batch.parts import estimate_of
 from hefting.batch.recordings import Entry
 from hefting.batch.stopwatch import stopwatch
 from hefting.core.errors import HeftingError, InputError
@@ -19,7 +20,6 @@ from hefting.core.estimate import Estimate
 from hefting.jobs import Lost
 from hefting.request.request import (
     files_of,
-    identify_requested,
     request_of,
 )
 from hefting.request.shape import shape_of
@@ -105,9 +105,9 @@ def _estimate(entry: Entry, kept: str | None, row: Row) -> Estimate | None:
     if row["hash"] == kept:
         return None
     request = request_of(entry.options)
-    found = identify_requested(request, entry.recording, shape_once(request))
+    found = estimate_of(request, entry.recording, shape_once(request))
     require_unchanged(entry, before)
-    return found.estimate
+    return found
 
 
 def content_of(entry: Entry) -> str:

@@ -1,0 +1,82 @@
+"""A recording without its samples, for identification with others of its object; one too
+large for memory window by window."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+from hefting.core.estimate import Estimate
+from hefting.core.recording import Recording
+from hefting.identification.partials import (
+    condense,
+    identify_parts,
+    what_others_tell,
+)
+from hefting.ingest.ingested import Ingested
+from hefting.logs.windows import needs_windows, windows
+from hefting.request.recording import placed, recording_of
+from hefting.request.request import identify_requested, reading_of_one
+from hefting.request.settings import hyperparameters_of
+from hefting.shapes import Shape
+
+
+def is_in_windows(request: SimpleNamespace, log: str) -> bool:
+    """Whether a log is read window by window: it is large, and all of it is wanted."""
+    is_whole = not request.start and request.duration is None
+    has_tare = request.bias.startswith("tare:")
+    return is_whole and not has_tare and needs_windows(log)
+
+
+def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Estimate:
+    """The estimate of the object in a log, in windows where it is large. Errors as for
+    `hefting.identify`."""
+    if not is_in_windows(request, log):
+        return identify_requested(request, log, shape).estimate
+    parts = parts_of(request, log, shape)
+    told = what_others_tell(parts)
+    if any(told):
+        parts = parts_of(request, log, shape, told)
+    return estimate_of_parts(request, parts, shape)
+
+
+def parts_of(
+    request: SimpleNamespace,
+    log: str,
+    shape: Shape | None,
+    told: Sequence[Mapping[str, Any]] = (),
+) -> list[Ingested]:
+    """A recording, or each window of it, condensed; where others tell something of
+    them, that is `told` of each."""
+    parts: list[Ingested] = []
+    for k, recording in enumerate(_recordings(request, log)):
+        reading = reading_of_one(request, recording)
+        part = condense(
+            recording,
+            shape,
+            method=request.method,
+            hyperparameters=hyperparameters_of(request),
+            **(reading | dict(told[k] if k < len(told) else {})),
+        )
+        parts.append(part)
+    return parts
+
+
+def estimate_of_parts(
+    request: SimpleNamespace, parts: Sequence[Ingested], shape: Shape | None
+) -> Estimate:
+    """The estimate of the object of which all parts are."""
+    return identify_parts(
+        parts,
+        shape,
+        method=request.method,
+        hyperparameters=hyperparameters_of(request),
+    ).estimate
+
+
+def _recordings(request: SimpleNamespace, log: str) -> Iterator[Recording]:
+    """The recording, or its windows."""
+    if is_in_windows(request, log):
+        for window in windows(log, request.map):
+            yield placed(request, window, log)
+    else:
+        yield recording_of(request, log)

@@ -1,0 +1,118 @@
+"""One object in many recordings: as all identified together, whatever is left out."""
+
+import numpy as np
+import pytest
+from recorded import recorded
+
+import hefting
+from hefting.batch import batch
+from hefting.batch.columns import flat
+
+
+def written(folder, rows):
+    path = folder / "manifest.csv"
+    lines = [",".join(map(str, row)) for row in rows]
+    path.write_text("\n".join(("recording,object,mass", *lines)) + "\n")
+    return path
+
+
+def test_an_object_is_identified_from_all_its_recordings_together(tmp_path):
+    """Each has a bias and a clock of its own; 1e-9 is asked, and other sums of the same
+    samples round otherwise."""
+    data = recorded(tmp_path)
+    rows = [(log.name, "ab"[k % 2], "") for k, log in enumerate(data.whole)]
+    manifest = written(data.folder, rows)
+    found = batch(manifest, tmp_path / "r", jobs=2, group_by="object", **data.shared)
+    table = {row["object"]: row for row in found.table().to_pylist()}
+    assert sorted(table) == ["a", "b"]
+    for name, logs in (("a", data.whole[::2]), ("b", data.whole[1::2])):
+        pose = data.shared["object_pose"]
+        joint = hefting.identify(logs, data.shared["shape"], object_pose=pose).estimate
+        row = table[name]
+        assert row["recordings"] == [str(log) for log in logs]
+        for key, value in (
+            ("vector", joint.parameters.vector),
+            ("covariance", joint.covariance.ravel()),
+            ("bias", joint.bias.ravel()),
+        ):
+            size = np.abs(value).max()
+            np.testing.assert_allclose(row[key], value, rtol=0.0, atol=1e-9 * size)
+        assert row["verdict"] == joint.verdict.level
+        ends = flat(joint.to_dict()["intervals"])
+        for key in ends:
+            size = np.abs(ends[key]).max()
+            np.testing.assert_allclose(
+                row["intervals"][key], ends[key], rtol=0.0, atol=1e-9 * size
+            )
+
+
+def test_broken_recordings_are_left_out_and_named(tmp_path):
+    data = recorded(tmp_path)
+    logs = [*data.whole[:2], *data.broken[:3]]
+    rows = [(log.name, "mug", "") for log in logs]
+    rows += [(log.name, "cup", "") for log in data.broken[3:5]]
+    found = batch(
+        written(data.folder, rows), tmp_path / "r", group_by="object", **data.shared
+    )
+    table = {row["object"]: row for row in found.table().to_pylist()}
+    mug, cup = table["mug"], table["cup"]
+    assert mug["error"] is None
+    assert mug["recordings"] == [str(log) for log in data.whole[:2]]
+    left = {each["recording"]: each["error_text"] for each in mug["left_out"]}
+    assert set(left) == {str(log) for log in data.broken[:3]}
+    assert all(left.values())
+    assert sum(text.startswith("left out: ") for text in mug["warnings"]) == 3
+    assert mug["verdict"] == "good"
+    assert cup["error"] == "InputError"
+    assert cup["error_text"].startswith("none of 2 recordings can be used: ")
+
+
+def test_recordings_of_an_object_say_the_same_of_it(tmp_path):
+    data = recorded(tmp_path)
+    rows = [(log.name, "mug", f"0.{k}kg") for k, log in enumerate(data.whole, start=5)]
+    found = batch(
+        written(data.folder, rows), tmp_path / "r", group_by="object", **data.shared
+    )
+    (row,) = found.table().to_pylist()
+    assert "say different mass: 0.5kg, 0.6kg" in row["error_text"]
+
+
+def test_an_object_stays_until_one_of_its_recordings_changes(tmp_path):
+    data = recorded(tmp_path)
+    rows = [(log.name, "ab"[k // 3], "") for k, log in enumerate(data.whole)]
+    manifest = written(data.folder, rows)
+
+    def again():
+        return batch(
+            manifest, tmp_path / "r", resume=True, group_by="object", **data.shared
+        )
+
+    first = again()
+    assert again().progress.kept == 6
+    data.whole[0].write_bytes(data.whole[5].read_bytes())
+    second = again()
+    assert second.progress.kept == 3
+    assert second.table().num_rows == first.table().num_rows == 2
+
+
+@pytest.mark.parametrize("size", [0, 10**9])
+def test_a_large_recording_is_one_object_in_windows(tmp_path, monkeypatch, size):
+    """Each window has a bias; the mass lies in the interval of the whole."""
+    from hefting.batch.one import row_of
+    from hefting.batch.recordings import Entry
+    from hefting.logs import windows
+
+    monkeypatch.setattr(windows, "LARGEST_WHOLE", size)
+    monkeypatch.setattr(windows, "FEWEST_ROWS", 250)
+    monkeypatch.setattr(
+        windows.windows, "__kwdefaults__", {"seconds": 5.0, "rows": 500}
+    )
+    data = recorded(tmp_path)
+    row = row_of((Entry(str(data.whole[0]), options=data.shared), None))
+    assert row["error"] is None, row["error_text"]
+    whole = hefting.identify(
+        data.whole[0], data.shared["shape"], object_pose=data.shared["object_pose"]
+    )
+    assert (len(row["bias"]) > 6) == (size == 0)
+    low, high = whole.interval("mass")
+    assert low < row["mass"] < high
