@@ -3,6 +3,7 @@
 import itertools
 import logging
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -87,9 +88,9 @@ def test_an_error_comes_as_it_was_raised(jobs):
 
 
 def test_another_source_is_refused():
-    assert _do(abs, -1, source_version()) == 1
+    assert _do(pickle.dumps((abs, -1)), source_version()) == 1
     with pytest.raises(HeftingError, match="another version of hefting"):
-        _do(abs, -1, "another")
+        _do(b"of another version, not read", "another")
 
 
 def free_port() -> int:

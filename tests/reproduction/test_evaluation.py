@@ -16,6 +16,7 @@ import pytest
 from browser import CHROMIUM, needs_browser
 from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
+from hefting.jobs import Jobs, Lost
 from hefting.reproduction import EXPERIMENTS, reproduce
 from hefting.reproduction.experiment import Table, shown
 from hefting.reproduction.runner import run_experiments
@@ -272,6 +273,22 @@ def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
         )
     assert len(list((tmp_path / "results" / "noise").iterdir())) == 1
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_job_that_kills_its_worker_stops_no_other(tmp_path, monkeypatch):
+    class OneLost(Jobs):
+        def run(self, function, tasks, window=None):
+            yield 0, Lost("its worker was killed")
+            yield from ((k, {}) for k in range(1, len(tasks)))
+
+    monkeypatch.setattr("hefting.reproduction.runner.Jobs", OneLost)
+    experiment = EXPERIMENTS["noise"]
+    with pytest.raises(
+        HeftingError, match=r"^a job of noise is lost: its worker was k"
+    ):
+        run_experiments([experiment], tmp_path, quick=True)
+    kept = list((tmp_path / "results" / "noise").iterdir())
+    assert len(kept) == len(experiment.jobs(True)) - 1
 
 
 def test_threads_are_left_as_they_were(folder, monkeypatch):

@@ -75,7 +75,7 @@ class MissingDependencyError(HeftingError):
             f"{module} is not installed; run: pip install 'hefting[{extra}]'"
         )
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
         return type(self), (self.module, self.extra)
 
 

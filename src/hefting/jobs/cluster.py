@@ -8,6 +8,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 from typing import Any
+from uuid import uuid4
 
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.jobs.outcome import Died, Task
@@ -23,6 +24,8 @@ RECOUNT = 5.0
 """After how long the workers are counted again, which come and go [s]."""
 
 HERE = ("hefting", "hefting.jobs", "hefting.jobs.cluster")
+"""What a worker that has no hefting, or one before this module, cannot import."""
+
 OTHER_VERSION = (
     "a worker of the cluster has another version of hefting, or none; "
     "install the same on all"
@@ -50,7 +53,7 @@ class Cluster:
                 stack.enter_context(_silent(name))
             try:
                 with config.set({"distributed.comm.timeouts.tcp": SILENCE}):
-                    self.client = Client(
+                    self.client: Any = Client(
                         address, timeout=PATIENCE, set_as_default=False
                     )
             except (OSError, TimeoutError, ValueError) as error:
@@ -97,9 +100,11 @@ class Cluster:
     def _submit(self, function: Callable[[Any], Any], task: Task) -> Any:
         from cloudpickle import dumps  # which Dask needs
 
-        message = dumps(_Call(function, task.argument, source_version()))
+        call = _Call(dumps((function, task.argument)), source_version())
         try:
-            return self.client.submit(pickle.loads, message, pure=False)
+            # under a name of its own, which Dask's dashboard shows
+            name = f"hefting-{uuid4()}"
+            return self.client.submit(pickle.loads, dumps(call), key=name)
         except OSError as error:
             raise self._lost() from error
 
@@ -147,9 +152,9 @@ class Cluster:
 
 
 class _Call:
-    """A call that is made where it is unpickled. The scheduler, which only hands it on,
-    needs no hefting, and a worker without fails at the task and not at its message,
-    which would end it."""
+    """A call of `_do` that is made where it is unpickled. The scheduler only hands it
+    on and needs no hefting. A worker without hefting fails at the task: if it failed to
+    read the message that brings it, it would end."""
 
     def __init__(self, *arguments: Any) -> None:
         self.arguments = arguments
@@ -158,10 +163,12 @@ class _Call:
         return _do, self.arguments
 
 
-def _do(function: Callable[[Any], Any], argument: Any, source: str) -> Any:
-    """Do a task, on a worker. Its result would pass for one of `source`."""
+def _do(message: bytes, source: str) -> Any:
+    """Call a pickled function with its argument, on a worker. The result would pass for
+    one of `source`."""
     if source != source_version():
         raise HeftingError(OTHER_VERSION)
+    function, argument = pickle.loads(message)
     return function(argument)
 
 
