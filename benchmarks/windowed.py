@@ -79,7 +79,7 @@ def whole(path: Path) -> dict:
 
 
 def windowed(path: Path) -> dict:
-    """Condense the windows of a log, and identify the parts."""
+    """Condense the windows of a log, keep the parts in a file, and identify them."""
     from hefting.identification.partials import (
         condense,
         identify_parts,
@@ -88,18 +88,21 @@ def windowed(path: Path) -> dict:
     from hefting.logs.windows import windows
 
     start = time.perf_counter()
-    parts = [condense(window) for window in windows(path)]
+    sizes = []
+    with tempfile.TemporaryFile() as kept:
+        for window in windows(path):
+            sizes.append(kept.write(pickle.dumps(condense(window))))
+        condensed = time.perf_counter() - start
+        kept.seek(0)
+        parts = [pickle.load(kept) for _ in sizes]
     again = what_others_tell(parts)
     if any(again):
         parts = [
             condense(window, **how) if how else part
             for part, window, how in zip(parts, windows(path), again, strict=True)
         ]
-    condensed = time.perf_counter() - start
     found = identify_parts(parts).estimate
-    seconds = time.perf_counter() - start
-    size = max(len(pickle.dumps(part)) for part in parts)
-    told = _told(found, seconds, len(parts), size)
+    told = _told(found, time.perf_counter() - start, len(parts), max(sizes))
     return told | {"condensing": condensed}
 
 

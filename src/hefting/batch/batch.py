@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.batch.columns import Row
 from hefting.batch.group import rows_of_objects
+from hefting.batch.kept import Kept
 from hefting.batch.one import Unchanged, lost, row_of, start_row
 from hefting.batch.recordings import Recordings, Sources, recordings_of
 from hefting.batch.results import Results
@@ -147,7 +148,7 @@ def batch(
 
 
 def _rows(
-    entries: Recordings, kept: dict[str, str], workers: Jobs
+    entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | Unchanged]]:
     """One, and the row of each recording."""
     tasks = ((entry, kept.get(entry.identity)) for entry in entries)

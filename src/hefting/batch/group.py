@@ -14,6 +14,7 @@ from typing import Any
 from hefting.batch.attempt import attempted
 from hefting.batch.columns import STAGES, Row, filled
 from hefting.batch.content import hash_of
+from hefting.batch.kept import Kept
 from hefting.batch.one import (
     Unchanged,
     failure,
@@ -64,7 +65,7 @@ class Condensed:
 
 
 def rows_of_objects(
-    entries: Recordings, kept: dict[str, str], workers: Jobs
+    entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | Unchanged]]:
     """For each object how many recordings it has, and its row.
 

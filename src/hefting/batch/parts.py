@@ -32,10 +32,10 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
     `hefting.identify`."""
     if not is_in_windows(request, log):
         return identify_requested(request, log, shape).estimate
-    parts = parts_of(request, log, shape)
+    parts = list(parts_of(request, log, shape))
     told = what_others_tell(parts)
     if any(told):
-        parts = parts_of(request, log, shape, told)
+        parts = list(parts_of(request, log, shape, told))
     return estimate_of_parts(request, parts, shape)
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from hefting.batch.columns import SCHEMA, Row, columns, table_of
+from hefting.batch.kept import Kept
 from hefting.batch.lock import locked
 from hefting.core.errors import InputError
 from hefting.core.files import replacing
@@ -48,8 +49,8 @@ class Results:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self.kept: dict[str, str] = {}
-        """Hash of each row that is there, by what identifies it."""
+        self.kept = Kept()
+        """Of the rows that are there when it is opened."""
         self._rows: list[Row] = []
         self._since = time.monotonic()
         self._next = 1 + max(map(_number, self._parts()), default=0)
@@ -57,17 +58,8 @@ class Results:
 
     def read_kept(self) -> None:
         """Find what is there. `InputError` for files that are no results."""
-        for path in self._files():
-            with _opened(path) as file:
-                for group in range(file.num_row_groups):
-                    names = ["recording", "name", "object", "hash"]
-                    table = file.read_row_group(group, names)
-                    identities = _identities(table).to_pylist()
-                    hashes = table["hash"].to_pylist()
-                    self.kept |= {
-                        identity: known or ""
-                        for identity, known in zip(identities, hashes, strict=True)
-                    }
+        tables = self.tables(["recording", "name", "object", "hash"])
+        self.kept = Kept((_identities(table), table["hash"]) for table in tables)
 
     def add(self, row: Row) -> None:
         """Keep a row; it is written with others, soon."""

@@ -19,7 +19,6 @@ from hefting.core.messages import warning
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
 from hefting.estimators import (
     OLS,
     Estimator,
@@ -33,8 +32,8 @@ from hefting.identification.known import known_of
 from hefting.identification.own_estimator import require_its_bias, shape_of
 from hefting.identification.run import run, understand
 from hefting.identification.undetermined import undetermined_by
+from hefting.identification.widened import widened_covariance
 from hefting.ingest.conditioned import WrenchSign
-from hefting.ingest.free_fit import inflated
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import named_instead, require_object
 from hefting.ingest.several import Log
@@ -355,7 +354,7 @@ def with_diagnostics(
         estimate,
         samples=round(found.samples),
         duration=found.duration,
-        covariance=_covariance(estimate, estimator, found),
+        covariance=widened_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, shape),
         residual=rms,
         provenance=provenance,
@@ -373,30 +372,3 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
     if shape is None or estimate.hull_margin is not None:
         return estimate.hull_margin
     return shape.margin(estimate.parameters.center_of_mass)
-
-
-def _covariance(
-    estimate: Estimate, estimator: Estimator, found: Ingested
-) -> Array | None:
-    """The method's own covariance; one of white noise alone is widened for coloured
-    residuals, and by the errors of gravity's size and of the tool; with a scale's
-    reading it is that of the intervals.
-
-    With gravity found as well it is that of the fit which found it: gravity's error is
-    the larger part.
-    """
-    white = estimator.covariance_of_white_noise
-    weighed = "sensor_gain" in estimate.provenance
-    if estimate.covariance is None or not white or weighed:
-        return estimate.covariance
-    covariance = inflated(estimate.covariance, found.fit.inflation)
-    if found.covariance_with_gravity is not None:
-        covariance = found.covariance_with_gravity
-    tool, error = found.tool, found.gravity_error
-    if error is not None:
-        covariance = covariance + np.outer(error, error)
-    return (
-        covariance
-        if tool is None or tool.covariance is None
-        else covariance + tool.covariance
-    )
