@@ -114,15 +114,17 @@ def stages_of(task: Task) -> dict[str, float]:
 
 def measured(given: list[Task], repeats: int) -> list[dict[str, float]]:
     """Median processor time [ms] of each task by stage, after one turn that is not
-    counted."""
-    turns = [[stages_of(task) for task in given] for _ in range(repeats + 1)][1:]
-    return [
-        {
-            stage: 1e3 * float(np.median([turn.get(stage, 0.0) for turn in one]))
-            for stage in STAGES
-        }
-        for one in zip(*turns, strict=True)
-    ]
+    counted: with a shape that was used before, as one of many recordings."""
+    found = []
+    for task in given:
+        turns = [stages_of(task) for _ in range(repeats + 1)][1:]
+        found.append(
+            {
+                stage: 1e3 * float(np.median([turn.get(stage, 0.0) for turn in turns]))
+                for stage in STAGES
+            }
+        )
+    return found
 
 
 def show(given: list[Task], found: list[dict[str, float]]) -> None:
