@@ -178,7 +178,7 @@ class Curve:
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
-            neighbours = columns[:, index + np.arange(SUPPORT)[:, None]]
+            neighbours = columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
             rows = [basis(u, k) / self.knots.h**k for k in range(3)]
             for k in range(3):
                 np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
