@@ -55,14 +55,21 @@ class SmoothedPoses:
         )
         return motion_from_pieces(at, pieces)
 
-    def _at(self, at: Array, spread: bool) -> Motion:
-        q = self.orientation.evaluate(at, spread)
+    @property
+    def bandwidth(self) -> float:
+        """[rad/s] of the errors: the geometric mean of both curves'."""
         bandwidth = self.orientation.smoothness.bandwidth
         if self.position is None:
-            return motion_from_channels(at, None, q, bandwidth)
+            return bandwidth
+        return float(np.sqrt(self.position.smoothness.bandwidth * bandwidth))
+
+    def _at(self, at: Array, spread: bool) -> Motion:
+        q = self.orientation.evaluate(at, spread)
+        if self.position is None:
+            return motion_from_channels(at, None, q, self.bandwidth)
         p0, p1, p2, _, p2_std, p2_jump = self.position.evaluate(at, spread)
-        bandwidth = np.sqrt(self.position.smoothness.bandwidth * bandwidth)
-        return motion_from_channels(at, (p0, p1, p2, p2_std, p2_jump), q, bandwidth)
+        p = p0, p1, p2, p2_std, p2_jump
+        return motion_from_channels(at, p, q, self.bandwidth)
 
 
 def fit_poses(
