@@ -133,6 +133,7 @@ def gauss_newton(
     robust: bool = False,
     steps: int = 12,
     hold_offset: bool = False,
+    final: bool = True,
 ) -> Fit:
     """Fit the model by Gauss-Newton steps.
 
@@ -146,6 +147,8 @@ def gauss_newton(
     steps : largest number of steps.
     hold_offset : whether to keep the clock offset. It still counts as unknown in the
         final normal equations.
+    final : whether the motion of the solution is as accurate as an answer needs; a
+        comparison needs less.
     """
     hats = HatFunctions.over(problem.time, knots)
     phi, scale, bias = start.phi, start.scale, start.bias_at(problem.time)
@@ -180,7 +183,11 @@ def gauss_newton(
         last = done or step == steps - 1
         if offset_step or linear.layout.tilt is not None or last:
             model = Model.at(
-                problem, model.offset + offset_step, gravity, model.reading, final=last
+                problem,
+                model.offset + offset_step,
+                gravity,
+                model.reading,
+                final=last and final,
             )
         if done:
             break
