@@ -208,13 +208,13 @@ class Curve:
         `rows` holds the basis functions (6, L) and their first two derivatives.
         """
         variances = np.zeros((2, len(index)))
+        both = np.stack(rows[1:])
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
-                covariance = (1.0 if a == b else 2.0) * self.covariance[
-                    b - a, index + a
-                ]
-                for k in (1, 2):
-                    variances[k - 1] += covariance * rows[k][a] * rows[k][b]
+                covariance = self.covariance[b - a].take(index + a)
+                if a != b:
+                    covariance *= 2.0
+                variances += covariance * both[:, a] * both[:, b]
         if self.local is None and self.smoothness.order == max(ORDERS):
             for k in (1, 2):
                 variances[k - 1] *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (
