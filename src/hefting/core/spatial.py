@@ -152,6 +152,14 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
+def squared_lengths(wrenches: Array) -> Array:
+    """(..., 2) squared lengths of force and torque of wrenches (..., 6)."""
+    squares = np.square(wrenches)
+    lengths = squares[..., 0::3] + squares[..., 1::3]
+    lengths += squares[..., 2::3]
+    return lengths
+
+
 def rotation_by(vector: ArrayLike) -> Array:
     """Rotation matrix (3, 3) of a rotation vector (3,) [rad]."""
     v = np.asarray(vector, dtype=float)

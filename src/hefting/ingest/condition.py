@@ -11,7 +11,12 @@ from numpy.typing import ArrayLike
 from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+    squared_lengths,
+)
 from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes
@@ -365,5 +370,4 @@ def _mean_squared_residual(
         fitted_wrench = problem.wrench - fit.residual
         residual = samples.wrench[next_sample] - fitted_wrench
         count = np.where(outliers.rejected[next_sample], 0.0, count)
-    squared_length = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
-    return count @ squared_length / max(3.0 * count.sum(), 1e-300)
+    return count @ squared_lengths(residual) / max(3.0 * count.sum(), 1e-300)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
 from hefting.ingest.normal_equations import Solution, solve
@@ -270,7 +270,7 @@ def weight_blocks(
         phi, reading, problem.path.bandwidth, blocks.time, scale
     )
     weights = np.where(reading.known, trust * blocks.count / blocks.mean_count, 0.0)
-    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
+    square = squared_lengths(residual)
     if not robust:
         scale = np.sqrt(weights @ square / max(3.0 * weights.sum(), 1e-300))
         return Weighting(weights, np.maximum(scale, problem.floor), spread)

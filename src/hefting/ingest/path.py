@@ -207,7 +207,10 @@ def _reading_rows(
         rows[:, 0:3] = a
         rows[:, 3:6] = alpha
         rows[:, 6:12] = w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
-    known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
+    finite = np.isfinite(rows if a is not None else np.hstack((rows, alpha)))
+    if finite.all():  # faster than row by row
+        return rows, np.ones(len(rows), dtype=bool)
+    known = np.asarray(finite.all(axis=1))
     rows[~known] = 0.0
     return rows, known
 

@@ -137,7 +137,7 @@ class Knots:
         position u (K,) in the knot interval, and a mask (K,) of the times inside a
         segment.
         """
-        segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
+        segment = np.maximum(np.searchsorted(self.first, time, side="right") - 1, 0)
         x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
         covered = (time >= self.first[segment]) & (time <= self.last[segment])
@@ -145,7 +145,8 @@ class Knots:
 
     def roughness(self, coefficients: Array, m: int) -> float:
         """|D^m c|² of coefficients (n, d), summed over the segments."""
-        pieces = np.split(coefficients.T, self.offset[1:-1].tolist(), axis=1)
+        pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
+        pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
     def rows_of_differences(self, m: int) -> Integers:
