@@ -87,6 +87,13 @@ class Path:
         """Whether there is motion, relative to which the wrench may be delayed."""
         return self.kind != "static"
 
+    def known_at(self, time: Array) -> Mask:
+        """(K,) times [s] at which the motion is known, as in `Reading.known`."""
+        if self.curves is None:
+            return self.at(time, spread=False).known
+        inside = (time >= self.first) & (time <= self.last)
+        return inside & self.curves.alone.covers(time)
+
     def at(self, time: Array, rates: bool = False, spread: bool = True) -> Reading:
         """Motion at any times (K,) [s].
 

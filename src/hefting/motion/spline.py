@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, TIMES_EVALUATED_TOGETHER
 from hefting.motion.curve import Curve
 from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
@@ -54,6 +54,14 @@ class SmoothedPoses:
             for first in range(0, len(at), TIMES_EVALUATED_TOGETHER)
         )
         return motion_from_pieces(at, pieces)
+
+    def covers(self, time: Array) -> Mask:
+        """(L,) times [s] at which the motion is known: inside, and in no long gap."""
+        inside = (time >= self.first) & (time <= self.last)
+        curves = (self.orientation, self.position)
+        for curve in (curve for curve in curves if curve is not None):
+            inside &= curve.knots.locate(time)[2]
+        return inside
 
     @property
     def bandwidth(self) -> float:
