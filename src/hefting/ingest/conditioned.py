@@ -198,4 +198,6 @@ class Conditioned:
         if remove_drift:
             values = values - self.bias.change(wrench.time)
         kept = self.kept
-        return Stream((wrench.time - self.offset)[kept], values[kept], wrench.rows[kept])
+        return Stream(
+            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
+        )

@@ -235,9 +235,7 @@ def _pose_path(curves: Curves) -> Path:
         )
         return rows, np.where(known, lasting_variances(m), 0.0), known
 
-    return Path(
-        "smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves
-    )
+    return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
 
 
 def _orientation_path(curves: Curves) -> Path:
