@@ -195,7 +195,7 @@ def gauss_newton(
     weighting = weight_blocks(
         problem, model.reading, phi, residual, scale, robust=robust
     )
-    final = solve(model, phi, weighting.weights, weighting.scale, hats)
+    solution = solve(model, phi, weighting.weights, weighting.scale, hats)
     return Fit(
         phi,
         hats,
@@ -204,7 +204,7 @@ def gauss_newton(
         weighting.weights,
         weighting.spread,
         residual,
-        final,
+        solution,
         model,
     )
 
