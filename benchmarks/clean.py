@@ -47,7 +47,14 @@ class Verdict:
 
 
 def recording(number: int):
-    """The recording of a number, and its shape."""
+    """The recording of a number, and its shape where it has one."""
+    made, body, motion, level, mass = simulated(number, DURATION)
+    return made, body.shape if number % 2 else None, motion, level, mass
+
+
+def simulated(number: int, duration: float, wrench_delay: float = 0.0):
+    """The recording of a number, with the body it is of, the motion, the level of noise
+    and the mass; `duration` and `wrench_delay` in s."""
     from benchmarks.bodies import FILLINGS, random_body
     from hefting.core.inertia import InertialParameters
     from hefting.core.recording import Recording, Stream
@@ -67,16 +74,20 @@ def recording(number: int):
     thing = InertialParameters(body.parameters.vector * mass / body.parameters.mass)
     kind, _, speed = motion.partition(" ")
     joints = {
-        "sinusoids": lambda: sinusoids(DURATION, RATE, float(speed or 1.0)),
-        "random": lambda: random_smooth(DURATION, RATE, float(speed or 1.0), number),
-        "stop-and-go": lambda: stop_and_go(DURATION, RATE, seed=number),
-        "trapezoids": lambda: trapezoids(DURATION, RATE, seed=number),
-        "static": lambda: random_smooth(DURATION, RATE, 2.0, number),
-        "slow": lambda: sinusoids(DURATION, RATE, 1.0, speed_limit=0.25),
+        "sinusoids": lambda: sinusoids(duration, RATE, float(speed or 1.0)),
+        "random": lambda: random_smooth(duration, RATE, float(speed or 1.0), number),
+        "stop-and-go": lambda: stop_and_go(duration, RATE, seed=number),
+        "trapezoids": lambda: trapezoids(duration, RATE, seed=number),
+        "static": lambda: random_smooth(duration, RATE, 2.0, number),
+        "slow": lambda: sinusoids(duration, RATE, 1.0, speed_limit=0.25),
     }[kind]()
     wielding = wield_analytically(UR5, joints, thing, STANDARD_GRAVITY)
     bias = np.repeat((3.0, 0.15), 3) * rng.uniform(-1.0, 1.0, 6)
-    wrong = Faults(wrench_noise=WRENCH_NOISE[level], bias=tuple(bias))  # type: ignore[arg-type]
+    wrong = Faults(
+        wrench_noise=WRENCH_NOISE[level],
+        bias=tuple(bias),  # type: ignore[arg-type]
+        wrench_delay=wrench_delay,
+    )
     made = record(wielding, wrong, seed=number)
     if kind == "static":
         rows = np.linspace(0, len(wielding.measurements) - 1, POSES).astype(int)
@@ -93,7 +104,7 @@ def recording(number: int):
             "orientation": Stream(index, made["orientation"].values[rows]),
         }
         made = Recording(streams, static=True, source="simulation")
-    return made, body.shape if number % 2 else None, motion, level, mass
+    return made, body, motion, level, mass
 
 
 def verdict(number: int) -> Verdict:

@@ -20,6 +20,7 @@ from hefting.core.spatial import (
     rotation_matrices,
     rotation_vector,
     skew,
+    squared_lengths,
     tensor_to_vector,
     vector_to_tensor,
 )
@@ -40,6 +41,12 @@ def test_skew_is_the_cross_product(rng):
         np.einsum("...ij,...j->...i", skew(u), v), np.cross(u, v), atol=1e-15
     )
     np.testing.assert_array_equal(skew(u), -np.swapaxes(skew(u), -1, -2))
+
+
+def test_squared_lengths_are_of_force_and_torque(rng):
+    wrenches = rng.normal(size=(4, 7, 6))
+    lengths = np.linalg.norm(wrenches.reshape(4, 7, 2, 3), axis=3)
+    np.testing.assert_allclose(squared_lengths(wrenches), lengths**2, rtol=ROUNDING)
 
 
 def test_tensor_order(rng):

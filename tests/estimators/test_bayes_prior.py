@@ -11,7 +11,7 @@ from hefting.core.spatial import Array, vector_to_tensor
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.densities import MEMBERS, OFF_CENTRE_GROWTH
 from hefting.estimators.bayes.distortion import TYPICAL_POSE_STD, Distortions
-from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.shapes import Shape
 from hefting.shapes.doubt import ROUGH
 from hefting.simulation import UR5, hammer, random_smooth, wield
@@ -30,6 +30,26 @@ def second_moment(body: Array) -> Array:
     """(3, 3) of parameters (10,) about the origin."""
     J = vector_to_tensor(body[4:])
     return 0.5 * np.trace(J) * np.eye(3) - J
+
+
+def test_the_prior_of_a_shape_is_made_once_for_what_is_said_of_it():
+    shape, other = placed(), placed()
+    prior = prior_of(shape, EXACT, 0.0)
+    assert prior_of(shape, EXACT, 0.0) is prior
+    assert prior_of(other, EXACT, 0.0) is not prior
+    for pose_std, shape_std in ((None, 0.0), (EXACT, 0.1), (None, None)):
+        assert prior_of(shape, pose_std, shape_std) is not prior
+
+
+def test_another_recording_of_the_same_shape_has_the_same_answer_as_of_a_new_one():
+    shape, motion = placed(), UR5.motion(random_smooth(4.0, 100.0, 1.0, 3))
+    noise, first = NOISE_LEVELS["moderate"], hammer().parameters.moved(POSE)
+    second = InertialParameters(2.0 * first.vector)
+    samples = [wield(motion, body).with_noise(noise, 4) for body in (first, second)]
+    kept = [Bayes(shape).fit(z).parameters.vector for z in samples][1]
+    np.testing.assert_array_equal(
+        kept, Bayes(placed()).fit(samples[1]).parameters.vector
+    )
 
 
 # densities

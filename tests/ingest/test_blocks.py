@@ -9,6 +9,7 @@ from scipy.ndimage import median_filter
 
 from hefting.core.measurements import Noise
 from hefting.identification import identify
+from hefting.ingest.averages import measured_blocks
 from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
 from hefting.ingest.condition import condition
 from hefting.ingest.free_fit import fit_freely, residuals
@@ -124,3 +125,19 @@ def test_running_median_is_scipys():
         expected = median_filter(values, size=(NEIGHBOURING_CELLS, 1), mode="reflect")
         if count >= NEIGHBOURING_CELLS // 2:  # mirrored once is enough
             np.testing.assert_array_equal(_running_median(values), expected)
+
+
+def test_what_is_averaged_does_not_depend_on_rounding_of_the_clock_offset():
+    # times on the borders of blocks
+    motion = UR5.motion(random_smooth(4.0, 1000.0, 1.0, 3))
+    recording = simulate(motion, hammer().parameters, noise=Noise(0.1, 0.005), seed=3)
+    found = condition(recording)
+    offsets = 0.005 * (1.0 + 2.0**-52 * np.arange(20.0))
+    each = [
+        measured_blocks(recording, replace(found, offset=offset), "auto")
+        for offset in offsets.tolist()
+    ]
+    first, counts, _ = each[0]
+    for measured, others, _ in each[1:]:
+        assert np.array_equal(others, counts)
+        assert np.array_equal(measured.measurements.force, first.measurements.force)

@@ -61,6 +61,8 @@ def test_numbers_of_knots_to_try():
     assert candidates(5.0, 0.0) == (1,)
     assert candidates(10.0, 0.0) == (1, 2)
     assert candidates(180.0, 0.0) == (1, 2, 3, 5, 9, 16)
+    # of two at most, a bias as slow as can be leaves as many
+    assert candidates(23.9, 0.0) == candidates(23.9, 1e6) == (1, 2)
     assert candidates(180.0, 60.0) == (1, 2, 3, 4)  # 180 s in three lines, no more
     for duration, numbers in (
         (7.9, (1,)),

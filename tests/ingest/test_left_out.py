@@ -10,6 +10,7 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.ingest.ingest import ingest
 from hefting.ingest.left_out import CAUSES, runs
+from hefting.ingest.path import path_of
 from hefting.simulation import UR5, random_smooth, simulate
 
 
@@ -41,6 +42,19 @@ def test_spans_hold_what_ingest_rejected_and_nothing_else(kind):
         inside |= (time >= span.start - 1e-9) & (time <= span.end + 1e-9)
     assert np.array_equal(inside, found.conditioned.rejected)
     assert found.counts.sum() == len(time) - inside.sum()
+
+
+@pytest.mark.parametrize("streams", [("position", "orientation"), ("orientation",)])
+def test_the_motion_is_known_where_it_can_be_read(streams):
+    clean = recording_of()
+    there = (clean["position"].time < 4.0) | (clean["position"].time > 5.0)
+    poses = {name: clean[name][there] for name in streams}
+    path = path_of(Recording({"wrench": clean["wrench"], **poses}))
+    assert path is not None
+    time = np.linspace(-1.0, 11.0, 2401)
+    known = path.known_at(time)
+    assert np.array_equal(known, path.at(time).known)
+    assert 0.7 < known.mean() < 0.8  # nine seconds of twelve
 
 
 def test_a_gap_of_the_poses_and_one_of_the_wrench():

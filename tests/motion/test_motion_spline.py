@@ -9,7 +9,13 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.motion.bspline import Knots, Normal, Observation, inverse_bands
+from hefting.motion.bspline import (
+    STRETCHES_TOGETHER,
+    Knots,
+    Normal,
+    Observation,
+    inverse_bands,
+)
 from hefting.motion.curve import SMOOTHER_THAN_MODEL, fresh_rows
 from hefting.motion.likelihood import Likelihood
 from hefting.motion.spline import smooth
@@ -228,6 +234,19 @@ def test_band_algebra_equals_dense(m):
         np.testing.assert_allclose(
             bands[b, : n - b] / scale, np.diag(inverse, -b) / scale, atol=5e-3
         )
+
+
+def test_inverse_bands_of_more_stretches_than_are_inverted_together():
+    rng, n = np.random.default_rng(4), 900
+    factor = rng.uniform(-0.1, 0.1, (6, n))
+    factor[0] = rng.uniform(1.0, 2.0, n)
+    L = sum(np.diag(factor[b, : n - b], -b) for b in range(6))
+    # 40 coefficients from a start in error by 1: below 1e-9 of it is left
+    bands = inverse_bands(factor, overlap=40, stretch=3)
+    assert -(-n // 3) > STRETCHES_TOGETHER
+    inverse = np.linalg.inv(L @ L.T)
+    for b in range(6):
+        np.testing.assert_allclose(bands[b, : n - b], np.diag(inverse, -b), atol=1e-9)
 
 
 @pytest.mark.parametrize("m", ORDERS)

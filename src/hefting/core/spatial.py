@@ -144,12 +144,24 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
     """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) x, y, z, w: sensor axes to
     world axes."""
     x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    twice_x, twice_y, twice_z = 2.0 * x, 2.0 * y, 2.0 * z
+    xx, yy, zz = x * twice_x, y * twice_y, z * twice_z
+    xy, yz, zx = x * twice_y, y * twice_z, z * twice_x
+    xw, yw, zw = w * twice_x, w * twice_y, w * twice_z
     rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        (1.0 - (yy + zz), xy - zw, zx + yw),
+        (xy + zw, 1.0 - (xx + zz), yz - xw),
+        (zx - yw, yz + xw, 1.0 - (xx + yy)),
     )
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def squared_lengths(wrenches: Array) -> Array:
+    """(..., 2) squared lengths of force and torque of wrenches (..., 6)."""
+    squares = np.square(wrenches)
+    lengths = squares[..., 0::3] + squares[..., 1::3]
+    lengths += squares[..., 2::3]
+    return lengths
 
 
 def rotation_by(vector: ArrayLike) -> Array:

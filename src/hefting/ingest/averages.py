@@ -40,10 +40,13 @@ def measured_blocks(
     smooth = smooth and (
         recording.has("position") or not recording.has("accelerometer")
     )
-    blocks = Blocks.of(wrench.time, wrench.values, smooth=smooth)
+    # by the recorded times: shifted ones may round to another block
+    recorded = recording["wrench"].time[found.kept]
+    blocks = Blocks.of(recorded, wrench.values, smooth=smooth)
     if blocks.starts is None:
         measured = measure(corrected, found.gravity, motion, found.curves)
         return measured, np.ones(len(measured.measurements)), np.zeros((6, 6))
+    blocks = replace(blocks, time=blocks.time - found.offset)
     averaged = Stream(blocks.time, blocks.wrench, np.arange(1, len(blocks) + 1))
     averaged_log = replace(corrected, streams={**corrected.streams, "wrench": averaged})
     measured = measure(

@@ -11,7 +11,12 @@ from numpy.typing import ArrayLike
 from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+    squared_lengths,
+)
 from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes
@@ -180,8 +185,9 @@ def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...
     """Numbers of bias knots to choose from. A bias that varies as fast as gravity would
     fit the object's weight."""
     duration = float(time[-1] - time[0])
-    if path.kind == "static" or candidates(duration, 0.0) == (1,):
-        return (1,)
+    numbers = (1,) if path.kind == "static" else candidates(duration, 0.0)
+    if max(numbers) <= 2:  # these are the same however fast gravity varies
+        return numbers
     times = np.linspace(time[0], time[-1], GRAVITY_INSTANTS)
     reading = path.at(times, spread=False)
     if not reading.known.any():
@@ -364,5 +370,4 @@ def _mean_squared_residual(
         fitted_wrench = problem.wrench - fit.residual
         residual = samples.wrench[next_sample] - fitted_wrench
         count = np.where(outliers.rejected[next_sample], 0.0, count)
-    squared_length = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
-    return count @ squared_length / max(3.0 * count.sum(), 1e-300)
+    return count @ squared_lengths(residual) / max(3.0 * count.sum(), 1e-300)

@@ -154,6 +154,11 @@ class Conditioned:
             outliers=None,
         )
 
+    @property
+    def kept(self) -> Mask:
+        """(K,) samples of the wrench that were not rejected; all where all were."""
+        return np.ones_like(self.rejected) if self.rejected.all() else ~self.rejected
+
     def corrected(self, recording: Recording, drift: bool = True) -> Recording:
         """The recording with its wrench synchronised with the motion, without drift and
         without the rejected samples.
@@ -192,8 +197,7 @@ class Conditioned:
         values = wrench.values
         if remove_drift:
             values = values - self.bias.change(wrench.time)
-        everything = np.ones(len(wrench.time), dtype=bool)
-        inliers = everything if self.rejected.all() else ~self.rejected
+        kept = self.kept
         return Stream(
-            (wrench.time - self.offset)[inliers], values[inliers], wrench.rows[inliers]
+            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
         )

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
 from hefting.ingest.normal_equations import Solution, solve
@@ -133,6 +133,7 @@ def gauss_newton(
     robust: bool = False,
     steps: int = 12,
     hold_offset: bool = False,
+    final: bool = True,
 ) -> Fit:
     """Fit the model by Gauss-Newton steps.
 
@@ -146,6 +147,8 @@ def gauss_newton(
     steps : largest number of steps.
     hold_offset : whether to keep the clock offset. It still counts as unknown in the
         final normal equations.
+    final : whether the motion of the solution is as accurate as an answer needs; a
+        comparison needs less.
     """
     hats = HatFunctions.over(problem.time, knots)
     phi, scale, bias = start.phi, start.scale, start.bias_at(problem.time)
@@ -180,7 +183,11 @@ def gauss_newton(
         last = done or step == steps - 1
         if offset_step or linear.layout.tilt is not None or last:
             model = Model.at(
-                problem, model.offset + offset_step, gravity, model.reading, final=last
+                problem,
+                model.offset + offset_step,
+                gravity,
+                model.reading,
+                final=last and final,
             )
         if done:
             break
@@ -188,7 +195,7 @@ def gauss_newton(
     weighting = weight_blocks(
         problem, model.reading, phi, residual, scale, robust=robust
     )
-    final = solve(model, phi, weighting.weights, weighting.scale, hats)
+    solution = solve(model, phi, weighting.weights, weighting.scale, hats)
     return Fit(
         phi,
         hats,
@@ -197,7 +204,7 @@ def gauss_newton(
         weighting.weights,
         weighting.spread,
         residual,
-        final,
+        solution,
         model,
     )
 
@@ -263,7 +270,7 @@ def weight_blocks(
         phi, reading, problem.path.bandwidth, blocks.time, scale
     )
     weights = np.where(reading.known, trust * blocks.count / blocks.mean_count, 0.0)
-    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=2)
+    square = squared_lengths(residual)
     if not robust:
         scale = np.sqrt(weights @ square / max(3.0 * weights.sum(), 1e-300))
         return Weighting(weights, np.maximum(scale, problem.floor), spread)

@@ -71,8 +71,7 @@ def left_out_of(
     if outliers is not None and not outliers.rejected.all():
         masks = {name: getattr(outliers, name) for name in OUTLIERS}
     if found.path is not None and found.path.moves:
-        known = found.path.at(wrench.time - found.offset, spread=False).known
-        masks["no-pose"] = ~known
+        masks["no-pose"] = ~found.path.known_at(wrench.time - found.offset)
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
     if not part.static:
         spans += _missing(time)

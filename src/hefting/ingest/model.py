@@ -157,7 +157,7 @@ class Model:
         )
         return cls(reading, offset, gravity, features, np.hstack(known), layout)
 
-    @property
+    @cached_property
     def with_fixed_offset(self) -> "Model":
         """The same model without the offset among its unknowns; it must be among
         them."""

@@ -95,8 +95,9 @@ def invert(N: Array) -> tuple[Array, Mask]:
         and usable.all()
         and (pivots.min() / pivots.max()) ** 2 > SAFE_PIVOT_RATIO
     ):
-        inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
-        inverse += np.tril(inverse, -1).T
+        lower = lapack.dpotri(factor, lower=1)[0]  # zero above the diagonal
+        inverse = lower + lower.T
+        np.fill_diagonal(inverse, lower.diagonal())
         return inverse / length / length[:, None], np.zeros(len(N), dtype=bool)
     return _invert_semidefinite(scaled, length, usable)
 

@@ -87,6 +87,13 @@ class Path:
         """Whether there is motion, relative to which the wrench may be delayed."""
         return self.kind != "static"
 
+    def known_at(self, time: Array) -> Mask:
+        """(K,) times [s] at which the motion is known, as in `Reading.known`."""
+        if self.curves is None:
+            return self.at(time, spread=False).known
+        inside = (time >= self.first) & (time <= self.last)
+        return inside & self.curves.alone.covers(time)
+
     def at(self, time: Array, rates: bool = False, spread: bool = True) -> Reading:
         """Motion at any times (K,) [s].
 
@@ -207,7 +214,10 @@ def _reading_rows(
         rows[:, 0:3] = a
         rows[:, 3:6] = alpha
         rows[:, 6:12] = w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
-    known = np.asarray(np.isfinite(rows).all(axis=1) & np.isfinite(alpha).all(axis=1))
+    finite = np.isfinite(rows if a is not None else np.hstack((rows, alpha)))
+    if finite.all():  # faster than row by row
+        return rows, np.ones(len(rows), dtype=bool)
+    known = np.asarray(finite.all(axis=1))
     rows[~known] = 0.0
     return rows, known
 
@@ -225,8 +235,7 @@ def _pose_path(curves: Curves) -> Path:
         )
         return rows, np.where(known, lasting_variances(m), 0.0), known
 
-    bandwidth = poses.at([poses.first], spread=False).bandwidth
-    return Path("smooth", poses.first, poses.last, read, bandwidth, curves=curves)
+    return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
 
 
 def _orientation_path(curves: Curves) -> Path:

@@ -294,7 +294,8 @@ def offset_is_significant(found: RobustFit) -> bool:
     if not abs(fit.offset) > max(SIGNIFICANT * uncertainty.offset_std, SMALLEST_OFFSET):
         return False
     fixed = replace(problem, free_offset=False)
-    zero = gauss_newton(fixed, replace(fit.start, offset=0.0), fit.hats.n, steps=4)
+    at_zero = replace(fit.start, offset=0.0)
+    zero = gauss_newton(fixed, at_zero, fit.hats.n, steps=4, final=False)
     weights = (fit.weights * (zero.known & fit.known))[:, None]
     unit = np.repeat(fit.scale, 3)
     square_zero, square = (

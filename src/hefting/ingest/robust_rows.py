@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, squared_lengths
 from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM
 
 DAMPING = 1e-9
@@ -53,7 +53,7 @@ def fit_each(
     O, K, _ = known.shape
     nu = STUDENT_DEGREES_OF_FREEDOM
     residual = wrench - wrench.mean(axis=1, keepdims=True)
-    square = np.sum(residual.reshape(O, K, 2, 3) ** 2, axis=3)
+    square = squared_lengths(residual)
     count = np.maximum(used.sum(axis=1), 1.0)
     scale = np.maximum(np.sqrt(square.mean(axis=1) / 3.0), floor)
     weights = np.ones((O, K))
@@ -61,7 +61,7 @@ def fit_each(
     for _ in range(iterations):
         solution = solve_each(*normal_equations(both, maps, used * weights, scale))
         residual = wrench - known @ np.einsum("zcp,op->ozc", maps, solution)
-        square = np.sum(residual.reshape(O, K, 2, 3) ** 2, axis=3)
+        square = squared_lengths(residual)
         for _ in range(2):
             distance = np.einsum("okt,ot->ok", square, scale**-2.0)
             weights = (nu + 6.0) / (nu + distance)

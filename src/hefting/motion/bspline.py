@@ -48,6 +48,8 @@ TIMES_EVALUATED_TOGETHER = 8192
 INVERSE_STRETCH = 64
 """Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer
 steps, longer ones repeat less of the overlap."""
+STRETCHES_TOGETHER = 256
+"""Number of stretches inverted side by side; it bounds the memory."""
 
 
 def _piece_coefficients() -> Array:
@@ -135,7 +137,7 @@ class Knots:
         position u (K,) in the knot interval, and a mask (K,) of the times inside a
         segment.
         """
-        segment = np.clip(np.searchsorted(self.first, time, side="right") - 1, 0, None)
+        segment = np.maximum(np.searchsorted(self.first, time, side="right") - 1, 0)
         x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
         interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
         covered = (time >= self.first[segment]) & (time <= self.last[segment])
@@ -143,7 +145,8 @@ class Knots:
 
     def roughness(self, coefficients: Array, m: int) -> float:
         """|D^m c|² of coefficients (n, d), summed over the segments."""
-        pieces = np.split(coefficients.T, self.offset[1:-1].tolist(), axis=1)
+        pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
+        pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
     def rows_of_differences(self, m: int) -> Integers:
@@ -360,26 +363,38 @@ def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -
     coefficients after the end of its `stretch` coefficients; the error of that start decreases as
     exp(-2 sin(pi/2m) wc h overlap).
     """
-    n = factor.shape[1]
-    count = -(-n // stretch)
+    begins = np.arange(0, factor.shape[1], stretch)
+    bands = np.zeros_like(factor)
+    for first in range(0, len(begins), STRETCHES_TOGETHER):
+        some = begins[first : first + STRETCHES_TOGETHER]
+        _invert_stretches(bands, factor, some, overlap, stretch)
+    return bands
+
+
+def _invert_stretches(
+    bands: Array, factor: Array, begins: Integers, overlap: int, stretch: int
+) -> None:
+    """Fill in the `bands` of the stretches that begin at some coefficients."""
+    n, count = factor.shape[1], len(begins)
     length = min(stretch + overlap, n)
-    begins = np.arange(count) * stretch
     stop = np.minimum(begins + stretch + overlap, n)
-    bands = np.zeros((SUPPORT, n))
+    column = stop - 1 - np.arange(length)[:, None]  # (length, count)
+    own = (column >= begins) & (column < begins + stretch)
+    # it is negative in a stretch that is finished; its result is not used
+    column = np.maximum(column, 0)
+    pivots = factor[0, column]
+    slopes = (factor[1:, column] / pivots).transpose(1, 2, 0)[..., None]
+    last = 1.0 / pivots**2
+    rows = np.empty((length, count, SUPPORT))
     window = np.zeros((count, SUPPORT, SUPPORT))
-    for k in range(length):
-        j = stop - 1 - k
-        # j is negative in a stretch that is finished; its result is not used
-        column = factor[:, np.maximum(j, 0)]
-        slope = (column[1:] / column[0]).T[:, :, None]  # (count, 5, 1)
+    for k, slope in enumerate(slopes):  # (count, 5, 1)
         corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]
         row = -(corner @ slope)
         grown = np.empty_like(window)
         grown[:, 1:, 1:] = corner
         grown[:, 1:, :1] = row
         grown[:, 0, 1:] = row[:, :, 0]
-        grown[:, 0, 0] = 1.0 / column[0] ** 2 - (row * slope).sum(axis=1)[:, 0]
+        grown[:, 0, 0] = last[k] - (row * slope).sum(axis=1)[:, 0]
         window = grown
-        own = (j >= begins) & (j < begins + stretch)
-        bands[:, j[own]] = window[own, 0].T
-    return bands
+        rows[k] = window[:, 0]
+    bands[:, column[own]] = rows[own].T

@@ -178,7 +178,7 @@ class Curve:
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
-            neighbours = columns[:, index + np.arange(SUPPORT)[:, None]]
+            neighbours = columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
             rows = [basis(u, k) / self.knots.h**k for k in range(3)]
             for k in range(3):
                 np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
@@ -208,13 +208,13 @@ class Curve:
         `rows` holds the basis functions (6, L) and their first two derivatives.
         """
         variances = np.zeros((2, len(index)))
+        both = np.stack(rows[1:])
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
-                covariance = (1.0 if a == b else 2.0) * self.covariance[
-                    b - a, index + a
-                ]
-                for k in (1, 2):
-                    variances[k - 1] += covariance * rows[k][a] * rows[k][b]
+                covariance = self.covariance[b - a].take(index + a)
+                if a != b:
+                    covariance *= 2.0
+                variances += covariance * both[:, a] * both[:, b]
         if self.local is None and self.smoothness.order == max(ORDERS):
             for k in (1, 2):
                 variances[k - 1] *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, TIMES_EVALUATED_TOGETHER
 from hefting.motion.curve import Curve
 from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
@@ -55,14 +55,29 @@ class SmoothedPoses:
         )
         return motion_from_pieces(at, pieces)
 
-    def _at(self, at: Array, spread: bool) -> Motion:
-        q = self.orientation.evaluate(at, spread)
+    def covers(self, time: Array) -> Mask:
+        """(L,) times [s] at which the motion is known: inside, and in no long gap."""
+        inside = (time >= self.first) & (time <= self.last)
+        curves = (self.orientation, self.position)
+        for curve in (curve for curve in curves if curve is not None):
+            inside &= curve.knots.locate(time)[2]
+        return inside
+
+    @property
+    def bandwidth(self) -> float:
+        """[rad/s] of the errors: the geometric mean of both curves'."""
         bandwidth = self.orientation.smoothness.bandwidth
         if self.position is None:
-            return motion_from_channels(at, None, q, bandwidth)
+            return bandwidth
+        return float(np.sqrt(self.position.smoothness.bandwidth * bandwidth))
+
+    def _at(self, at: Array, spread: bool) -> Motion:
+        q = self.orientation.evaluate(at, spread)
+        if self.position is None:
+            return motion_from_channels(at, None, q, self.bandwidth)
         p0, p1, p2, _, p2_std, p2_jump = self.position.evaluate(at, spread)
-        bandwidth = np.sqrt(self.position.smoothness.bandwidth * bandwidth)
-        return motion_from_channels(at, (p0, p1, p2, p2_std, p2_jump), q, bandwidth)
+        p = p0, p1, p2, p2_std, p2_jump
+        return motion_from_channels(at, p, q, self.bandwidth)
 
 
 def fit_poses(

@@ -39,7 +39,7 @@ from hefting.estimators.bayes.posterior import (
     contradiction,
     warnings_of,
 )
-from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.estimators.bayes.weighed import scale_doubts
 from hefting.estimators.joint_state import State, motion_record, states_of
 from hefting.estimators.quadratic import WrenchNoise
@@ -225,9 +225,10 @@ class Bayes(Estimator):
     @cached_property
     def _prior(self) -> Prior:
         if self.shape_std is None and self.shape.known != "object":
-            return Prior.of_bounds(self.shape)
+            return prior_of(self.shape, None, None)
         shape_std = self.shape.shape_std if self.shape_std is None else self.shape_std
-        return Prior.of(self.shape, self.pose_std, shape_std)
+        pose_std = None if self.pose_std is None else tuple(self.pose_std)
+        return prior_of(self.shape, pose_std, shape_std)
 
     def estimate(self, state: State, start: Estimate | None = None) -> Estimate:
         """The estimate from the samples seen; `start`, an earlier estimate over the

@@ -130,6 +130,11 @@ class Case:
         """At the offsets to try."""
         return self.motion_at(self.time - self.offsets[:, None])
 
+    @cached_property
+    def motion_as_found(self) -> Motion:
+        """At the clock offset that conditioning found."""
+        return self.motion_at(self.time[None] - self.offset)
+
     def motion_at(self, times: Array) -> Motion:
         """At times (O, K) [s]."""
         reading = self.path.at(times.ravel(), spread=False)

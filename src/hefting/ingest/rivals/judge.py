@@ -17,11 +17,10 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, beside_linear, correlation
+from hefting.ingest.rivals.evidence import Fitted, beside_linear, correlation, fit_rows
 from hefting.ingest.rivals.explanation import (
     Explanation,
     as_given,
-    at_offset,
     newton_euler,
 )
 
@@ -90,7 +89,7 @@ def judge(case: Case) -> Judged:
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest:
         return Judged(0.0)
-    quick = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
+    quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
         return Judged(0.0)
     share = _unexplained_share(case, quick)
@@ -224,7 +223,7 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
     wrench = known @ (REGRESSOR_BY_FEATURE @ phi)
-    motion = case.motion_at(case.time[None] - case.offset)
+    motion = case.motion_as_found
     K = len(wrench)
     turn = -np.cross(wrench.reshape(K, 2, 1, 3), np.eye(3)).transpose(0, 1, 3, 2)
     found = [turn.reshape(K, 6, 3), wrench[:, :, None] * np.eye(6)]
