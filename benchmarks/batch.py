@@ -129,7 +129,7 @@ def main() -> None:
 
 def run(folder: Path, count: int, kills: int) -> None:
     """All of it, in a folder."""
-    from hefting.batch import batch
+    from hefting.batches import batch
 
     manifest, shared = write_all(folder, count, None)
     rates = {}

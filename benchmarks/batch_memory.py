@@ -22,8 +22,8 @@ def make_row(task):
     """A row as identified, of no recording."""
     import numpy as np
 
-    from hefting.batch.columns import filled
-    from hefting.batch.one import Unchanged, start_row
+    from hefting.batches.columns import filled
+    from hefting.batches.one import Unchanged, start_row
     from hefting.core.estimate import Estimate
     from hefting.core.inertia import InertialParameters
     from hefting.core.messages import warning
@@ -52,7 +52,7 @@ def grown(rows: int) -> dict[str, float]:
     """Growth of the peak of the memory [MiB] in a run and in one that resumes it."""
     from importlib import import_module
 
-    batches = import_module("hefting.batch.batch")
+    batches = import_module("hefting.batches.batch")
     batches.row_of = make_row  # type: ignore[assignment]
     with tempfile.TemporaryDirectory() as name:
         manifest = Path(name, "manifest.csv")

@@ -44,6 +44,7 @@ _HOME = {
     "LiveState": "identification.live",
     "predict": "prediction",
     "Prediction": "prediction",
+    "batch": "batches",
     "HeftingError": "core.errors",
     "InputError": "core.errors",
     "NeedError": "core.errors",

@@ -1,5 +1,6 @@
 """Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
 
+from hefting.batches import batch as batch
 from hefting.core.errors import HeftingError as HeftingError
 from hefting.core.errors import InputError as InputError
 from hefting.core.errors import MissingDependencyError as MissingDependencyError

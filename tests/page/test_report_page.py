@@ -6,7 +6,6 @@ import json
 import re
 import sys
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -35,6 +34,7 @@ from hefting.scene import wrench_curves
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, sinusoids
 from hefting.simulation.demo import POSE
+from html_pages import Words, figures_of, sections_of, text_of
 
 LARGEST = 5_000_000
 """Bytes of a page at most."""
@@ -60,42 +60,6 @@ def page_of(found, **context):
     return identification_page(
         found.estimate, found.ingested, found.estimator, Context(**context)
     )
-
-
-def figures_of(page):
-    """Figures of a page by name, as its script reads them."""
-    text = re.search(r'id="figures">(.*?)</script>', page, re.DOTALL)
-    return {figure["name"]: figure for figure in json.loads(text[1])}
-
-
-def sections_of(page):
-    return re.findall(r'<section id="([\w-]+)">', page)
-
-
-class Words(HTMLParser):
-    """What a reader sees, and the tags there are."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.words, self.tags, self._open = [], [], []
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-        if tag in ("script", "style"):
-            self._open.append(tag)
-
-    def handle_endtag(self, tag):
-        if self._open and self._open[-1] == tag:
-            self._open.pop()
-
-    def handle_data(self, data):
-        if not self._open:
-            self.words.append(data)
-
-
-def text_of(page):
-    return " ".join(" ".join(Words(page).words).split())
 
 
 def test_sections_in_their_order(found, shape):

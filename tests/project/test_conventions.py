@@ -21,6 +21,7 @@ LAYERS = [
     {"ingest"},
     {"identification", "prediction"},
     {"inspection", "request"},
+    {"batches"},
     {"scene"},
     {"plots", "page"},
     {"dashboards", "notebook"},

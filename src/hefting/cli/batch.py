@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import add_json, add_log_options, add_mass
-from hefting.cli.pages import check_report
+from hefting.cli.pages import check_report, command_line
 from hefting.cli.shapes import add_shape, add_shape_details
 
 if TYPE_CHECKING:
-    from hefting.batch.batch import Progress
+    from hefting.batches.batch import Progress
 
 EXAMPLES = (
     "hefting batch manifest.csv --output results",
@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run what is not done yet, and print what came of it; returns the exit status."""
-    from hefting.batch.batch import batch
+    from hefting.batches.batch import batch
     from hefting.cli.report.batch import batch_report
     from hefting.cli.report.estimate import print_lines
 
@@ -101,9 +101,11 @@ def run(arguments: argparse.Namespace) -> int:
     summary = found.summary
     if a.report:
         from hefting.core.files import write_atomically
+        from hefting.page import Context
         from hefting.page.batch import batch_page
 
-        write_atomically(a.report, batch_page(found))
+        context = Context(command=command_line(), say=render)
+        write_atomically(a.report, batch_page(found, context))
     if a.json:
         print(render(json.dumps(found.to_dict())))
     else:

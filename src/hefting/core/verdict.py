@@ -39,6 +39,7 @@ NO_DOUBT = frozenset(
         "no-time-column",
         "rows-repeated",
         "stream-left-out",
+        "recording-left-out",
         "tf-stamps-uncovered",
         "time-shifted",
         "bag-truncated",

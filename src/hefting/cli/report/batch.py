@@ -1,6 +1,6 @@
 """What came of a batch, as lines a person can read."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,28 +9,30 @@ import numpy as np
 from hefting.cli.report.estimate import Line
 
 if TYPE_CHECKING:
-    from hefting.batch.batch import Batch
-    from hefting.batch.summary import Summary
+    from hefting.batches.batch import Batch
+    from hefting.batches.reasons import Reason
+    from hefting.batches.summary import Summary
 
 MOST_REASONS = 8
 """Reasons that are printed; the page has all."""
 MOST_OUTLIERS = 5
-LONG = 120.0
-"""[s] From here on times are told in minutes."""
 
 
 def batch_report(
     found: "Batch", render: Callable[[str], str], page: str | None
 ) -> Iterable[Line]:
     """Counts, what failed and why, what is worth a look, and where the table is."""
+    from hefting.batches.headline import headline
+
     summary = found.summary
-    yield Line(_counts(found), "bold")
+    yield Line(headline(found), "bold")
     for level, count in summary.verdicts.items():
         if count:
             yield Line(f"  {count:>7,}  {level}", whole=True)
     if summary.failed:
         yield Line(f"  {summary.failed:>7,}  failed", "yellow", whole=True)
-    yield from _failures(summary, render)
+    yield from _failures("failed", summary.reasons, render)
+    yield from _failures("left out of objects", summary.left_out, render)
     yield from _doubts(summary)
     yield from _outliers(summary, render)
     yield Line("")
@@ -43,31 +45,20 @@ def batch_report(
         yield Line(f"wrote {page}")
 
 
-def _counts(found: "Batch") -> str:
-    """Recordings, time, rate, and what was there already."""
-    progress = found.progress
-    new = progress.done - progress.kept
-    text = f"{progress.done:,} recordings in {_time(found.seconds)}"
-    if new:
-        text += f", {new / max(found.seconds, 1e-9):.3g} a second"
-    if progress.kept:
-        text += f"; {progress.kept:,} of them unchanged"
-    if found.summary.total != progress.done:
-        text += f"; {found.summary.total:,} rows in all"
-    return text
-
-
-def _failures(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line]:
-    if summary.reasons:
+def _failures(
+    title: str, reasons: "Sequence[Reason]", render: Callable[[str], str]
+) -> Iterable[Line]:
+    """What failed and why, the most frequent first."""
+    if reasons:
         yield Line("")
-        yield Line("failed:", "yellow")
-    for reason in summary.reasons[:MOST_REASONS]:
+        yield Line(f"{title}:", "yellow")
+    for reason in reasons[:MOST_REASONS]:
         example = Path(reason.examples[0]).name
         more = f", as {example}" if reason.count > 1 else f": {example}"
         yield Line(
             f"  {reason.count:>5,}  {render(reason.text)} ({reason.error}{more})"
         )
-    left = len(summary.reasons) - MOST_REASONS
+    left = len(reasons) - MOST_REASONS
     if left > 0:
         yield Line(f"         and {left} other reasons; the table has all")
 
@@ -99,11 +90,7 @@ def _times(summary: "Summary") -> str:
         if total > 0.0
     ]
     text = f"time: {', '.join(shares)}" if shares else "no time was spent"
-    if len(summary.residuals):
+    if np.isfinite(summary.residuals).any():
         force, torque = np.nanmedian(summary.residuals, axis=0)
         text += f"; median residual {force:.2g} N, {torque:.2g} N m"
     return text
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds < LONG else f"{seconds / 60.0:.1f} min"

@@ -1,16 +1,18 @@
 """Summary of a batch: how many of what verdict, why some failed, how large residuals
-are, and which recordings are worth a look."""
+are, and which recordings are worth a look.
 
-import re
+Rows are read some at a time; of each no more is kept than a few numbers and its name.
+"""
+
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.batch.columns import SCHEMA, STAGES
+from hefting.batches.columns import SCHEMA, STAGES
+from hefting.batches.reasons import Reason, Reasons
 from hefting.core.spatial import Array
 
 if TYPE_CHECKING:
@@ -23,28 +25,14 @@ FEWEST = 20
 """Residuals that say how large residuals are."""
 MOST_OUTLIERS = 20
 """Recordings worth a look that are named, of each kind."""
-MOST_EXAMPLES = 5
-"""Recordings that are named for a reason of failure."""
 MAD = 1.4826
 """Standard deviation of a Gaussian over its median absolute deviation."""
 COLUMNS = (
-    *("recording", "name", "object", "error", "error_text", "verdict", "reasons"),
+    *("recording", "name", "object", "error", "error_text", "left_out"),
+    *("verdict", "reasons"),
     *("mass", "intervals", "residual", "seconds", "messages"),
 )
 VERDICTS = ("good", "usable with care", "do not use")
-
-
-@dataclass
-class Reason:
-    """Why some failed."""
-
-    error: str
-    """Class of the error."""
-    text: str
-    """What it says, without what differs between recordings."""
-    count: int = 0
-    examples: list[str] = field(default_factory=list)
-    """Some of the recordings."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +54,13 @@ class Summary:
     """Number of rows by verdict, of those that did not fail."""
     reasons: tuple[Reason, ...]
     """Why the others failed, the most frequent first."""
+    left_out: tuple[Reason, ...]
+    """Why recordings of objects were left out, which other recordings still tell of;
+    the most frequent first."""
     doubts: dict[str, int]
     """Number of rows by what puts them in doubt, the most frequent first."""
+    doubt_texts: dict[str, str]
+    """What is said by each of these in one of the rows."""
     residuals: Array
     """(n, 2) force [N] and torque [N m] residuals of rows that did not fail."""
     masses: Array
@@ -94,6 +87,7 @@ class Summary:
             "verdicts": self.verdicts,
             "failed": self.failed,
             "failures": [vars(reason) for reason in self.reasons],
+            "left_out": [vars(reason) for reason in self.left_out],
             "doubts": self.doubts,
             "seconds": self.seconds,
             "outliers": [vars(outlier) for outlier in self.outliers],
@@ -103,7 +97,8 @@ class Summary:
 def summary_of(tables: "Iterable[pa.Table]") -> Summary:
     """Summary of rows, of which `COLUMNS` are read, some at a time."""
     verdicts, doubts = Counter[str](), Counter[str]()
-    reasons: dict[tuple[str, str], Reason] = {}
+    texts: dict[str, str] = {}
+    failures, left_out = Reasons(), Reasons()
     seconds = dict.fromkeys(STAGES, 0.0)
     found: list[tuple[str, str | None, str | None]] = []
     numbers: list[tuple[float, float, float, float]] = []
@@ -114,13 +109,17 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
                 seconds[stage] += spent or 0.0
             name = row["name"] or row["recording"] or row["object"]
             if row["error"] is not None:
-                _count(reasons, name, row)
+                first = next(iter(row["left_out"] or ()), {})
+                failures.add(row, name, row["recording"], first.get("recording"))
                 continue
+            for each in row["left_out"] or ():
+                left_out.add(each, each["recording"], each["recording"])
             verdicts[row["verdict"]] += 1
-            doubts.update(_codes(row))
+            for code, text in _doubts(row).items():
+                doubts[code] += 1
+                texts.setdefault(code, text)
             if row["verdict"] == VERDICTS[-1] and len(not_to_use) < MOST_OUTLIERS:
-                why = f"{row['verdict']}: {'; '.join(row['reasons'] or ())}"
-                not_to_use.append(Outlier(name, row["recording"], why))
+                not_to_use.append(Outlier(name, row["recording"], _why_not(row)))
             low, high = (row["intervals"] or {}).get("mass") or (None, None)
             half = (
                 0.5 * (high - low) if low is not None and high is not None else np.nan
@@ -136,8 +135,10 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
     )
     return Summary(
         {level: verdicts[level] for level in VERDICTS},
-        tuple(sorted(reasons.values(), key=lambda reason: -reason.count)),
+        failures.sorted(),
+        left_out.sorted(),
         dict(doubts.most_common()),
+        texts,
         values[:, 2:],
         values[:, 0],
         seconds,
@@ -145,28 +146,18 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
     )
 
 
-def _count(
-    reasons: dict[tuple[str, str], Reason], name: str, row: dict[str, Any]
-) -> None:
-    """Count a failure among those that say the same of other recordings."""
-    text = str(row["error_text"])
-    for path in filter(None, (row["recording"], Path(row["recording"] or "").name)):
-        text = text.replace(path, "...")
-    text = re.sub(r"^\.\.\.[^:]*: ", "", text)
-    general = re.sub(r"\d[\d.,:e+-]*", "#", text)
-    key = row["error"], general
-    reason = reasons.setdefault(key, Reason(row["error"], text))
-    reason.count += 1
-    if reason.count > 1:
-        reason.text = general
-    if len(reason.examples) < MOST_EXAMPLES:
-        reason.examples.append(name)
+def _why_not(row: dict[str, Any]) -> str:
+    """Why a row is not to be used: the gravest reason, and how many more there are."""
+    first, *others = row["reasons"] or ("no reason is given",)
+    more = f" (and {len(others)} more)" if others else ""
+    return f"{row['verdict']}: {first}{more}"
 
 
-def _codes(row: dict[str, Any]) -> set[str]:
-    """Codes of the messages that put a row in doubt."""
+def _doubts(row: dict[str, Any]) -> dict[str, str]:
+    """What puts a row in doubt: texts of messages by their codes."""
     reasons = set(row["reasons"] or ())
-    return {each["code"] for each in row["messages"] or () if each["text"] in reasons}
+    told = row["messages"] or ()
+    return {each["code"]: each["text"] for each in told if each["text"] in reasons}
 
 
 def _far_residuals(

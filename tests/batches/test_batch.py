@@ -15,11 +15,11 @@ import pytest
 from recorded import recorded
 
 import hefting
-from hefting.batch import batch
-from hefting.batch.columns import columns, flat, table_of
-from hefting.batch.one import row_of
-from hefting.batch.recordings import Entry
-from hefting.batch.results import TABLE, Results
+from hefting.batches import batch
+from hefting.batches.columns import columns, flat, table_of
+from hefting.batches.one import row_of
+from hefting.batches.recordings import Entry
+from hefting.batches.results import TABLE, Results
 from hefting.core.errors import HeftingError, InputError
 
 
@@ -128,7 +128,7 @@ def test_a_content_moved_elsewhere_is_the_same(tmp_path):
 def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
     tmp_path, monkeypatch
 ):
-    from hefting.batch import attempt, one
+    from hefting.batches import attempt, one
 
     data = recorded(tmp_path)
     monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
@@ -162,7 +162,7 @@ def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
 
 
 def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypatch):
-    from hefting.batch import attempt, one
+    from hefting.batches import attempt, one
 
     data = recorded(tmp_path)
     monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
@@ -222,7 +222,7 @@ def test_rows_written_last_count(tmp_path):
 
 FULL = """
 import resource, signal, sys
-from hefting.batch import batch
+from hefting.batches import batch
 from hefting.core.errors import InputError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))

@@ -8,15 +8,15 @@ there.
 
 import re
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Collection, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from hefting.batch.columns import SCHEMA, Row, columns, table_of
-from hefting.batch.kept import Kept
-from hefting.batch.lock import locked
+from hefting.batches.columns import SCHEMA, Row, columns, table_of
+from hefting.batches.kept import Kept
+from hefting.batches.lock import locked
 from hefting.core.errors import InputError
 from hefting.core.files import replacing
 
@@ -166,6 +166,15 @@ def _opened(path: Path) -> "Generator[parquet.ParquetFile, None, None]":
         reason = str(error).splitlines()[0][:200]
         fix = "remove it; --resume makes its rows again"
         raise InputError(f"cannot be read ({reason})", path, fix) from error
+
+
+def rows_named(
+    table: "pa.Table", names: Collection[str]
+) -> "Iterator[tuple[str, Row]]":
+    """Rows with the names by which they are identified."""
+    for place, name in enumerate(_identities(table).to_pylist()):
+        if name in names:
+            yield name, table.slice(place, 1).to_pylist()[0]
 
 
 def _identities(table: "pa.Table") -> "pa.ChunkedArray":

@@ -5,8 +5,8 @@ import pytest
 from recorded import recorded
 
 import hefting
-from hefting.batch import batch
-from hefting.batch.columns import flat
+from hefting.batches import batch
+from hefting.batches.columns import flat
 
 
 def written(folder, rows):
@@ -98,8 +98,8 @@ def test_an_object_stays_until_one_of_its_recordings_changes(tmp_path):
 @pytest.mark.parametrize("size", [0, 10**9])
 def test_a_large_recording_is_one_object_in_windows(tmp_path, monkeypatch, size):
     """Each window has a bias; the mass lies in the interval of the whole."""
-    from hefting.batch.one import row_of
-    from hefting.batch.recordings import Entry
+    from hefting.batches.one import row_of
+    from hefting.batches.recordings import Entry
     from hefting.logs import windows
 
     monkeypatch.setattr(windows, "LARGEST_WHOLE", size)

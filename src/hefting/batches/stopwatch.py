@@ -5,7 +5,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from time import perf_counter
 
-from hefting.batch.columns import STAGES
+from hefting.batches.columns import STAGES
 from hefting.core.progress import listening
 from hefting.logs.registry import READING
 

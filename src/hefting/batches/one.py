@@ -9,12 +9,12 @@ from functools import lru_cache
 from types import SimpleNamespace
 from typing import TypeVar
 
-from hefting.batch.attempt import ChangedError, attempted, is_of_machine
-from hefting.batch.columns import Row, filled
-from hefting.batch.content import Signature, hash_of, signature
-from hefting.batch.parts import estimate_of
-from hefting.batch.recordings import Entry
-from hefting.batch.stopwatch import stopwatch
+from hefting.batches.attempt import ChangedError, attempted, is_of_machine
+from hefting.batches.columns import Row, filled
+from hefting.batches.content import Signature, hash_of, signature
+from hefting.batches.parts import estimate_of
+from hefting.batches.recordings import Entry
+from hefting.batches.stopwatch import stopwatch
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
 from hefting.jobs import Lost

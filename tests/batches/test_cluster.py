@@ -11,7 +11,7 @@ import time
 import pytest
 from recorded import recorded
 
-from hefting.batch import batch
+from hefting.batches import batch
 from hefting.core.errors import HeftingError
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")

@@ -1,20 +1,20 @@
 """Batch: identify many recordings, and keep one row of each."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.batch.columns import Row
-from hefting.batch.group import rows_of_objects
-from hefting.batch.kept import Kept
-from hefting.batch.one import Unchanged, lost, row_of, start_row
-from hefting.batch.recordings import Recordings, Sources, recordings_of
-from hefting.batch.results import Results
-from hefting.batch.summary import COLUMNS, Summary, summary_of
+from hefting.batches.columns import Row
+from hefting.batches.group import rows_of_objects
+from hefting.batches.kept import Kept
+from hefting.batches.one import Unchanged, lost, row_of, start_row
+from hefting.batches.recordings import Recordings, Sources, recordings_of
+from hefting.batches.results import Results, rows_named
+from hefting.batches.summary import COLUMNS, Summary, summary_of
 from hefting.jobs import Jobs, Lost
 
 if TYPE_CHECKING:
@@ -50,6 +50,15 @@ class Batch:
 
         return parquet.read_table(self.folder, columns=list(names) or None)
 
+    def rows(self, names: Collection[str], *columns: str) -> dict[str, Row]:
+        """Some columns of some rows, by what identifies them."""
+        wanted = list(dict.fromkeys(("recording", "name", "object", *columns)))
+        return {
+            name: row
+            for table in Results(self.folder).tables(wanted)
+            for name, row in rows_named(table, names)
+        }
+
     @cached_property
     def summary(self) -> Summary:
         """What all rows in the folder come to."""
@@ -82,11 +91,11 @@ def batch(
     Parameters
     ----------
     recordings : path, or list of paths or of dictionaries
-        A manifest (CSV, Parquet or TOML; see `hefting.batch.manifest`), a folder, a
+        A manifest (CSV, Parquet or TOML; see `hefting.batches.manifest`), a folder, a
         pattern such as ``"day*/*.csv"``, logs, or rows of a manifest.
     output : path
         Folder for the table, of results and nothing else; see
-        `hefting.batch.results`. The columns are in `hefting.batch.columns`.
+        `hefting.batches.results`. The columns are in `hefting.batches.columns`.
     jobs : int, optional
         Local processes, by default one a core.
     scheduler : str, optional
@@ -118,9 +127,12 @@ def batch(
 
     Examples
     --------
-    >>> found = hefting.batch(["demo/log.csv"], "results", shape="demo/hammer.stl")
-    >>> found.table("recording", "mass").num_rows
-    1
+    >>> found = hefting.batch("demo/log.csv", "results")
+    >>> found.summary.verdicts
+    {'good': 1, 'usable with care': 0, 'do not use': 0}
+    >>> mass = found.table("recording", "mass")["mass"][0].as_py()
+    >>> abs(mass - 0.67) < 0.01
+    True
     """
     began = time.monotonic()
     entries = recordings_of(recordings, options, group_by)

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from typing import Any
 
-from hefting.batch.attempt import attempted
-from hefting.batch.columns import STAGES, Row, filled
-from hefting.batch.content import hash_of
-from hefting.batch.kept import Kept
-from hefting.batch.one import (
+from hefting.batches.attempt import attempted
+from hefting.batches.columns import STAGES, Row, filled
+from hefting.batches.content import hash_of
+from hefting.batches.kept import Kept
+from hefting.batches.one import (
     Unchanged,
     failure,
     lost,
@@ -23,9 +23,9 @@ from hefting.batch.one import (
     shape_once,
     start_row,
 )
-from hefting.batch.parts import estimate_of_parts, parts_of
-from hefting.batch.recordings import Entry, Recordings
-from hefting.batch.stopwatch import stopwatch
+from hefting.batches.parts import estimate_of_parts, parts_of
+from hefting.batches.recordings import Entry, Recordings
+from hefting.batches.stopwatch import stopwatch
 from hefting.core.errors import InputError
 from hefting.core.messages import warning
 from hefting.identification.partials import what_others_tell

@@ -4,7 +4,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from hefting.batch.recordings import recordings_of
+from hefting.batches.recordings import recordings_of
 from hefting.core.errors import InputError
 
 TEXT = "recording,shape,object_pose,mass,hull,start\n"

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.batch.manifest import RECORDING, is_manifest, read_manifest
+from hefting.batches.manifest import RECORDING, is_manifest, read_manifest
 from hefting.core.errors import InputError, nearest
 from hefting.logs.registry import find_format, formats
 from hefting.request.request import (
@@ -63,7 +63,7 @@ class Recordings:
     Parameters
     ----------
     table : pyarrow.Table
-        Column `recording`; of others see `hefting.batch.manifest`.
+        Column `recording`; of others see `hefting.batches.manifest`.
     folder : Path, optional
         What paths in the table are relative to.
     options : mapping

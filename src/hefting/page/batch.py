@@ -1,0 +1,200 @@
+"""Batch: what came of many recordings, and which of them are worth a look."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hefting.batches.batch import Batch
+from hefting.batches.headline import duration, headline
+from hefting.batches.reasons import Reason
+from hefting.batches.summary import Outlier, Summary
+from hefting.page.answer import WORDS, Say
+from hefting.page.controllers import command
+from hefting.page.counts import Count, counts
+from hefting.page.frame import Heading, Section, page_of
+from hefting.page.histogram import histogram
+from hefting.page.html import Markup, element, join, table
+from hefting.page.looking import link, look_at
+from hefting.page.report import Context
+
+MOST_REASONS = 100
+"""Reasons that the page shows; the table has all."""
+LONGEST = 500
+"""Characters of a text that are shown."""
+
+
+def batch_page(found: Batch, context: Context | None = None) -> str:
+    """A page of a batch: verdicts, residuals and masses, why recordings failed, and
+    those worth a look, each with a link and the command that shows it.
+
+    Parameters
+    ----------
+    found : Batch
+        What was made.
+    context : Context, optional
+        Its command and how arguments are named.
+
+    Returns
+    -------
+    str
+        HTML that needs nothing else, of bounded size however many rows there are.
+
+    Raises
+    ------
+    InputError
+        Where the table cannot be read.
+    MissingDependencyError
+        Without plotly.
+    """
+    c = Context() if context is None else context
+    summary = found.summary
+    sections = (
+        _verdicts(summary),
+        _outliers(found, c.say),
+        _failures("failures", "Why recordings failed", summary.reasons, c.say),
+        _failures("left-out", "Left out of objects", summary.left_out, c.say),
+        _doubts(summary, c.say),
+        _sizes(summary),
+        _times(summary),
+        command(c.command),
+    )
+    lines = (headline(found), f"Table: {found.folder}")
+    heading = Heading(_title(summary), lines)
+    return page_of(heading, [section for section in sections if section is not None])
+
+
+def _title(summary: Summary) -> str:
+    """How many rows could be identified."""
+    if not summary.total:
+        return "No recordings"
+    some = summary.total - summary.failed
+    return f"{some:,} of {summary.total:,} identified"
+
+
+def _verdicts(summary: Summary) -> Section:
+    """How many rows have which verdict."""
+    total = max(summary.total, 1)
+
+    def row(name: str, count: int, colour: str) -> Count:
+        return Count(name, count, f"{count:,} ({100.0 * count / total:.3g} %)", colour)
+
+    rows = [
+        row(WORDS[level][1], count, WORDS[level][0])
+        for level, count in summary.verdicts.items()
+    ]
+    rows.append(row("Failed", summary.failed, "muted"))
+    return Section("verdicts", "Verdicts", counts(rows))
+
+
+def _outliers(found: Batch, say: Say) -> Section | None:
+    """Rows that are worth a look, and how to have it."""
+    outliers = found.summary.outliers
+    if not outliers:
+        return None
+    names = {outlier.name for outlier in outliers}
+    said = found.rows(names, "recordings", "options")
+    rows = []
+    for number, outlier in enumerate(outliers):
+        words = look_at(said[outlier.name]) if outlier.name in said else None
+        rows.append(_look(outlier, f"look-{number}", words, say))
+    return Section("outliers", "Worth a look", table(("recording", "why"), rows))
+
+
+def _look(
+    outlier: Outlier, name: str, words: str | None, say: Say
+) -> tuple[Markup, Markup]:
+    """The recording; why it is worth a look, and the command for that."""
+    parts = [element("span", _short(say(outlier.why)), class_="text")]
+    if words is not None:
+        parts += [
+            element("pre", words, class_="wrap", id=name),
+            element("button", "Copy", data_copy=name, type="button"),
+        ]
+    return link(outlier.name, outlier.recording), join(parts)
+
+
+def _failures(
+    name: str, title: str, reasons: Sequence[Reason], say: Say
+) -> Section | None:
+    """What failed and why, the most frequent first."""
+    if not reasons:
+        return None
+    rows = [
+        (
+            f"{reason.count:,}",
+            element("span", _short(say(reason.text)), class_="text"),
+            reason.error,
+            join(_examples(reason), " "),
+        )
+        for reason in reasons[:MOST_REASONS]
+    ]
+    parts = [table(("count", "reason", "class", "as"), rows)]
+    left = reasons[MOST_REASONS:]
+    if left:
+        count = sum(reason.count for reason in left)
+        text = f"{count:,} more for {len(left):,} other reasons: see the table."
+        parts.append(element("p", text, class_="note"))
+    return Section(name, title, join(parts))
+
+
+def _examples(reason: Reason) -> Iterable[Markup]:
+    """Links to some of what failed."""
+    for name, path in zip(reason.examples, reason.paths, strict=True):
+        yield link(name if path is None else Path(name).name, path)
+
+
+def _doubts(summary: Summary, say: Say) -> Section | None:
+    """What puts rows in doubt, with what is said by it in one of them."""
+    if not summary.doubts:
+        return None
+    rows = [
+        (
+            f"{count:,}",
+            code,
+            element("span", _short(say(summary.doubt_texts[code])), class_="text"),
+        )
+        for code, count in summary.doubts.items()
+    ]
+    note = "A row may have several; the text is that of one of the rows."
+    shown = table(("rows", "code", "as"), rows)
+    content = join((shown, element("p", note, class_="note")))
+    return Section("doubts", "What puts rows in doubt", content)
+
+
+def _sizes(summary: Summary) -> Section | None:
+    """How large residuals and masses are."""
+    force, torque = summary.residuals.T
+    drawn = (
+        histogram("force", "Force residual", "N", force),
+        histogram("torque", "Torque residual", "N m", torque),
+        histogram("mass", "Mass", "kg", summary.masses),
+    )
+    figures = tuple(figure for figure in drawn if figure is not None)
+    if not figures:
+        return None
+    lines = [element("p", f"{f.about}.", class_="note") for f in figures]
+    missing = int(np.sum(~np.isfinite(force)))
+    if missing:
+        text = f"{missing:,} rows have no residual."
+        lines.append(element("p", text, class_="note"))
+    return Section("sizes", "Residuals and masses", join(lines), figures)
+
+
+def _times(summary: Summary) -> Section:
+    """Where the time went, of all rows together."""
+    total = sum(summary.seconds.values()) or 1.0
+    rows = [
+        Count(
+            stage, spent, f"{duration(spent)} ({100.0 * spent / total:.0f} %)", "shape"
+        )
+        for stage, spent in summary.seconds.items()
+    ]
+    note = "Time in the workers, of all rows that are in the table."
+    content = join((counts(rows), element("p", note, class_="note")))
+    return Section("times", "Time by stage", content)
+
+
+def _short(text: str) -> str:
+    """A text of bounded length."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …"
