@@ -180,7 +180,7 @@ def condensed(task: Task) -> Condensed:
 def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
     def do() -> list[Ingested]:
         request = request_of(entry.options)
-        return parts_of(request, entry.recording, shape_once(request), told)
+        return list(parts_of(request, entry.recording, shape_once(request), told))
 
     return read_unchanged(entry, do)
 
