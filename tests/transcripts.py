@@ -58,6 +58,8 @@ identify log.csv biased.csv --verbose
 identify log.csv late.csv heavy.csv
 compare estimate.json again.json
 compare estimate.json heavy.json
+batch log.csv biased.csv words.csv --output results
+batch log.csv biased.csv words.csv --output results --resume
 identify foreign.csv --map foreign.toml
 inspect log.csv
 inspect log.csv --verbose
@@ -87,6 +89,7 @@ inspect --help
 predict --help
 methods --help
 compare --help
+batch --help
 export --help
 calibrate --help
 convert --help
@@ -152,6 +155,9 @@ identify log.csv --truth log.csv
 identify - < nothing
 compare estimate.json
 compare estimate.json estimate.json
+batch log.csv
+batch nowhere* --output nothing
+batch log.csv --output . --group-by colour
 compare estimate.json log.csv
 export estimate.json
 export estimate.json --to urdff
@@ -285,7 +291,8 @@ def take(command: str, folder: Path) -> str:
     and the exit status where it is not 0."""
     typed, _, source = command.partition(" < ")
     words = ["hefting", *shlex.split(typed)]
-    out, err, status = io.StringIO(), Terminal(), 0
+    is_batch = words[1:2] == ["batch"]  # whose bar is of the moment
+    out, err, status = io.StringIO(), io.StringIO() if is_batch else Terminal(), 0
     size = mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"})
     with _inside(folder), size, contextlib.ExitStack() as stack:
         if source:
@@ -300,10 +307,17 @@ def take(command: str, folder: Path) -> str:
         except SystemExit as stop:
             status = stop.code
     lines = [f"$ hefting {command}".rstrip()]
-    lines += [line.rstrip() for line in out.getvalue().splitlines()]
+    text = without_times(out.getvalue()) if is_batch else out.getvalue()
+    lines += [line.rstrip() for line in text.splitlines()]
     lines += [f"! {line}" for line in err.getvalue().splitlines()]
     lines += [f"[{status}]"] if status else []
     return "\n".join(lines) + "\n"
+
+
+def without_times(text: str) -> str:
+    """What is printed of a batch, without how long it took."""
+    text = re.sub(r"(recordings in )[^;\n]*", r"\1# s", text)
+    return re.sub(r"(\w+ )\d+ %", r"\1# %", text)
 
 
 def masked(transcript: str) -> str:
