@@ -291,8 +291,7 @@ def take(command: str, folder: Path) -> str:
     and the exit status where it is not 0."""
     typed, _, source = command.partition(" < ")
     words = ["hefting", *shlex.split(typed)]
-    is_batch = words[1:2] == ["batch"]  # whose bar is of the moment
-    out, err, status = io.StringIO(), io.StringIO() if is_batch else Terminal(), 0
+    out, err, status = io.StringIO(), Terminal(), 0
     size = mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"})
     with _inside(folder), size, contextlib.ExitStack() as stack:
         if source:
@@ -300,6 +299,8 @@ def take(command: str, folder: Path) -> str:
             stack.enter_context(mock.patch("sys.stdin", given))
         stack.enter_context(mock.patch("sys.argv", words))
         stack.enter_context(mock.patch("hefting.cli.progress.PATIENCE", 1e3))
+        no_bar = contextlib.nullcontext(lambda progress: None)
+        stack.enter_context(mock.patch("hefting.cli.batch._bar", return_value=no_bar))
         stack.enter_context(contextlib.redirect_stdout(out))
         stack.enter_context(contextlib.redirect_stderr(err))
         try:
@@ -307,7 +308,8 @@ def take(command: str, folder: Path) -> str:
         except SystemExit as stop:
             status = stop.code
     lines = [f"$ hefting {command}".rstrip()]
-    text = without_times(out.getvalue()) if is_batch else out.getvalue()
+    text = out.getvalue()
+    text = without_times(text) if words[1:2] == ["batch"] else text
     lines += [line.rstrip() for line in text.splitlines()]
     lines += [f"! {line}" for line in err.getvalue().splitlines()]
     lines += [f"[{status}]"] if status else []
