@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -83,9 +84,9 @@ def windowed(path: Path) -> dict:
     from hefting.logs import windows
     from hefting.request.request import request_of
 
-    windows.LARGEST_WHOLE = 0
     start = time.perf_counter()
-    found = estimate_of(request_of({}), str(path), None)
+    with patch.object(windows, "LARGEST_WHOLE", 0):
+        found = estimate_of(request_of({}), str(path), None)
     parts = len(found.provenance["recordings"])
     return _told(found, time.perf_counter() - start, parts)
 
