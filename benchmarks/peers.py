@@ -155,7 +155,9 @@ def websocket(port: int, seconds: float, bad: int) -> None:
     while not all(channel.has_sinks() for channel in channels.values()):
         time.sleep(0.01)
     send_ros(
-        seconds, bad, lambda topic, data, stamp: channels[topic].log(data, log_time=stamp)
+        seconds,
+        bad,
+        lambda topic, data, stamp: channels[topic].log(data, log_time=stamp),
     )
     time.sleep(1.0)
     server.stop()

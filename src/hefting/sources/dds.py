@@ -129,8 +129,14 @@ class DdsTransport:
 
     def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
         """A reader of a topic, as reliable as its publisher."""
-        from cyclonedds.core import Policy, Qos, ReadCondition, SampleState
-        from cyclonedds.core import InstanceState, ViewState
+        from cyclonedds.core import (
+            InstanceState,
+            Policy,
+            Qos,
+            ReadCondition,
+            SampleState,
+            ViewState,
+        )
         from cyclonedds.sub import DataReader
         from cyclonedds.topic import Topic as DdsTopic
         from cyclonedds.util import duration

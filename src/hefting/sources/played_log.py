@@ -18,9 +18,7 @@ STEP = 0.01
 class PlayedLog:
     """The samples of a recording, each stream when its time has come."""
 
-    def __init__(
-        self, name: str, request: Request, recording: Recording | None = None
-    ):
+    def __init__(self, name: str, request: Request, recording: Recording | None = None):
         if not request.speed > 0:
             what = f"a log cannot be played {request.speed:g} times as fast"
             raise InputError(what, name, "give a speed above 0")

@@ -102,7 +102,9 @@ class RosDecoder:
             half = len(messages) // 2
             return self.decode(messages[:half]) + self.decode(messages[half:])
 
-    def missing(self, topics: Sequence[Topic], seen: Sequence[RosMessage]) -> InputError:
+    def missing(
+        self, topics: Sequence[Topic], seen: Sequence[RosMessage]
+    ) -> InputError:
         """Why nothing was chosen, though it was waited for."""
         sending = {topic for topic, _, _ in seen}
         offered = list_names([str(topic) for topic in topics]) or "no topics"

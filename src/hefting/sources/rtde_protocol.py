@@ -57,9 +57,7 @@ class Recipe:
 
     def __init__(self, number: int, fields: Sequence[str], types: Sequence[str]):
         self.number = number
-        self._format = struct.Struct(
-            ">B" + "".join(CODES[kind] for kind in types)
-        )
+        self._format = struct.Struct(">B" + "".join(CODES[kind] for kind in types))
         widths = [struct.Struct(">" + CODES[kind]) for kind in types]
         self._ends = np.cumsum([len(each.unpack(bytes(each.size))) for each in widths])
         self.fields = tuple(fields)
@@ -111,9 +109,7 @@ class Dialogue:
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")
         missing = [
-            name
-            for name, kind in zip(fields, types, strict=False)
-            if kind not in CODES
+            name for name, kind in zip(fields, types, strict=False) if kind not in CODES
         ]
         if len(types) != len(fields):
             raise RtdeError("the controller answers for other fields")

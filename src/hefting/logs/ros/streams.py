@@ -28,8 +28,9 @@ class Streams:
     role.
 
     `named` maps roles to the topics asked for. Filled on the way: `series` by stream
-    name, `notes`, `warnings`, `joint_names`, and `pose_topic` unless tf gives the poses. Methods raise `InputError` where a choice
-    is the user's to make. `live` topics are a part of a stream that goes on.
+    name, `notes`, `warnings`, `joint_names`, and `pose_topic` unless tf gives the
+    poses. `live` topics are a part of a stream that goes on. Methods raise
+    `InputError` where a choice is the user's to make.
     """
 
     def __init__(
