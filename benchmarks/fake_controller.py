@@ -102,7 +102,7 @@ class Controller:
         known = {
             "timestamp": (time,),
             "ft_raw_wrench": (float(k), 0.0, -9.8, 0.01, 0.02, 0.0),
-            "actual_TCP_pose": (k / RATIO, 0.5, 0.25, 0.0, 0.0, 0.0),
+            "actual_TCP_pose": (k // RATIO, 0.5, 0.25, 0.0, 0.0, 0.0),
         }
         data = b"\1"
         for name in self.names:

@@ -1,9 +1,9 @@
 """What sends live samples, in a process of its own: ``python -m benchmarks.peers
 TRANSPORT PORT SECONDS``.
 
-Each sends 500 wrenches and 100 poses a second, stamped with the clock of this machine;
-the force along x counts the wrenches, x counts the poses. With a BAD that is not 0,
-each so manieth message is malformed as well.
+Each sends 500 wrenches and 100 poses a second (RTDE: 500), stamped with the clock of this
+machine; the force along x counts the wrenches, x counts the poses. A fourth number N
+sends something malformed after every Nth wrench.
 """
 
 import json

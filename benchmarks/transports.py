@@ -37,18 +37,22 @@ class Received:
     first: dict[str, list[float]] = field(default_factory=dict)
     """First number of each sample, by stream"""
     delays: list[float] = field(default_factory=list)
-    """From the stamp of a wrench to its delivery [s]"""
+    """From the stamp of a wrench to its delivery [s]; of those sent after the first
+    delivery, before which topics were chosen"""
+    begin: float | None = None
+    """[s] When the first sample was delivered"""
 
     def add(self, samples: Samples) -> None:
         """Take samples as they are delivered."""
         now = time.time()
+        self.begin = now if self.begin is None else self.begin
         self.stamps.setdefault(samples.stream, []).extend(samples.time)
         self.first.setdefault(samples.stream, []).extend(samples.values[:, 0])
         if samples.stream == "wrench":
-            self.delays.extend(now - samples.time)
+            self.delays.extend(now - samples.time[samples.time > self.begin])
 
     def missing(self, seconds: float) -> tuple[int, int]:
-        """Wrenches and positions of a transport other than RTDE that did not come."""
+        """Wrenches and positions that did not come."""
         wrenches, poses = count(seconds)
         return (
             wrenches - len(set(self.first.get("wrench", ()))),

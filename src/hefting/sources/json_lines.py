@@ -41,7 +41,8 @@ class JsonLines:
             lines, self._is_overlong = lines[1:], False
         if len(rest) > MAX_MESSAGE:
             # dropped as it comes; what follows up to the end of the line too
-            self.skipped[TOO_LARGE] += not self._is_overlong
+            if not self._is_overlong:
+                self.skipped[TOO_LARGE] += 1
             self._is_overlong = True
         self._rest = b"" if self._is_overlong else rest
         return joined(entry for line in lines for entry in self._read(line))
@@ -69,7 +70,8 @@ class JsonLines:
             return
         streams = {name: found[name] for name in COLUMNS if name in found}
         good = [name for name, values in streams.items() if _are_numbers(values)]
-        self.skipped[NO_STREAM] += (len(streams) or 1) - len(good)
+        if bad := (len(streams) or 1) - len(good):
+            self.skipped[NO_STREAM] += bad
         yield from ((name, float(time), streams[name]) for name in good)
 
 

@@ -74,13 +74,15 @@ class RosDecoder:
 
         Raises `InputError` where the choice is the user's to make.
         """
-        gathered = self._gather(messages)
+        counted: Counter[str] = Counter()
+        gathered = self._gather(messages, counted)
         transforms = [each for each in gathered if each.role == "tf"]
         streams = self._build(gathered, self._named)
         found = streams.series
         if "wrench" not in found or not {"orientation", "joint_positions"} & set(found):
             return None
-        self._tf.add(transforms)
+        self.skipped.update(counted)
+        self._tf = self._tf.following(transforms)
         self._joints = streams.joint_names
         self._pin(gathered, streams.pose_topic)
         self._sensor, self._world = streams.sensor or self._sensor, streams.world
@@ -137,9 +139,10 @@ class RosDecoder:
         )
 
     def _decode(self, messages: Sequence[RosMessage]) -> list[Samples]:
-        gathered = self._gather(messages)
+        counted: Counter[str] = Counter()
+        gathered = self._gather(messages, counted)
         transforms = [each for each in gathered if each.role == "tf" and each.series]
-        self._tf.add(transforms)
+        tf = self._tf.following(transforms) if transforms else self._tf
         present = {each.role for each in gathered if each.series}
         named = {role: "none" for role in ROLES if role not in present}
         if transforms and self._named["pose"] == "none":
@@ -147,7 +150,11 @@ class RosDecoder:
         elif "pose" in present:
             named["pose"] = self._named["pose"]
         others = [each for each in gathered if each.role != "tf"]
-        return self._give(self._build([*others, *self._tf.all()], named))
+        streams = self._build([*others, *tf.all()], named)
+        # nothing is kept or counted of a batch that makes no sense
+        self._tf = tf
+        self.skipped.update(counted)
+        return self._give(streams)
 
     def _pin(self, gathered: Sequence[Gathered], pose: Gathered | None) -> None:
         """Keep to the topics that were chosen, whatever else is sent later."""
@@ -158,32 +165,30 @@ class RosDecoder:
             self._named["pose"] = "none"
         self._named["twist"] = "none"
 
-    def _gather(self, messages: Sequence[RosMessage]) -> list[Gathered]:
-        """What the messages hold, by topic, with values that are finite."""
+    def _gather(
+        self, messages: Sequence[RosMessage], counted: Counter[str]
+    ) -> list[Gathered]:
+        """What the messages hold, by topic, with values that are finite; what is left
+        out is `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
-                self.skipped[TOO_LARGE] += 1
+                counted[TOO_LARGE] += 1
             elif collector.wants(topic):
                 collector.add(topic, logged, data)
         gathered = list(collector.finish().values())
         for each in gathered:
             if each.unreadable:
-                self.skipped[UNREADABLE] += each.unreadable
-            finite = {key: self._finite(series) for key, series in each.series.items()}
+                counted[UNREADABLE] += each.unreadable
+            finite = {
+                key: _finite(series, counted) for key, series in each.series.items()
+            }
             each.series = {
                 key: series
                 for key, series in finite.items()
                 if len(series) and self._is_of_the_arm(key)
             }
         return gathered
-
-    def _finite(self, series: Series) -> Series:
-        good = np.isfinite(series.values).all(axis=1)
-        if good.all():
-            return series
-        self.skipped[NOT_FINITE] += int((~good).sum())
-        return series[good]
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
         """Whether a series is of the joints that were chosen; of others, True."""
@@ -236,6 +241,15 @@ class RosDecoder:
             self.name,
             "send it as ROS messages, such as geometry_msgs/msg/WrenchStamped",
         )
+
+
+def _finite(series: Series, counted: Counter[str]) -> Series:
+    """Samples whose values are; the others are counted."""
+    good = np.isfinite(series.values).all(axis=1)
+    if good.all():
+        return series
+    counted[NOT_FINITE] += int((~good).sum())
+    return series[good]
 
 
 def _seconds(series: Series) -> np.ndarray:

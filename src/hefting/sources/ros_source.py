@@ -96,11 +96,7 @@ class RosSource:
             if messages and due is None:
                 due = now + SETTLING
             if due is not None and now >= due:
-                skipped = self.skipped.copy()
                 if (found := decoder.choose(messages)) is not None:
                     return found
                 due = now + SETTLING
-                # they are counted when they are decoded again
-                self.skipped.clear()
-                self.skipped.update(skipped)
         raise decoder.missing(self._transport.topics, messages)

@@ -1,7 +1,7 @@
 """What of tf is kept from one batch of messages to the next: a pose needs what other
 links of its chain said before."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -19,16 +19,18 @@ KEPT = 10
 class Transforms:
     """Links as they were said, each for as long as it is needed."""
 
-    def __init__(self):
-        self._kept: dict[Topic, dict[Key, Series]] = {}
+    def __init__(self, kept: Mapping[Topic, Mapping[Key, Series]] | None = None):
+        self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}
 
-    def add(self, gathered: Iterable[Gathered]) -> None:
-        """Take what the tf messages of a batch gave."""
+    def following(self, gathered: Iterable[Gathered]) -> "Transforms":
+        """These, and what the tf messages of a batch gave."""
+        found = Transforms(self._kept)
         for each in gathered:
-            kept = self._kept.setdefault(each.topic, {})
+            kept = found._kept.setdefault(each.topic, {})
             for key, series in each.series.items():
                 if key in kept or len(kept) < MAX_LINKS:
                     kept[key] = _following(kept.get(key), series)
+        return found
 
     def all(self) -> list[Gathered]:
         """Everything that is kept, as the stream finder of bags takes it."""

@@ -126,7 +126,7 @@ def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
     if skipped := sum(pump.source.skipped.values()):
         parts.append(f"{skipped} skipped")
     if found.messages:
-        parts.append(render(str(found.messages[0])))
+        parts.append(render(str(found.messages[-1])))
     return " | ".join(parts)
 
 
