@@ -70,7 +70,8 @@ def main() -> None:
         lost, back = (found.said[f"source-{what}"] for what in ("lost", "back"))
         skipped = dict(pump.source.skipped)
         print(
-            f"{name:9}  {fewest:28}, {most:4}  {lost:4}  {back:4}  {skipped}", flush=True
+            f"{name:9}  {fewest:28}, {most:4}  {lost:4}  {back:4}  {skipped}",
+            flush=True,
         )
 
 

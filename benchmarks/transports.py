@@ -36,6 +36,8 @@ class Received:
     """[s] By stream"""
     first: dict[str, list[float]] = field(default_factory=dict)
     """First number of each sample, by stream"""
+    values: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    """By stream, as they came"""
     delays: list[float] = field(default_factory=list)
     """From the stamp of a wrench to its delivery [s]; of those sent after the first
     delivery, before which topics were chosen"""
@@ -48,6 +50,7 @@ class Received:
         self.begin = now if self.begin is None else self.begin
         self.stamps.setdefault(samples.stream, []).extend(samples.time)
         self.first.setdefault(samples.stream, []).extend(samples.values[:, 0])
+        self.values.setdefault(samples.stream, []).append(samples.values)
         if samples.stream == "wrench":
             self.delays.extend(now - samples.time[samples.time > self.begin])
 

@@ -4,10 +4,12 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from bag_messages import (
     EPOCH,
-    N,
     STEP,
+    N,
     imu,
     joints,
     pose,
@@ -18,8 +20,6 @@ from bag_messages import (
     write,
 )
 from bags import serialised
-from scipy.spatial.transform import Rotation
-
 from hefting.core.errors import InputError
 from hefting.logs.ros.source import Topic
 from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE, UNREADABLE
