@@ -1,13 +1,12 @@
 """History: what came in lately, averaged and bounded, as a recording."""
 
 from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 from hefting.online.samples import Samples
 from hefting.online.series import Series
 
@@ -17,6 +16,9 @@ half is then cut off, and goes on as a condensed part."""
 BACKWARD, FORWARD = 1.0, 60.0
 """[s] Stamps that go back, or ahead, by more are of another clock: those of messages
 out of order or after an interruption are nearer."""
+CONFIRMED = 10
+"""Samples in succession of another clock from which on it is believed; fewer are bad
+messages."""
 STRAGGLERS = 2.0
 """[s] Stamps so near to the last one before a clock jumped are of the clock before."""
 
@@ -34,6 +36,7 @@ class History:
         self.latest = -np.inf
         """[s] Newest stamp of any stream."""
         self._before_jump = np.nan
+        self._far = 0
 
     def add(self, samples: Samples) -> Message | None:
         """Add samples.
@@ -51,9 +54,13 @@ class History:
         if stale.any():
             self.skipped["of the clock before"] += int(stale.sum())
             time, values = time[~stale], values[~stale]
-        jumped = self._jump(time)
+        near, jumped = self._jump(time)
         if jumped is not None:
+            self._far = 0
             return jumped
+        if not near.all():
+            self.skipped["of another clock"] += int((~near).sum())
+            time, values = time[near], values[near]
         self.samples += len(time)
         if len(time):
             self._series(samples.stream).add(time, values)
@@ -115,14 +122,19 @@ class History:
             return np.empty(0), np.empty((0, 1))
         return time, values
 
-    def _jump(self, time: Array) -> Message | None:
-        """A message where a sample is of another clock than those before."""
+    def _jump(self, time: Array) -> tuple[Mask, Message | None]:
+        """Which samples (n,) are of the clock so far, and a message once so many in
+        succession are of another that it is one."""
         if not np.isfinite(self.latest):
-            return None
-        finite: Sequence[float] = time[np.isfinite(time)].tolist()
-        for t in finite:
-            apart = t - self.latest
-            if not -BACKWARD <= apart <= FORWARD:
+            return np.ones(len(time), dtype=bool), None
+        latest, near = self.latest, np.ones(len(time), dtype=bool)
+        for i, t in enumerate(time.tolist()):
+            apart = t - latest
+            near[i] = not (apart < -BACKWARD or apart > FORWARD)
+            self._far = 0 if near[i] else self._far + 1
+            if near[i]:
+                latest = max(latest, t)
+            elif self._far >= CONFIRMED:
                 what = f"the clock jumped by {apart:.6g} s: a new stretch begins"
-                return warning("clock-jumped", what)
-        return None
+                return near, warning("clock-jumped", what)
+        return near, None
