@@ -5,14 +5,16 @@ A UR5 moves smoothly at random and holds a homogeneous box of 0.3 to 2 kg; wrenc
 poses come at 100 Hz.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from benchmarks.changing import random_box
 from hefting.core.inertia import InertialParameters
-from hefting.core.recording import Recording, Stream
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array
+from hefting.online.samples import Samples
 from hefting.simulation import (
     UR5,
     WRENCH_NOISE,
@@ -132,8 +134,16 @@ def six(
     return (a, b, c, d, e, f)
 
 
-def streamed(recording: Recording, name: str, begin: float, end: float) -> Stream | None:
-    """Samples of one stream from `begin` to before `end` [s]."""
-    stream = recording[name]
-    first, last = np.searchsorted(stream.time, (begin, end))
-    return stream[first:last] if last > first else None
+def parts(recording: Recording, period: float) -> Iterator[list[Samples]]:
+    """The samples of a recording, those of each period [s] together."""
+    begin = recording.start
+    steps = int(np.ceil(recording.duration / period)) + 1
+    for k in range(steps):
+        span = (begin + k * period, begin + (k + 1) * period)
+        found = []
+        for name, stream in recording.streams.items():
+            first, last = np.searchsorted(stream.time, span)
+            if last > first:
+                part = stream[first:last]
+                found.append(Samples(name, part.time, part.values))
+        yield found

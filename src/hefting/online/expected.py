@@ -51,7 +51,8 @@ class Deviation:
     """How far a window of samples is from what is expected."""
 
     size: float
-    """d' cov(d)^-1 d"""
+    """d' cov(d)^-1 d, over the scale of the noise: what makes that more than white, as
+    the hysteresis of a sensor does, errs more in samples that were not fitted"""
     misfit: float
     """Root mean square of what a body of another mass and COM leaves, over the
     noise."""
@@ -92,7 +93,6 @@ class Expected:
             float(z.time[-1]),
         )
         X = begin._columns(z)
-        w = _weights(z)
         W = _weights(z)[:, None] * noise**-2.0
         H = np.einsum("kia,ki,kib->ab", X, W, X, optimize=True)
         v = np.einsum("kia,ki,ki->a", X, W, z.wrench)
@@ -126,8 +126,7 @@ class Expected:
         full = z.time[-1] - z.time[0] >= 0.9 * length
         if not full or len(z) - first < FEWEST:
             return None
-        scale = float(np.interp(length, LENGTHS, self.scale))
-        return self._deviation(z[slice(first, None)], scale)
+        return self._deviation(z[slice(first, None)], float(self.scale.max()))
 
     def _deviation(self, z: Measurements, scale: float) -> Deviation:
         X = self._columns(z)
@@ -150,7 +149,7 @@ class Expected:
         change = white @ np.einsum("kia,ki,ki->a", A, W, r)
         left = (r - A @ change) * np.sqrt(W)
         size = float(change @ np.linalg.lstsq(covariance, change, rcond=1e-12)[0])
-        return Deviation(size, float(np.sqrt(np.square(left).mean())))
+        return Deviation(size / scale, float(np.sqrt(np.square(left).mean())))
 
     def _columns(self, z: Measurements) -> Array:
         """(K, 6, 22) derivatives of the wrench."""

@@ -10,8 +10,8 @@ from hefting.core.spatial import Array, Mask
 from hefting.online.samples import Samples
 from hefting.online.series import Series
 
-MOST_ROWS = 4_000
-"""Most rows of a stream: 40 s at 100 Hz, which are understood in some 0.7 s. The older
+MOST_ROWS = 6_000
+"""Most rows of a stream: 30 s at 200 Hz, which are understood in some 0.7 s. The older
 half is then cut off, and goes on as a condensed part."""
 BACKWARD, FORWARD = 1.0, 60.0
 """[s] Stamps that go back, or ahead, by more are of another clock: those of messages
@@ -35,7 +35,7 @@ class History:
         """Number of all samples."""
         self.latest = -np.inf
         """[s] Newest stamp of any stream."""
-        self._before_jump = np.nan
+        self._before_jump: dict[str, float] = {}
         self._far = 0
 
     def add(self, samples: Samples) -> Message | None:
@@ -50,11 +50,12 @@ class History:
         time, values = self._arrays(samples)
         if not len(time):
             return None
-        stale = np.abs(time - self._before_jump) < STRAGGLERS
+        name = samples.stream
+        stale = np.abs(time - self._before_jump.get(name, np.nan)) < STRAGGLERS
         if stale.any():
             self.skipped["of the clock before"] += int(stale.sum())
             time, values = time[~stale], values[~stale]
-        near, jumped = self._jump(time)
+        near, jumped = self._jump(name, time)
         if jumped is not None:
             self._far = 0
             return jumped
@@ -63,19 +64,21 @@ class History:
             time, values = time[near], values[near]
         self.samples += len(time)
         if len(time):
-            self._series(samples.stream).add(time, values)
-            self.latest = max(self.latest, self._series(samples.stream).latest)
+            series = self._series(name)
+            series.add(time, values)
+            self.latest = max(self.latest, series.latest)
         return None
 
     def has(self, *streams: str) -> bool:
         """Whether there are samples of these streams."""
         return all(len(self.series.get(name, ())) > 0 for name in streams)
 
-    def recording(self, begin: float = -np.inf, end: float = np.inf) -> Recording | None:
+    def recording(
+        self, begin: float = -np.inf, end: float = np.inf
+    ) -> Recording | None:
         """The samples from `begin` to before `end` [s]; None where there are none."""
         found = {
-            name: series.stream(begin, end)
-            for name, series in self.series.items()
+            name: series.stream(begin, end) for name, series in self.series.items()
         }
         streams = {name: stream for name, stream in found.items() if stream is not None}
         return Recording(streams, source=self.source) if streams else None
@@ -98,7 +101,7 @@ class History:
     def take_all(self) -> Recording | None:
         """All samples, which are forgotten: those of another clock follow."""
         whole = self.recording()
-        self._before_jump = self.latest
+        self._before_jump = {n: each.latest for n, each in self.series.items()}
         self.series = {}
         self.latest = -np.inf
         return whole
@@ -122,12 +125,13 @@ class History:
             return np.empty(0), np.empty((0, 1))
         return time, values
 
-    def _jump(self, time: Array) -> tuple[Mask, Message | None]:
-        """Which samples (n,) are of the clock so far, and a message once so many in
-        succession are of another that it is one."""
-        if not np.isfinite(self.latest):
-            return np.ones(len(time), dtype=bool), None
-        latest, near = self.latest, np.ones(len(time), dtype=bool)
+    def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
+        """Which samples (n,) of a stream are of the clock so far, and a message once so
+        many in succession are of another that it is one."""
+        near = np.ones(len(time), dtype=bool)
+        latest = self._series(name).latest
+        if not np.isfinite(latest):
+            return near, None
         for i, t in enumerate(time.tolist()):
             apart = t - latest
             near[i] = not (apart < -BACKWARD or apart > FORWARD)

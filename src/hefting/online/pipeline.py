@@ -4,8 +4,7 @@ clock."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +19,6 @@ from hefting.online.live_estimate import LiveEstimate, LiveStateName
 from hefting.online.samples import Samples
 from hefting.online.understanding import Task, Understanding, long_enough
 from hefting.online.watch import Watch
-from hefting.robots import Robot, with_poses
 
 EVERY = 1.0
 """[s] of the stream between two understandings of its history."""
@@ -53,9 +51,13 @@ class Asker(Protocol):
 class Pipeline:
     """Samples of a stream in, live estimates out. Used by one thread."""
 
-    def __init__(self, asker: Asker, robot: Robot | None = None):
+    def __init__(
+        self,
+        asker: Asker,
+        on_new_clock: Callable[[], None] = lambda: None,
+    ):
         self._asker = asker
-        self._robot = robot
+        self._on_new_clock = on_new_clock
         self.history = History()
         self.object = 1
         self.object_since: float | None = None
@@ -79,10 +81,6 @@ class Pipeline:
 
     def take(self, samples: Samples) -> None:
         """Take samples of one stream."""
-        if samples.stream == "joint_positions" and self._robot is not None:
-            for each in _poses(samples, self._robot):
-                self.take(each)
-            return
         jumped = self.history.add(samples)
         if jumped is not None:
             self._messages.append(jumped)
@@ -91,6 +89,7 @@ class Pipeline:
             before = self._estimate
             self._start_anew()
             self._estimate, self._new_clock = before, True
+            self._on_new_clock()
             self.history.add(samples)
 
     def say(self, message: Message) -> None:
@@ -106,7 +105,7 @@ class Pipeline:
         self._look_for_change()
         self._ask()
         self._receive(self._asker.answer())  # of an asker that answers at once
-        return self._told()
+        return self.told()
 
     def _ask(self) -> None:
         """Have the history understood, where it is time."""
@@ -194,7 +193,7 @@ class Pipeline:
         series = self.history.series.get(name)
         return None if series is None else series.stream(begin, np.inf)
 
-    def _told(self) -> LiveEstimate:
+    def told(self) -> LiveEstimate:
         """What is known now."""
         known = self._known[-1] if self._known else None
         if known is not None:
@@ -233,13 +232,3 @@ class Pipeline:
             return "waiting"
         said.append(self._obstacle)
         return "too little motion"
-
-
-def _poses(samples: Samples, robot: Robot) -> Sequence[Samples]:
-    """Position and orientation of the sensor by joint positions."""
-    time = np.atleast_1d(np.asarray(samples.time, dtype=float))
-    values = np.asarray(samples.values, dtype=float).reshape(len(time), -1)
-    # stamps may repeat here: the poses are checked as others are
-    order = np.arange(len(time), dtype=float)
-    log = with_poses(Recording({"joint_positions": Stream(order, values)}), robot)
-    return [Samples(name, time, log[name].values) for name in ("position", "orientation")]

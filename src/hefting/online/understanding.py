@@ -147,7 +147,9 @@ class Understander:
         return Understanding(
             end=float(recent.measurements.time[-1]),
             estimate=estimate,
-            found=found.without_samples() if found is recent else recent.without_samples(),
+            found=found.without_samples()
+            if found is recent
+            else recent.without_samples(),
             estimator=estimator,
             others=tuple(states[:-1]),
             recent=states[-1],
