@@ -54,7 +54,7 @@ def run(name: str, lives: int, life: float = LIFE) -> tuple[Lives, Pump]:
                 raise pump.error
         time.sleep(life)
         peer.kill()
-        peer.wait()
+        peer.communicate()
     assert pump is not None
     pump.close()
     return found, pump

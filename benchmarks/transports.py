@@ -104,7 +104,7 @@ def run(name: str, seconds: float, bad: int = 0) -> tuple[Received, Counter[str]
                 raise pump.error
     finally:
         peer.kill()
-        peer.wait()
+        peer.communicate()
     return received, source.skipped
 
 

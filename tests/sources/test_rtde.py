@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 from benchmarks.fake_controller import Controller
+from benchmarks.transports import start_peer
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
@@ -18,8 +19,8 @@ from hefting.sources.rtde_protocol import HEAD, Packages, Recipe, RtdeError
 class Robot:
     """A controller that listens on a port of its own."""
 
-    def __init__(self, port=0, **options):
-        self.server = socket.create_server(("127.0.0.1", port))
+    def __init__(self, **options):
+        self.server = socket.create_server(("127.0.0.1", 0))
         self.port = self.server.getsockname()[1]
         self.options, self.served = options, threading.Event()
         self.thread = threading.Thread(target=self._serve, daemon=True)
@@ -143,7 +144,9 @@ def test_the_fake_controller_is_one_for_ur_rtde():
         # ur_rtde takes the usual port only
         if probe.connect_ex(("127.0.0.1", 30004)) == 0:
             pytest.skip("something listens on port 30004")
-    with Robot(port=30004):
+    # in another process, as ur_rtde lets no other thread run while it connects
+    peer = start_peer("rtde", 30004, 20.0)
+    try:
         client = rtde_receive.RTDEReceiveInterface(
             "127.0.0.1", 500.0, ["timestamp", "actual_TCP_pose", "ft_raw_wrench"]
         )
@@ -152,6 +155,9 @@ def test_the_fake_controller_is_one_for_ur_rtde():
             time.sleep(0.01)
         wrench, pose = client.getFtRawWrench(), client.getActualTCPPose()
         client.disconnect()
+    finally:
+        peer.kill()
+        peer.communicate()
     assert wrench[0] >= 20
     assert wrench[1:] == [0.0, -9.8, 0.01, 0.02, 0.0]
     assert pose[1:] == [0.5, 0.25, 0.0, 0.0, 0.0]

@@ -169,6 +169,7 @@ def _run(a: argparse.Namespace) -> int:
             identifier.add(samples)
 
         def tell(message: "Message") -> None:
+            identifier.say(message)
             if a.verbose or message.severity != "note" or "source" in message.code:
                 display.say(render(message))
 
@@ -181,8 +182,7 @@ def _run(a: argparse.Namespace) -> int:
                 recorder.close()
         if pump.error is not None:
             raise pump.error
-        identifier.close()
-        found = identifier.latest
+        found = identifier.close(_whole(recorder))
     if recorder is not None:
         _tell_record(recorder)
     if found is None or found.estimate is None:
@@ -227,6 +227,13 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
             say(f"warning: {render(line)}")
         print(exported.text, end="" if exported.text.endswith("\n") else "\n")
     return exit_status(estimate.verdict)
+
+
+def _whole(recorder: Any) -> Any:
+    """The record, where all that came is in one file; else None."""
+    if recorder is None or len(recorder.paths) > 1 or +recorder.left_out:
+        return None
+    return recorder.paths[0] if recorder.count else None
 
 
 def _tell_record(recorder: Any) -> None:

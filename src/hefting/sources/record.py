@@ -40,7 +40,8 @@ class Recorder:
     path : ends in .mcap; what is there is replaced.
 
     `paths` are the files written so far: a second one is begun where the source's clock
-    is set back. `left_out` counts samples that no message holds, by stream.
+    is set back. `left_out` counts samples that no message holds, by stream; `count` all
+    that came.
 
     Raises
     ------
@@ -56,6 +57,7 @@ class Recorder:
         self._path = Path(path)
         self.paths: list[Path] = []
         self.left_out: Counter[str] = Counter()
+        self.count = 0
         self._waiting: dict[str, list[Samples]] = {}
         self._latest: dict[str, float] = {}
         self._shift: int | None = None
@@ -68,6 +70,7 @@ class Recorder:
             self._begin_again()
         elif self._is_due():
             self._write()
+        self.count += len(samples.time)
         self._latest[samples.stream] = float(samples.time[-1])
         self._waiting.setdefault(samples.stream, []).append(samples)
 

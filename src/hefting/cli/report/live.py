@@ -56,10 +56,7 @@ class JsonDisplay(Display):
         """Print an estimate."""
         import json
 
-        entry = found.to_dict()
-        if pump.state == "lost":
-            entry["state"] = LOST
-        print(self.render(json.dumps(entry)), flush=True)
+        print(self.render(json.dumps(found.to_dict())), flush=True)
 
 
 class LinesDisplay(Display):
@@ -71,10 +68,9 @@ class LinesDisplay(Display):
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Print an estimate, unless one was just before."""
-        state = LOST if pump.state == "lost" else found.state
         now = time.monotonic()
-        if state != self._state or now >= self._due:
-            self._state, self._due = state, now + EVERY
+        if found.state != self._state or now >= self._due:
+            self._state, self._due = found.state, now + EVERY
             print(line_of(found, pump, self.render), flush=True)
 
 
@@ -104,10 +100,6 @@ class TerminalDisplay(Display):
             self._is_shown = False
 
 
-LOST = "lost source"
-"""State while the source is connected again."""
-
-
 def display_of(json: bool, render: Render) -> Display:
     """How estimates are shown on standard output."""
     if json:
@@ -117,9 +109,8 @@ def display_of(json: bool, render: Render) -> Display:
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
     """An estimate in a line: when, state, mass, COM, how many samples, what to do."""
-    state = LOST if pump.state == "lost" else found.state
     number = f" object {found.object}" if found.object > 1 else ""
-    parts = [f"{found.time:.1f} s{number}: {state}"]
+    parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:
         parts += numbers_of(found.estimate)
     parts.append(f"{pump.counts['samples']} samples")
