@@ -2,6 +2,8 @@
 sends."""
 
 import argparse
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
@@ -45,6 +47,9 @@ EXAMPLES = (
     "hefting live log.csv --speed 10",
     "my_driver | hefting live -",
 )
+
+FASTEST = 100.0
+"""Speed beyond which estimates would not keep up with a log."""
 
 ROLES = ("wrench", "pose", "joint", "imu")
 """Roles whose topics can be named."""
@@ -136,7 +141,7 @@ def _add_reading(group: argparse._ActionsContainer) -> None:
         type=float,
         metavar="FACTOR",
         default=1.0,
-        help="how fast a log is played; default 1, inf: as fast as it goes",
+        help="how fast a log is played, at most 100 times; default 1",
     )
 
 
@@ -183,6 +188,8 @@ def _run(a: argparse.Namespace) -> int:
         if pump.error is not None:
             raise pump.error
         found = identifier.close(_whole(recorder))
+        if found is not None:
+            found = _with_skipped(found, pump)
     if recorder is not None:
         _tell_record(recorder)
     if found is None or found.estimate is None:
@@ -197,9 +204,15 @@ def _follow(pump: "Pump", identifier: "LiveIdentifier", display: Any) -> None:
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
-                display.show(found, pump)
+                display.show(_with_skipped(found, pump), pump)
     except KeyboardInterrupt:
         pump.close()
+
+
+def _with_skipped(found: "LiveEstimate", pump: "Pump") -> "LiveEstimate":
+    """With the bad messages that the source left out."""
+    skipped = found.counts.get("skipped", {}) + pump.source.skipped
+    return replace(found, counts={**found.counts, "skipped": skipped})
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
@@ -246,8 +259,6 @@ def _tell_record(recorder: Any) -> None:
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for outputs that cannot or must not be written."""
-    from pathlib import Path
-
     from hefting.export import SUFFIXES, TARGETS
 
     inputs = a.source, a.shape, a.bias, a.object_pose, a.map, a.urdf, a.tool
@@ -274,6 +285,9 @@ def _request(a: argparse.Namespace) -> "Request":
     from hefting.request.recording import recording_of
     from hefting.sources.request import Request
 
+    if not 0 < a.speed <= FASTEST:
+        what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
+        raise InputError(what, "--speed", "use hefting identify for a whole log")
     if "://" in a.source or a.source == "-":
         for option in ("map", "sensor_pose_in_log", "sensor_turned"):
             if getattr(a, option) is not None:
