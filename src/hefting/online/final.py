@@ -39,13 +39,13 @@ def final_estimate(
             "the stream is too long to be kept: the final answer is the last live one"
         )
         return replace(last, messages=(*last.messages, note("live-not-kept", what)))
-    logs = [as_recording(each) for each in recordings]
     start = 0.0
-    if since is not None:  # an object is held in one clock: the last
-        logs = logs[-1:]
-        start = max(since - logs[0].start, 0.0)
-    whole = logs[0] if len(logs) == 1 else logs
     try:
+        logs = [as_recording(each) for each in recordings]
+        if since is not None:  # an object is held in one clock: the last
+            logs = logs[-1:]
+            start = max(since - logs[0].start, 0.0)
+        whole = logs[0] if len(logs) == 1 else logs
         found = identify(
             whole,
             settings.shape,

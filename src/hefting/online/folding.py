@@ -86,7 +86,9 @@ class Follower:
 def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
     """The estimate with new samples; that of before where there are none."""
     before, estimator = known.estimate, known.estimator
-    if z is None or before is None or estimator is None or known.recent is None:
+    if z is None or not len(z) or before is None:
+        return before
+    if estimator is None or known.recent is None:
         return before
     z = without_spikes(known, z)
     if not len(z):

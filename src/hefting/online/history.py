@@ -5,8 +5,10 @@ from collections import Counter
 import numpy as np
 
 from hefting.core.messages import Message, warning
-from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
+from hefting.online.kept import Kept
+from hefting.online.possible import arrays_of, possible
 from hefting.online.samples import Samples
 from hefting.online.series import Series
 
@@ -31,6 +33,7 @@ class History:
         self.series: dict[str, Series] = {}
         self.skipped: Counter[str] = Counter()
         """Samples that were left out, by reason."""
+        self.kept = Kept()
         self.samples = 0
         """Number of all samples."""
         self.latest = -np.inf
@@ -38,35 +41,41 @@ class History:
         self._before_jump: dict[str, float] = {}
         self._far = 0
 
+    def checked(self, samples: Samples) -> Samples | None:
+        """The samples that can be; None where they are no stream's. The others are
+        counted."""
+        name, arrays = samples.stream, arrays_of(samples)
+        if arrays is None:
+            self.skipped["of no stream"] += max(np.size(samples.time), 1)
+            return None
+        good = possible(name, *arrays, self.skipped)
+        return Samples(name, arrays[0][good], arrays[1][good])
+
     def add(self, samples: Samples) -> Message | None:
-        """Add samples.
+        """Add samples that were checked.
 
         Returns
         -------
         Message or None
-            Where the clock jumped: what was held is to be taken first (`take_all`),
-            and the samples added again.
+            Where the clock jumped: nothing was added. What was held is to be taken
+            first (`take_all`), and the samples added again.
         """
-        time, values = self._arrays(samples)
-        if not len(time):
-            return None
-        name = samples.stream
-        stale = np.abs(time - self._before_jump.get(name, np.nan)) < STRAGGLERS
-        if stale.any():
-            self.skipped["of the clock before"] += int(stale.sum())
-            time, values = time[~stale], values[~stale]
-        near, jumped = self._jump(name, time)
+        name, time, values = samples
+        before = self._before_jump.get(name, np.nan)
+        own = ~(np.abs(time - before) < STRAGGLERS)
+        near, jumped = self._jump(name, time[own])
         if jumped is not None:
             self._far = 0
             return jumped
-        if not near.all():
-            self.skipped["of another clock"] += int((~near).sum())
-            time, values = time[near], values[near]
+        self._count("of the clock before", ~own)
+        self._count("of another clock", ~near)
+        time, values = time[own][near], values[own][near]
         self.samples += len(time)
         if len(time):
             series = self._series(name)
             series.add(time, values)
             self.latest = max(self.latest, series.latest)
+            self.kept.add(Samples(name, time, values))
         return None
 
     def has(self, *streams: str) -> bool:
@@ -104,6 +113,7 @@ class History:
         self._before_jump = {n: each.latest for n, each in self.series.items()}
         self.series = {}
         self.latest = -np.inf
+        self.kept.begin_clock()
         return whole
 
     def _series(self, name: str) -> Series:
@@ -111,19 +121,9 @@ class History:
             self.series[name] = Series(name, self.skipped)
         return self.series[name]
 
-    def _arrays(self, samples: Samples) -> tuple[Array, Array]:
-        """Times (n,) and values (n, d); none where they are no stream's."""
-        time = np.atleast_1d(np.asarray(samples.time, dtype=float))
-        values = np.asarray(samples.values, dtype=float)
-        values = values[None] if values.ndim == 1 else values
-        columns = COLUMNS.get(samples.stream)
-        fits = columns is not None and values.ndim == 2 and values.shape[1] > 0
-        if fits and columns is not None and samples.stream not in JOINT_STREAMS:
-            fits = values.shape[1] == len(columns)
-        if not fits or time.ndim != 1 or len(time) != len(values):
-            self.skipped["of no stream"] += max(time.size, 1)
-            return np.empty(0), np.empty((0, 1))
-        return time, values
+    def _count(self, reason: str, which: Mask) -> None:
+        if which.any():
+            self.skipped[reason] += int(which.sum())
 
     def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
         """Which samples (n,) of a stream are of the clock so far, and a message once so

@@ -25,7 +25,6 @@ from hefting.estimators import Estimator, method_named, methods_with
 from hefting.ingest.tool import load_tool
 from hefting.online.final import final_estimate
 from hefting.online.inline import Inline
-from hefting.online.kept import Kept
 from hefting.online.live_estimate import LiveEstimate
 from hefting.online.passing import joined, poses_of
 from hefting.online.pipeline import Pipeline
@@ -105,10 +104,9 @@ class LiveIdentifier:
         self.period = 1.0 / rate
         self._queue: deque[Samples] = deque()
         self._dropped = 0
-        self._kept = Kept()
         self._asker = (Remote if in_process else Inline)(self.settings)
         self._robot = robot
-        self._pipeline = Pipeline(self._asker, self._kept.begin_clock)
+        self._pipeline = Pipeline(self._asker)
         self._latest: LiveEstimate | None = None
         self._lost = False
         self._number = 0
@@ -222,7 +220,9 @@ class LiveIdentifier:
             last = self._pipeline.told()
         if last is None:
             return None
-        recordings = self._kept.recordings("live") if log is None else [log]
+        recordings = (
+            self._pipeline.history.kept.recordings("live") if log is None else [log]
+        )
         self._tell(
             final_estimate(last, recordings, self.settings, self._pipeline.object_since)
         )
@@ -257,7 +257,6 @@ class LiveIdentifier:
         for parts in waiting.values():
             for samples in joined(parts):
                 self._pipeline.take(samples)
-                self._kept.add(samples)
 
     def _with_poses(self, samples: Samples) -> Sequence[Samples]:
         """The samples; of joint positions the poses of the sensor instead."""

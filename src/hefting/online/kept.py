@@ -24,9 +24,8 @@ class Kept:
 
     def add(self, samples: Samples) -> None:
         """Keep samples, unless there are too many."""
-        values = np.asarray(samples.values, dtype=float)
-        time = np.asarray(samples.time, dtype=float)
-        if not self.whole or values.ndim != 2 or values.shape[:1] != time.shape:
+        time, values = samples.time, samples.values
+        if not self.whole:
             return
         self._numbers += values.size + time.size
         if self._numbers > MOST_NUMBERS:
@@ -73,10 +72,7 @@ class _Column:
             self._values.append(values)
 
     def stream(self) -> Stream | None:
-        """In order of time, each stamp once and none that is not finite, as readers of
-        logs take them."""
+        """In order of time, each stamp once, as readers of logs take them."""
         time, values = self._time.finish(), self._values.finish()
-        good = np.isfinite(time) & np.isfinite(values).all(axis=1)
-        time, values = time[good], values[good]
         _, first = np.unique(time, return_index=True)
         return Stream(time[first], values[first]) if len(first) else None

@@ -4,7 +4,6 @@ clock."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -51,13 +50,8 @@ class Asker(Protocol):
 class Pipeline:
     """Samples of a stream in, live estimates out. Used by one thread."""
 
-    def __init__(
-        self,
-        asker: Asker,
-        on_new_clock: Callable[[], None] = lambda: None,
-    ):
+    def __init__(self, asker: Asker):
         self._asker = asker
-        self._on_new_clock = on_new_clock
         self.history = History()
         self.object = 1
         self.object_since: float | None = None
@@ -81,7 +75,10 @@ class Pipeline:
 
     def take(self, samples: Samples) -> None:
         """Take samples of one stream."""
-        jumped = self.history.add(samples)
+        checked = self.history.checked(samples)
+        if checked is None:
+            return
+        jumped = self.history.add(checked)
         if jumped is not None:
             self._messages.append(jumped)
             older = self.history.take_all()
@@ -89,8 +86,7 @@ class Pipeline:
             before = self._estimate
             self._start_anew()
             self._estimate, self._new_clock = before, True
-            self._on_new_clock()
-            self.history.add(samples)
+            self.history.add(checked)
 
     def say(self, message: Message) -> None:
         """Have a message on the stream told with the next estimates."""

@@ -18,7 +18,7 @@ from hefting.online.understanding import Settings, Task, Understander, Understan
 LENGTH = struct.Struct(">Q")
 """Length of a message before each [bytes]."""
 COMMAND = "from hefting.online.process import serve; serve()"
-NICENESS = 10
+NICENESS = 3
 """Sampling goes before understanding where they share a core."""
 
 
@@ -93,19 +93,26 @@ class Remote:
         assert self._process.stdin is not None
         with suppress(OSError):
             _send(self._process.stdin, self._settings)
+        self._answers = queue.SimpleQueue()  # one before may say still that it is dead
         read = threading.Thread(
-            target=self._read, args=(self._process,), name="hefting-live", daemon=True
+            target=_read,
+            args=(self._process, self._answers),
+            name="hefting-live",
+            daemon=True,
         )
         read.start()
 
-    def _read(self, process: "subprocess.Popen[bytes]") -> None:
-        """Pass on what a process says, until it ends."""
-        assert process.stdout is not None
-        with suppress(OSError, ValueError):
-            while (message := _receive(process.stdout)) is not None:
-                self._answers.put(pickle.loads(message))
-        if self._process is process:  # it was not closed: the next task begins another
-            self._answers.put(None)
+
+def _read(
+    process: "subprocess.Popen[bytes]",
+    answers: "queue.SimpleQueue[Understanding | None]",
+) -> None:
+    """Pass on what a process says, until it ends; None then."""
+    assert process.stdout is not None
+    with suppress(OSError, ValueError):
+        while (message := _receive(process.stdout)) is not None:
+            answers.put(pickle.loads(message))
+    answers.put(None)
 
 
 def serve() -> None:

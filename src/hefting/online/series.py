@@ -4,9 +4,8 @@ from collections import Counter
 
 import numpy as np
 
-from hefting.core.magnitudes import LARGEST, LARGEST_TIME
 from hefting.core.recording import Stream
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array
 
 BIN = 0.005
 """[s] Samples of a fast stream are averaged over so long. On recordings of a Panda at
@@ -16,8 +15,6 @@ FAST = 250.0
 """[Hz] Streams of a higher rate are averaged."""
 SAMPLES_OF_RATE = 50
 """Samples by which the rate is judged."""
-UNIT_NORM = 0.01
-"""Largest distance of a quaternion's norm from one, as in `hefting.Recording`."""
 
 
 class Series:
@@ -50,14 +47,13 @@ class Series:
         return latest
 
     def add(self, time: Array, values: Array) -> None:
-        """Add samples (n,), (n, d) of one clock; what cannot be used is counted."""
-        good = self._good(time, values)
-        time, values = time[good], values[good]
+        """Add samples (n,), (n, d) that can be, of one clock; late and repeated ones of
+        a fast stream are counted."""
         if not len(time):
             return
         if self._fast:
             late = time <= self.latest
-            self._count("late", late)
+            self._count("late", int(late.sum()))
             self._add_fast(time[~late], values[~late])
             return
         self._insert(time, values)
@@ -83,24 +79,10 @@ class Series:
             return None
         return Stream(self.time[first:last], self.values[first:last])
 
-    def _good(self, time: Array, values: Array) -> Mask:
-        """Samples (n,) that can be: finite, and not larger than anything is."""
-        with np.errstate(all="ignore"):
-            good = np.isfinite(time) & np.isfinite(values).all(axis=1)
-            self._count("not finite", ~good)
-            largest = LARGEST.get(self.name, np.inf)
-            size = np.abs(values).max(axis=1, initial=0.0)
-            possible = (np.abs(time) < LARGEST_TIME) & (size <= largest)
-            if self.name == "orientation":
-                norm = np.linalg.norm(values, axis=1)
-                possible &= np.abs(norm - 1.0) <= UNIT_NORM
-        self._count("impossible", good & ~possible)
-        return good & possible
-
     def _insert(self, time: Array, values: Array) -> None:
         """Add samples of a slow stream in order of time, each stamp once."""
         if len(self.time) and self.values.shape[1] != values.shape[1]:
-            self._count("of another width", np.ones(len(time), dtype=bool))
+            self._count("of another width", len(time))
             return
         ordered = (np.diff(time) > 0.0).all()
         if ordered and (not len(self.time) or time[0] > self.time[-1]):
@@ -112,7 +94,7 @@ class Series:
         all_times = np.concatenate((self.time, time))
         whole = (self.values, values) if self.values.size else (values,)
         times, first = np.unique(all_times, return_index=True)
-        self._skipped["repeated"] += before + len(time) - len(times)
+        self._count("repeated", before + len(time) - len(times))
         self.time, self.values = times, np.concatenate(whole)[first]
 
     def _judge_rate(self) -> None:
@@ -130,12 +112,12 @@ class Series:
         if not len(time):
             return
         if values.shape[1] != self._open_values.shape[1]:
-            self._count("of another width", np.ones(len(time), dtype=bool))
+            self._count("of another width", len(time))
             return
         time = np.concatenate((self._open_time, time))
         values = np.concatenate((self._open_values, values))
         times, first = np.unique(time, return_index=True)
-        self._skipped["repeated"] += len(time) - len(times)
+        self._count("repeated", len(time) - len(times))
         values = values[first]
         bins = np.floor(times / BIN)
         done = int(np.searchsorted(bins, bins[-1]))
@@ -159,7 +141,6 @@ class Series:
         self.time = np.concatenate((self.time, at))
         self.values = np.concatenate((self.values, mean))
 
-    def _count(self, reason: str, which: Mask) -> None:
-        number = int(which.sum())
+    def _count(self, reason: str, number: int) -> None:
         if number:
             self._skipped[reason] += number

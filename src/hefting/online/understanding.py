@@ -235,8 +235,8 @@ def _filter(recording: Recording) -> PoseFilter | None:
 def _too_little(found: Ingested, message: Message) -> InputError:
     """That the motion does not suffice, and what is open."""
     seen = identifiability(found.excitation, found.beside_bias, TYPICAL_SIZE)
-    help_ = "; ".join(seen.summary) or "turn the sensor to other orientations"
-    return InputError(str(message), fix=help_)
+    what = "; ".join(seen.summary) or str(message)
+    return InputError(what, fix="turn the sensor to other orientations")
 
 
 def _obstacle(error: InputError) -> Message:
