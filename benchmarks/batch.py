@@ -2,7 +2,7 @@
 simulated recordings, some broken in ten ways.
 
 Printed: whether each whole one is identified and each broken one named; recordings a
-second with one process and with two; shares of the stages; and, with ``--kills``, whether
+second on two cores and on one; shares of the stages; and, with ``--kills``, whether
 a run that is killed (SIGKILL) so many times at random moments and resumed gives the same
 table.
 """
@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -102,6 +103,20 @@ def killed_and_resumed(
     return done
 
 
+@contextmanager
+def on_cores(count: int):
+    """This process, and those it begins, on so many cores, where that can be said."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, set(sorted(before)[:count]))
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
 def _command(manifest: Path, shared: dict[str, str], output: Path) -> list[str]:
     options = [f"--{name.replace('_', '-')}={value}" for name, value in shared.items()]
     start = [
@@ -135,10 +150,11 @@ def run(folder: Path, count: int, kills: int) -> None:
     rates = {}
     for jobs in (2, 1):
         output = Path(tempfile.mkdtemp(dir=folder))
-        found = batch(manifest, output, jobs=jobs, **shared)
+        with on_cores(jobs):
+            found = batch(manifest, output, jobs=jobs, **shared)
         rates[jobs] = count / found.seconds
         wrong = wrong_rows(output, count)
-        print(f"{count} recordings, {jobs} processes: {rates[jobs]:.1f} a second, "
+        print(f"{count} recordings, {jobs} cores: {rates[jobs]:.1f} a second, "
               f"{found.summary.failed} failed, {len(wrong)} wrong {wrong[:3]}")  # fmt: skip
         if jobs == 2:
             whole, lasts = output, found.seconds
@@ -154,7 +170,7 @@ def run(folder: Path, count: int, kills: int) -> None:
                 "failed:",
                 dict(Counter({r.text: r.count for r in found.summary.reasons})),
             )
-    print(f"two processes over one: {rates[2] / rates[1]:.2f}")
+    print(f"two cores over one: {rates[2] / rates[1]:.2f}")
     if kills:
         output = Path(tempfile.mkdtemp(dir=folder))
         done = killed_and_resumed(manifest, shared, output, kills, lasts)

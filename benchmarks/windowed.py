@@ -1,5 +1,5 @@
 """A recording too large for memory: read in windows, each condensed where it is read,
-and identified together; against the peak memory that its first minute takes alone.
+and identified together by a batch; against the peak memory that its first minute takes alone.
 
 `python -m benchmarks.windowed [--samples N]` prints time, peak memory and what was
 found. The log is written block by block to a temporary folder, and removed.
@@ -7,12 +7,12 @@ found. The log is written block by block to a temporary folder, and removed.
 
 import argparse
 import json
-import pickle
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
@@ -75,38 +75,23 @@ def whole(path: Path) -> dict:
 
     start = time.perf_counter()
     found = identify(path).estimate
-    return _told(found, time.perf_counter() - start, parts=1, size=0)
+    return _told(found, time.perf_counter() - start, parts=1)
 
 
 def windowed(path: Path) -> dict:
-    """Condense the windows of a log, keep the parts in a file, and identify them."""
-    from hefting.identification.partials import (
-        condense,
-        identify_parts,
-        what_others_tell,
-    )
-    from hefting.logs.windows import windows
+    """Identify a log as `hefting batch` does one that is too large to be read whole."""
+    from hefting.batches.parts import estimate_of
+    from hefting.logs import windows
+    from hefting.request.request import request_of
 
     start = time.perf_counter()
-    sizes = []
-    with tempfile.TemporaryFile() as kept:
-        for window in windows(path):
-            sizes.append(kept.write(pickle.dumps(condense(window))))
-        condensed = time.perf_counter() - start
-        kept.seek(0)
-        parts = [pickle.load(kept) for _ in sizes]
-    again = what_others_tell(parts)
-    if any(again):
-        parts = [
-            condense(window, **how) if how else part
-            for part, window, how in zip(parts, windows(path), again, strict=True)
-        ]
-    found = identify_parts(parts).estimate
-    told = _told(found, time.perf_counter() - start, len(parts), max(sizes))
-    return told | {"condensing": condensed}
+    with patch.object(windows, "LARGEST_WHOLE", 0):
+        found = estimate_of(request_of({}), str(path), None)
+    parts = len(found.provenance["recordings"])
+    return _told(found, time.perf_counter() - start, parts)
 
 
-def _told(found, seconds: float, parts: int, size: int) -> dict:
+def _told(found, seconds: float, parts: int) -> dict:
     from hefting.simulation import hammer
 
     true = hammer().parameters
@@ -114,7 +99,6 @@ def _told(found, seconds: float, parts: int, size: int) -> dict:
         "seconds": seconds,
         "peak": peak(),
         "parts": parts,
-        "pickled": size,
         "samples": found.samples,
         "mass": found.mass,
         "mass_error": found.mass - true.mass,
@@ -147,9 +131,8 @@ def compare(samples: int) -> list[str]:
     return [
         f"first minute: {alone['seconds']:.1f} s, {alone['peak'] / 2**20:.0f} MiB",
         f"{all_['samples']:,} samples in {all_['parts']} windows: "
-        f"{all_['seconds']:.1f} s, of which condensing {all_['condensing']:.1f} s",
+        f"{all_['seconds']:.1f} s",
         f"peak memory {all_['peak'] / 2**20:.0f} MiB, {rise:+.0f} MiB",
-        f"largest part, pickled: {all_['pickled'] / 1000:.0f} kB",
         f"mass {all_['mass']:.5f} kg, off by {all_['mass_error']:+.5f} "
         f"± {all_['half_mass']:.5f} kg",
         f"{all_['verdict']}: {', '.join(all_['codes']) or 'no warnings'}",

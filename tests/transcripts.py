@@ -58,6 +58,8 @@ identify log.csv biased.csv --verbose
 identify log.csv late.csv heavy.csv
 compare estimate.json again.json
 compare estimate.json heavy.json
+batch log.csv biased.csv words.csv --output results
+batch log.csv biased.csv words.csv --output results --resume
 identify foreign.csv --map foreign.toml
 inspect log.csv
 inspect log.csv --verbose
@@ -87,6 +89,7 @@ inspect --help
 predict --help
 methods --help
 compare --help
+batch --help
 export --help
 calibrate --help
 convert --help
@@ -153,6 +156,9 @@ identify log.csv --truth log.csv
 identify - < nothing
 compare estimate.json
 compare estimate.json estimate.json
+batch log.csv
+batch nowhere* --output nothing
+batch log.csv --output . --group-by colour
 compare estimate.json log.csv
 export estimate.json
 export estimate.json --to urdff
@@ -306,6 +312,8 @@ def take(command: str, folder: Path) -> str:
             stack.enter_context(mock.patch("sys.stdin", given))
         stack.enter_context(mock.patch("sys.argv", words))
         stack.enter_context(mock.patch("hefting.cli.progress.PATIENCE", 1e3))
+        no_bar = contextlib.nullcontext(lambda progress: None)
+        stack.enter_context(mock.patch("hefting.cli.batch._bar", return_value=no_bar))
         stack.enter_context(contextlib.redirect_stdout(out))
         stack.enter_context(contextlib.redirect_stderr(err))
         try:
@@ -313,10 +321,18 @@ def take(command: str, folder: Path) -> str:
         except SystemExit as stop:
             status = stop.code
     lines = [f"$ hefting {command}".rstrip()]
-    lines += [line.rstrip() for line in out.getvalue().splitlines()]
+    text = out.getvalue()
+    text = without_times(text) if words[1:2] == ["batch"] else text
+    lines += [line.rstrip() for line in text.splitlines()]
     lines += [f"! {line}" for line in err.getvalue().splitlines()]
     lines += [f"[{status}]"] if status else []
     return "\n".join(lines) + "\n"
+
+
+def without_times(text: str) -> str:
+    """What is printed of a batch, without how long it took."""
+    text = re.sub(r"(recordings in )[^;\n]*", r"\1# s", text)
+    return re.sub(r"(\w+ )\d+ %", r"\1# %", text)
 
 
 def masked(transcript: str) -> str:

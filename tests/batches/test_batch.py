@@ -209,14 +209,14 @@ def test_rows_written_last_count(tmp_path):
         results.write()
         for row in rows(2.0, "d", "b"):
             results.add(row)
-        results.gather()
+        results.gather("dcb")
         for row in rows(3.0, "a"):
             results.add(row)
-        results.gather()
+        results.gather("dcba")
         (table,) = results.tables(["recording", "mass"])
     found = dict(zip(*(column.to_pylist() for column in table), strict=True))
     assert found == {"a": 3.0, "b": 2.0, "c": 1.0, "d": 2.0}
-    assert list(found) == sorted(found)
+    assert "".join(found) == "dcba"
     assert [each.name for each in tmp_path.iterdir()] == [TABLE]
 
 

@@ -4,6 +4,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
+from hefting.batches.manifest import read_manifest
 from hefting.batches.recordings import recordings_of
 from hefting.core.errors import InputError
 
@@ -112,6 +113,29 @@ def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
     with pytest.raises(InputError) as refused:
         recordings_of(written(tmp_path, name, text))
     assert what in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("columns", "what"),
+    [
+        ({"recording": [[1.0]]}, "holds list<"),
+        ({"recording": [1.5]}, "holds double, not text"),
+        ({"recording": ["a"], "name": [2]}, "column 'name' holds int64"),
+        ({"recordin": ["a"]}, "did you mean 'recordin'"),
+        ({"recording": pa.array([b"\xff"]).view(pa.string())}, "cannot be read"),
+    ],
+)
+def test_parquet_that_is_no_manifest(tmp_path, columns, what):
+    path = tmp_path / "m.parquet"
+    parquet.write_table(pa.table(columns), path)
+    with pytest.raises(InputError, match=what):
+        read_manifest(path)
+
+
+def test_a_column_stands_once(tmp_path):
+    path = written(tmp_path, "m.csv", "recording,recording\na.csv,b.csv\n")
+    with pytest.raises(InputError, match="has two columns 'recording'"):
+        recordings_of(path)
 
 
 def test_a_name_tells_recordings_of_one_path_apart(tmp_path):

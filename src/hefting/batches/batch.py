@@ -154,7 +154,7 @@ def batch(
                 count.failed += row["error"] is not None
                 results.add(row)
             progress(count)
-        results.gather()
+        results.gather(entries.identities())
     unused = tuple(entries.unused)
     return Batch(Path(output), count, time.monotonic() - began, unused)
 

@@ -77,11 +77,11 @@ def rows_of_objects(
     """
     for wave in _waves(entries.in_groups()):
         groups = [[entries[row] for row in rows] for rows in wave]
-        known = _hashes([g for g in groups if kept.get(_name(g))], workers)
+        known = _hashes([g for g in groups if kept.get(g[0].row_name)], workers)
         changed = []
         for group in groups:
-            before = kept.get(_name(group))
-            if before and before == known.get(_name(group)):
+            before = kept.get(group[0].row_name)
+            if before and before == known.get(group[0].row_name):
                 yield len(group), Unchanged()
             else:
                 changed.append(group)
@@ -106,18 +106,13 @@ def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
         yield wave
 
 
-def _name(group: Sequence[Entry]) -> str:
-    """What identifies the row of an object; of a recording of none, itself."""
-    return group[0].object or group[0].identity
-
-
 def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
     """Hash of each object by what its recordings hold; empty where one cannot be
     read."""
     entries = [entry for group in groups for entry in group]
     found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
     return {
-        _name(group): _joint_hash([found[entry.identity] for entry in group])
+        group[0].row_name: _joint_hash([found[entry.identity] for entry in group])
         for group in groups
     }
 
@@ -185,7 +180,7 @@ def condensed(task: Task) -> Condensed:
 def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
     def do() -> list[Ingested]:
         request = request_of(entry.options)
-        return parts_of(request, entry.recording, shape_once(request), told)
+        return list(parts_of(request, entry.recording, shape_once(request), told))
 
     return read_unchanged(entry, do)
 

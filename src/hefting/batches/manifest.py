@@ -7,6 +7,7 @@ TOML file has options for all at its top, and one table ``[[recordings]]`` for e
 recording. Paths are relative to the manifest.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 RECORDING = "recording"
 """Column of the paths."""
+TEXTS = frozenset({RECORDING, "name"})
+"""Columns that hold text."""
 SUFFIXES = (".csv", ".parquet", ".toml")
 SEPARATORS = (",", ";", "\t")
 LARGEST_TOML = 20_000_000
@@ -62,7 +65,16 @@ def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
     if RECORDING not in names:
         what = f"has no column '{RECORDING}'{nearest(RECORDING, names)}"
         raise InputError(what, path, "name the column of the paths so")
-    return _read_table(path), {}
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(f"has two columns '{twice[0]}'", path, "keep one of them")
+    table = _read_table(path)
+    for name in TEXTS & set(names):
+        kind = table.schema.field(name).type
+        if str(kind) not in ("string", "large_string", "null"):
+            what = f"column '{name}' holds {kind}, not text"
+            raise InputError(what, path, "write it as text")
+    return table, {}
 
 
 def _names(path: Path) -> list[str]:
@@ -74,7 +86,7 @@ def _names(path: Path) -> list[str]:
         if path.suffix.lower() == ".parquet":
             return list(parquet.read_schema(path).names)
         return _header(path).split(_separator(path))
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else "not a table"
         raise InputError(f"cannot be read ({reason})", path) from error
 
@@ -98,7 +110,9 @@ def _read_table(path: Path) -> "pa.Table":
 
     try:
         if path.suffix.lower() == ".parquet":
-            return parquet.read_table(path, use_threads=False)
+            table = parquet.read_table(path, use_threads=False)
+            table.validate(full=True)
+            return table
         separator = _separator(path)
         names = _header(path).split(separator)
         return csv.read_csv(
@@ -109,7 +123,7 @@ def _read_table(path: Path) -> "pa.Table":
                 column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
             ),
         )
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0][:200]
         raise InputError(f"cannot be read as a table ({reason})", path) from error
 

@@ -1,7 +1,8 @@
 """A recording without its samples, for identification with others of its object; one too
 large for memory window by window."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import pickle
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -32,11 +33,18 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
     `hefting.identify`."""
     if not is_in_windows(request, log):
         return identify_requested(request, log, shape).estimate
-    parts = list(parts_of(request, log, shape))
+    parts = _together(parts_of(request, log, shape))
     told = what_others_tell(parts)
     if any(told):
-        parts = list(parts_of(request, log, shape, told))
+        parts = _together(parts_of(request, log, shape, told))
     return estimate_of_parts(request, parts, shape)
+
+
+def _together(parts: Iterable[Ingested]) -> list[Ingested]:
+    """All parts, none of which takes more than its bytes while others are made: half of
+    what it takes when it is used."""
+    packed = [pickle.dumps(part) for part in parts]
+    return [pickle.loads(part) for part in packed]
 
 
 def parts_of(
@@ -44,21 +52,18 @@ def parts_of(
     log: str,
     shape: Shape | None,
     told: Sequence[Mapping[str, Any]] = (),
-) -> list[Ingested]:
+) -> Iterator[Ingested]:
     """A recording, or each window of it, condensed; where others tell something of
     them, that is `told` of each."""
-    parts: list[Ingested] = []
     for k, recording in enumerate(_recordings(request, log)):
         reading = reading_of_one(request, recording)
-        part = condense(
+        yield condense(
             recording,
             shape,
             method=request.method,
             hyperparameters=hyperparameters_of(request),
             **(reading | dict(told[k] if k < len(told) else {})),
         )
-        parts.append(part)
-    return parts
 
 
 def estimate_of_parts(

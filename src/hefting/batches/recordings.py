@@ -56,6 +56,11 @@ class Entry:
         """What tells it from the others of a batch."""
         return self.name or self.recording
 
+    @property
+    def row_name(self) -> str:
+        """What identifies the row of its object; of a recording of none, itself."""
+        return self.object or self.identity
+
 
 class Recordings:
     """Recordings of a batch, as a table; rows become entries when they are asked for.
@@ -88,6 +93,7 @@ class Recordings:
         self._table, self._folder = table, folder
         self._options = said(options or {})
         self._group_by = group_by or "object"
+        self._is_grouped = group_by is not None
         kinds = option_kinds()
         self._columns = {
             name: canonical_name(name)
@@ -131,6 +137,13 @@ class Recordings:
         """Columns that say nothing that is understood."""
         own = {*OWN_COLUMNS, *self._columns, self._group_by}
         return [name for name in self._table.column_names if name not in own]
+
+    def identities(self) -> Iterator[str]:
+        """What identifies the rows of results, in order; objects where recordings are
+        grouped."""
+        if not self._is_grouped:
+            return (entry.identity for entry in self)
+        return (self[rows[0]].row_name for rows in self.in_groups())
 
     def in_groups(self) -> list[list[int]]:
         """Rows of each object, in the order in which objects first come; recordings of

@@ -1,24 +1,27 @@
 """Results: a folder of Parquet files, one row a recording.
 
 While a batch runs, rows come as parts, each written beside and then renamed; at its end
-all become one file, in the order of the recordings' names. A row that is there twice
+all become one file, in the order of the recordings. A row that is there twice
 counts as written last. Whatever happens, there is no half file; what was written is
 there.
 """
 
 import re
 import time
-from collections.abc import Collection, Generator, Iterator
+from collections.abc import Collection, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from hefting.batches.columns import SCHEMA, Row, columns, table_of
-from hefting.batches.kept import Kept
+from hefting.batches.kept import Digests, Kept, digest_of, digests_of
 from hefting.batches.lock import locked
 from hefting.core.errors import InputError
 from hefting.core.files import replacing
+from hefting.core.spatial import Indices
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -79,14 +82,15 @@ class Results:
         self._rows, self._since = [], time.monotonic()
         self._is_changed = True
 
-    def gather(self) -> None:
-        """All rows in one file, in order; the parts go after. `InputError` where there
-        is no room for it: the parts stay."""
+    def gather(self, order: Iterable[str] = ()) -> None:
+        """All rows in one file, in the order of what identifies them; the parts go
+        after. `InputError` where there is no room for it: the parts stay."""
         self.write()
         files = self._files()
         if not self._is_changed and files == [self.folder / TABLE]:
             return
-        _write_whole(self.folder / TABLE, _in_order(files))
+        ranked = np.fromiter(map(digest_of, order), np.uint64)
+        _write_whole(self.folder / TABLE, _in_order(files, ranked))
         for path in self._parts():
             path.unlink()
 
@@ -201,48 +205,39 @@ def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
         raise InputError(error.what, error.where, fix) from error
 
 
-def _in_order(files: list[Path]) -> "Iterator[pa.Table]":
-    """All rows of the files by their identity, each once, as written last."""
-    import numpy as np
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
+def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
+    """All rows of the files, each once, as written last: in the order of the digests of
+    what identifies them, those that are not among these at the end."""
     places: list[Place] = []
-    identities: list[pa.ChunkedArray] = []
+    found: list[Digests] = []
     for path in files:
         with _opened(path) as file:
             for group in range(file.num_row_groups):
                 own = ["recording", "name", "object"]
-                identities.append(_identities(file.read_row_group(group, own)))
+                found.append(digests_of(_identities(file.read_row_group(group, own))))
                 places.append(Place(path, group))
-    lengths = [len(each) for each in identities]
-    index = pa.table(
-        {
-            "identity": pa.chunked_array(
-                [c for each in identities for c in each.chunks]
-            ),
-            "place": np.repeat(np.arange(len(lengths)), lengths),
-            "row": np.concatenate([np.arange(n) for n in lengths]),
-        }
-    )
-    index = index.sort_by(
-        [(name, "ascending") for name in ("identity", "place", "row")]
-    )
-    identity = index["identity"].combine_chunks()
-    is_last = np.ones(len(identity), dtype=bool)
-    is_last[:-1] = pc.not_equal(identity[1:], identity[:-1]).to_numpy(  # pyright: ignore[reportAttributeAccessIssue]
-        zero_copy_only=False
-    )
-    index = index.select(["place", "row"]).filter(pa.array(is_last))
-    where, rows = index["place"].to_numpy(), index["row"].to_numpy()
-    for first in range(0, len(rows), GROUP):
-        part = slice(first, first + GROUP)
+    lengths = [len(each) for each in found]
+    where = np.repeat(np.arange(len(lengths)), lengths)
+    rows = np.concatenate([np.arange(n) for n in lengths])
+    digests = np.concatenate(found)
+    latest = len(digests) - 1 - np.unique(digests[::-1], return_index=True)[1]
+    chosen = latest[np.argsort(_ranks(digests[latest], order), kind="stable")]
+    for first in range(0, len(chosen), GROUP):
+        part = chosen[first : first + GROUP]
         yield _rows_at(places, where[part], rows[part])
 
 
-def _rows_at(places: list[Place], where, rows) -> "pa.Table":
+def _ranks(digests: Digests, order: Digests) -> Indices:
+    """Place of each digest in an order; of those that are not in it, after all."""
+    by_digest = np.argsort(order, kind="stable")
+    at = np.searchsorted(order, digests, sorter=by_digest)
+    at = by_digest[np.minimum(at, len(order) - 1)] if len(order) else at
+    is_there = order[at] == digests if len(order) else np.zeros(len(at), bool)
+    return np.where(is_there, at, len(order))
+
+
+def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
     """Rows of several places, in the order in which they are named."""
-    import numpy as np
     import pyarrow as pa
 
     found, order = [], []

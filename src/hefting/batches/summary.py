@@ -4,6 +4,8 @@ are, and which recordings are worth a look.
 Rows are read some at a time; of each no more is kept than a few numbers and its name.
 """
 
+import json
+from array import array
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -100,8 +102,7 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
     texts: dict[str, str] = {}
     failures, left_out = Reasons(), Reasons()
     seconds = dict.fromkeys(STAGES, 0.0)
-    found: list[tuple[str, str | None, str | None]] = []
-    numbers: list[tuple[float, float, float, float]] = []
+    found = _Found()
     not_to_use: list[Outlier] = []
     for table in tables:
         for row in table.select(list(COLUMNS)).to_pylist():
@@ -125,14 +126,9 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
                 0.5 * (high - low) if low is not None and high is not None else np.nan
             )
             force, torque = row["residual"] or (np.nan, np.nan)
-            numbers.append((row["mass"], half, force, torque))
-            found.append((name, row["recording"], row["object"]))
-    values = np.array(numbers, dtype=float).reshape(-1, 4)
-    outliers = (
-        *not_to_use,
-        *_far_residuals(found, values),
-        *_far_masses(found, values),
-    )
+            found.add(name, row, (row["mass"], half, force, torque))
+    outliers = *not_to_use, *_far_residuals(found), *_far_masses(found)
+    values = found.values
     return Summary(
         {level: verdicts[level] for level in VERDICTS},
         failures.sorted(),
@@ -160,11 +156,44 @@ def _doubts(row: dict[str, Any]) -> dict[str, str]:
     return {each["code"]: each["text"] for each in told if each["text"] in reasons}
 
 
-def _far_residuals(
-    found: Sequence[tuple[str, str | None, str | None]], values: Array
-) -> list[Outlier]:
+class _Found:
+    """Rows that did not fail, a hundred bytes or so of each."""
+
+    def __init__(self) -> None:
+        self._numbers, self._names = array("d"), bytearray()
+        self._ends = array("q", [0])
+        self.of_object: dict[str, array[int]] = {}
+        """Rows of each object."""
+
+    def add(self, name: str, row: dict[str, Any], numbers: Sequence[float]) -> None:
+        """A row: mass and half its interval [kg], force [N] and torque [N m]
+        residual."""
+        if row["object"] is not None:
+            self.of_object.setdefault(row["object"], array("q")).append(len(self))
+        self._numbers.extend(numbers)
+        path = None if row["recording"] == name else row["recording"]
+        self._names += json.dumps([name, path, row["recording"] is None]).encode()
+        self._ends.append(len(self._names))
+
+    def __len__(self) -> int:
+        return len(self._ends) - 1
+
+    @property
+    def values(self) -> Array:
+        """(n, 4) the numbers of all rows."""
+        return np.array(self._numbers).reshape(-1, 4)
+
+    def outlier(self, row: int, why: str) -> Outlier:
+        """A row as one that is worth a look."""
+        text = self._names[self._ends[row] : self._ends[row + 1]]
+        name, path, is_object = json.loads(bytes(text))
+        return Outlier(name, None if is_object else path or name, why)
+
+
+def _far_residuals(found: _Found) -> list[Outlier]:
     """Recordings whose residual is far above that of the rest."""
-    if len(found) < FEWEST:
+    values = found.values
+    if len(values) < FEWEST:
         return []
     far: dict[int, tuple[float, str]] = {}
     for column, (what, unit) in enumerate((("force", "N"), ("torque", "N m")), start=2):
@@ -182,19 +211,14 @@ def _far_residuals(
             )
             far[int(row)] = max(far.get(int(row), (0.0, "")), (times, why))
     worst = sorted(far.items(), key=lambda item: -item[1][0])[:MOST_OUTLIERS]
-    return [Outlier(found[row][0], found[row][1], why) for row, (_, why) in worst]
+    return [found.outlier(row, why) for row, (_, why) in worst]
 
 
-def _far_masses(
-    found: Sequence[tuple[str, str | None, str | None]], values: Array
-) -> list[Outlier]:
+def _far_masses(found: _Found) -> list[Outlier]:
     """Recordings whose mass contradicts that of the others of their object."""
-    rows: dict[str, list[int]] = {}
-    for row, (_, _, thing) in enumerate(found):
-        if thing is not None:
-            rows.setdefault(thing, []).append(row)
+    values = found.values
     far: list[tuple[float, Outlier]] = []
-    for thing, own in rows.items():
+    for thing, own in found.of_object.items():
         mass, half = values[own, 0], values[own, 1]
         if len(own) < 3:
             continue
@@ -205,7 +229,6 @@ def _far_masses(
                 f"{mass[k]:.4g} ± {half[k]:.2g} kg, where recordings of {thing} have "
                 f"{median:.4g} kg (median of {len(own)})"
             )
-            name, path, _ = found[own[k]]
-            far.append((float(deviations[k]), Outlier(name, path, why)))
+            far.append((float(deviations[k]), found.outlier(own[k], why)))
     far.sort(key=lambda item: -item[0])
     return [outlier for _, outlier in far[:MOST_OUTLIERS]]

@@ -21,7 +21,7 @@ EXAMPLES = (
     "hefting batch monday/ --shape mug.stl --output results --report monday.html",
     "hefting batch 'day*/*.csv' --output results --resume",
     "hefting batch manifest.csv --group-by object --output objects",
-    "hefting batch manifest.parquet --output results --scheduler tcp://10.0.0.5:8786",
+    "hefting batch manifest.csv --output results --scheduler tcp://10.0.0.5:8786",
 )
 STATUS_NONE = 1
 """Exit status where no recording could be identified."""

@@ -9,7 +9,17 @@ EXAMPLES = (
     "hefting completion fish > ~/.config/fish/completions/hefting.fish",
 )
 SHELLS = ("bash", "zsh", "fish")
-FILES = ("FILE", "LOG", "MESH", ".json", "OUTPUT", "POSE", "FOLDER", "TRAJECTORY")
+FILES = (
+    "FILE",
+    "LOG",
+    "MESH",
+    ".json",
+    "OUTPUT",
+    "POSE",
+    "FOLDER",
+    "TRAJECTORY",
+    "RECORDINGS",
+)
 """Parts of the names of arguments that take a file."""
 
 

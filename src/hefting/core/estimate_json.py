@@ -13,7 +13,7 @@ import numpy as np
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate
 from hefting.core.inertia import InertialParameters
-from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE
+from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS
 from hefting.core.messages import Message, Severity
 from hefting.core.spatial import Array, frozen
 from hefting.core.undetermined import Undetermined
@@ -40,6 +40,8 @@ def fields_of(data: Json) -> dict[str, Any]:
     vector = _array(data, "vector", 10)
     if vector is None or not np.isfinite(vector).all():
         raise ValueError("vector is not ten finite numbers")
+    if 0.0 < abs(vector[0]) < SMALLEST_MASS:
+        raise ValueError(f"the mass is {vector[0]:.3g} kg")
     sufficient = data.get("sufficient")
     if sufficient is not None and type(sufficient) is not bool:
         raise ValueError("sufficient is neither true nor false")

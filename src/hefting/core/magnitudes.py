@@ -55,6 +55,10 @@ SMALLEST_LENGTH, SMALLEST_MASS = 1e-9, 1e-12
 """Smallest side [m] and mass [kg] that errors are given in shares of; nothing that is
 held is a nanometre long."""
 
+SMALLEST_MASS = 1e-30
+"""Smallest absolute mass of an estimate that is not zero [kg]: what is divided by it
+stays finite."""
+
 LARGEST_PARAMETER = 1e12
 """Largest absolute number of an estimate or a truth, in SI units: masses, moments,
 inertia, bias and residual."""

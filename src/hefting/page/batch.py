@@ -1,6 +1,7 @@
 """Batch: what came of many recordings, and which of them are worth a look."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +53,8 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
     sections = (
         _verdicts(summary),
         _outliers(found, c.say),
-        _failures("failures", "Why recordings failed", summary.reasons, c.say),
-        _failures("left-out", "Left out of objects", summary.left_out, c.say),
+        _failures("failures", "Why they failed", summary.reasons, c.say),
+        _left_out(summary, c.say),
         _doubts(summary, c.say),
         _sizes(summary),
         _times(summary),
@@ -136,6 +137,16 @@ def _failures(
         text = f"{count:,} more for {len(left):,} other reasons: see the table."
         parts.append(element("p", text, class_="note"))
     return Section(name, title, join(parts))
+
+
+def _left_out(summary: Summary, say: Say) -> Section | None:
+    """Recordings that the rows of their objects do without, and why."""
+    section = _failures("left-out", "Left out of objects", summary.left_out, say)
+    if section is None:
+        return None
+    count = sum(reason.count for reason in summary.left_out)
+    text = f"{count:,} recordings; what the others tell of their objects was used."
+    return replace(section, content=join((element("p", text), section.content)))
 
 
 def _examples(reason: Reason) -> Iterable[Markup]:

@@ -8,7 +8,7 @@ from hefting.core.spatial import Array
 from hefting.page.figure import Figure, axis, line, numbers
 
 MOST_BINS = 60
-NARROWEST = 0.05
+NARROWEST = 0.002
 """Width of the axis [decades] where all values are the same."""
 
 MOST_LABELLED = 2.5

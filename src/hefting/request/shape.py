@@ -15,11 +15,11 @@ def shape_of(a: Any) -> "Shape | None":
     """The shape that was given, if one was. `InputError` as `hefting.load_shape`."""
     if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
         raise InputError("whose convex hull?", "--hull", "give --shape FILE")
-    if a.box is None and a.shape is None:
-        return None
     from hefting.shapes import load_shape, parse_pose
 
     pose = parse_pose(a.object_pose) if a.object_pose else None
+    if a.box is None and a.shape is None:
+        return None
     if a.box is not None:
         return _box(a, pose)
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)

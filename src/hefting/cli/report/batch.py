@@ -36,6 +36,7 @@ def batch_report(
     yield from _doubts(summary)
     yield from _outliers(summary, render)
     yield Line("")
+    yield from _sizes(summary)
     yield Line(_times(summary))
     if found.unused:
         columns = ", ".join(found.unused)
@@ -82,15 +83,19 @@ def _outliers(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line
 
 
 def _times(summary: "Summary") -> str:
-    """How the time was divided, and the typical residual."""
+    """How the time was divided."""
     total = sum(summary.seconds.values())
     shares = [
         f"{stage} {100.0 * spent / total:.0f} %"
         for stage, spent in summary.seconds.items()
         if total > 0.0
     ]
-    text = f"time: {', '.join(shares)}" if shares else "no time was spent"
-    if np.isfinite(summary.residuals).any():
-        force, torque = np.nanmedian(summary.residuals, axis=0)
-        text += f"; median residual {force:.2g} N, {torque:.2g} N m"
-    return text
+    return f"time: {', '.join(shares)}" if shares else "no time was spent"
+
+
+def _sizes(summary: "Summary") -> Iterable[Line]:
+    """The typical residual, where there is one."""
+    known = summary.residuals[np.isfinite(summary.residuals).all(axis=1)]
+    if len(known):
+        force, torque = np.median(known, axis=0)
+        yield Line(f"median residual: {force:.2g} N, {torque:.2g} N m")
