@@ -125,7 +125,7 @@ class Pump:
             raise InputError(
                 f"nothing that can be read arrives: {count} skipped ({reason})",
                 self.source.name,
-                "see docs/live.md for what is read",
+                "see docs/sources.md for what is read",
             )
         raise InputError(
             f"nothing arrives for {self._patience:g} s",
