@@ -44,6 +44,8 @@ _HOME = {
     "LiveState": "identification.live",
     "live": "sources.live",
     "LiveIdentifier": "online.identifier",
+    "EndOfSource": "online.samples",
+    "SourceLostError": "online.samples",
     "LiveEstimate": "online.live_estimate",
     "predict": "prediction",
     "Prediction": "prediction",

@@ -33,7 +33,7 @@ def test_every_scheme_is_a_source():
     ("name", "words"),
     [
         ("http://robot", ("'http://' is no source", "ws://")),
-        ("zenho://robot", ("did you mean 'zenoh'?",)),
+        ("zenho://robot", ("use tcp://, ws://, wss://, zenoh://",)),
         ("tcp://", ("which host?",)),
         ("tcp://robot", ("which port?", "as in tcp://localhost:9000")),
         ("tcp://robot:99999", ("port is not one",)),

@@ -12,7 +12,6 @@ from hefting.cli.options import (
     add_accept,
     add_fill_inertia,
     add_gravity,
-    add_json,
     add_log_options,
     add_mass,
     add_sensor_accuracy,
@@ -84,7 +83,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", metavar="FILE.mcap", help="write what comes in, as it comes"
     )
     _add_results(parser)
-    add_json(parser)
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON object a line and nothing else",
+    )
     add_verbose(parser)
     add_shape_details(parser.add_argument_group("more on the object's shape"))
     _add_reading(add_log_options(parser))

@@ -136,7 +136,8 @@ class Expected:
         off = np.abs(r - np.median(r, axis=0)) / self.noise
         kept = np.flatnonzero((off < SPIKE).all(axis=1))
         if 2 * len(kept) > len(r):
-            X, r, z, shifted = X[kept], r[kept], z[kept], shifted[kept]
+            X, r, shifted = X[kept], r[kept], shifted[kept]
+            z = z[kept]  # type: ignore[index]
         w = _weights(z)
         A, W = X[:, :, :4], w[:, None] * self.noise**-2.0
         white = _inverse(np.einsum("kia,ki,kib->ab", A, W, A))
@@ -167,7 +168,7 @@ def _weights(z: Measurements) -> Array:
 def _solved(H: Array, v: Array) -> tuple[Array, Array]:
     """Solution (22,) and covariance (22, 22) of normal equations beside the prior."""
     scaled = H * PRIOR_STD[:, None] * PRIOR_STD + np.eye(len(H))
-    covariance = np.linalg.inv(scaled) * PRIOR_STD[:, None] * PRIOR_STD
+    covariance: Array = np.linalg.inv(scaled) * PRIOR_STD[:, None] * PRIOR_STD
     return covariance @ v, covariance
 
 

@@ -117,7 +117,8 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
         return z
     residual = expected.residual(z)
     off = np.abs(residual - np.median(residual, axis=0)) / expected.noise
-    return z[np.flatnonzero((off < OUTLYING).all(axis=1))]
+    kept = np.flatnonzero((off < OUTLYING).all(axis=1))
+    return z[kept]  # type: ignore[index]
 
 
 def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
@@ -169,9 +170,18 @@ def _joined(parts: list[Measurements]) -> Measurements | None:
     """Samples one after the other; None where there are none."""
     if not parts:
         return None
-    names = (
-        "time", "gravity", "linear_acceleration", "angular_velocity",
-        "angular_acceleration", "force", "torque", "weights",
-    )  # fmt: skip
-    whole = {name: np.concatenate([getattr(z, name) for z in parts]) for name in names}
-    return Measurements(**whole, motion_noise=parts[0].motion_noise)
+
+    def whole(name: str) -> Array:
+        return np.concatenate([getattr(z, name) for z in parts])
+
+    return Measurements(
+        whole("time"),
+        whole("gravity"),
+        whole("linear_acceleration"),
+        whole("angular_velocity"),
+        whole("angular_acceleration"),
+        whole("force"),
+        whole("torque"),
+        weights=whole("weights"),
+        motion_noise=parts[0].motion_noise,
+    )

@@ -31,11 +31,23 @@ class Samples(NamedTuple):
 
 
 class SourceLostError(HeftingError):
-    """The connection to a source is gone; it may be opened again."""
+    """The connection to a source is gone; it may be opened again.
+
+    Examples
+    --------
+    >>> print(hefting.SourceLostError("tcp://robot:9000: the other end closed"))
+    tcp://robot:9000: the other end closed
+    """
 
 
 class EndOfSource(HeftingError):
-    """A source that ends, as a file does, has given all it has."""
+    """A source that ends, as a file does, has given all it has.
+
+    Examples
+    --------
+    >>> print(hefting.EndOfSource("log.csv has ended"))
+    log.csv has ended
+    """
 
 
 @runtime_checkable

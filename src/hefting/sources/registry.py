@@ -6,7 +6,7 @@ A new transport is one module that ends in its ``SOURCE``, a class of a name and
 
 from importlib import import_module
 
-from hefting.core.errors import InputError, nearest
+from hefting.core.errors import InputError
 from hefting.online.samples import Source
 from hefting.sources.request import Request
 
@@ -57,7 +57,7 @@ def _module_of(name: str) -> str:
     if scheme.lower() not in SCHEMES:
         known = ", ".join(f"{each}://" for each in SCHEMES)
         raise InputError(
-            f"'{scheme[:40]}://' is no source{nearest(scheme, SCHEMES)}",
+            f"'{scheme[:40]}://' is no source",
             name,
             f"use {known}, - for standard input, or a log",
         )

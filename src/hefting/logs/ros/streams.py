@@ -24,8 +24,7 @@ it [m]."""
 
 
 class Streams:
-    """Builds the streams of a recording from the gathered topics of a bag, role by
-    role.
+    """Builds a recording's streams from the gathered topics of a bag, role by role.
 
     `named` maps roles to the topics asked for. Filled on the way: `series` by stream
     name, `notes`, `warnings`, `joint_names`, and `pose_topic` unless tf gives the
