@@ -101,6 +101,7 @@ completion --help
 check --help
 show --help
 view --help
+live --help
 """
 
 ERRORS = """
@@ -173,6 +174,18 @@ map words.csv
 simulate out.csv --object spoon
 completion powershell
 reproduce nois
+live
+live http://robot
+live tcp://robot
+live zenoh://robot/x
+live dds://300
+live none.csv
+live poses.csv
+live log.csv --speed 0
+live log.csv --record log.csv
+live log.csv --export-to urr
+live log.csv --export-to ur --json
+live dds://0 --map foreign.toml
 """
 """Commands that are refused."""
 

@@ -36,6 +36,10 @@ from hefting.logs.sensor_pose import with_sensor_pose as with_sensor_pose
 from hefting.motion import PoseFilter as PoseFilter
 from hefting.motion import measure as measure
 from hefting.motion import smooth as smooth
+from hefting.online.identifier import LiveIdentifier as LiveIdentifier
+from hefting.online.live_estimate import LiveEstimate as LiveEstimate
+from hefting.online.samples import EndOfSource as EndOfSource
+from hefting.online.samples import SourceLostError as SourceLostError
 from hefting.prediction import Prediction as Prediction
 from hefting.prediction import predict as predict
 from hefting.robots import Robot as Robot
@@ -43,5 +47,6 @@ from hefting.robots import with_poses as with_poses
 from hefting.shapes import Shape as Shape
 from hefting.shapes import load_shape as load_shape
 from hefting.shapes import parse_pose as parse_pose
+from hefting.sources.live import live as live
 
 __version__: str

@@ -20,6 +20,8 @@ LAYERS = [
     {"estimators", "export"},
     {"ingest"},
     {"identification", "prediction"},
+    {"online"},
+    {"sources"},
     {"inspection", "request"},
     {"batches"},
     {"scene"},

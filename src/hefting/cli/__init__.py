@@ -24,6 +24,7 @@ COMMANDS = {
     "inspect": "say what a log holds, its conventions, and what can be found from it.",
     "identify": "find mass, COM and inertia of the object in one or several recordings.",
     "compare": "tell whether estimates can be of the same object, by their intervals.",
+    "live": "mass, COM and inertia while the robot moves, from the streams it sends.",
     "batch": "identify the objects in many recordings, into one table.",
     "map": "guess a column map from the names and numbers of a log, to be checked.",
     "methods": "list the methods, what each needs and what it guarantees.",

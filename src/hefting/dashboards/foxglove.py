@@ -21,6 +21,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.dashboards.dashboard import Dashboard
 from hefting.dashboards.replay import Replay
+from hefting.logs.ros.mcap_output import McapOutput
 from hefting.scene import headline_of
 
 if TYPE_CHECKING:
@@ -78,38 +79,13 @@ def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
     return tuple(name for name in replay.recording.streams if name not in written)
 
 
-class _Output:
-    """A file for Foxglove's writer, which logs errors and goes on: the first is kept,
-    and nothing is written after it."""
-
-    def __init__(self, stream: BinaryIO):
-        self._stream = stream
-        self.error: OSError | None = None
-
-    def write(self, data: bytes | bytearray) -> int:
-        """Write, unless that failed before."""
-        if self.error is None:
-            try:
-                return self._stream.write(data)
-            except OSError as error:
-                self.error = error
-        return len(data)
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place in the file."""
-        return self._stream.seek(offset, whence)
-
-    def flush(self) -> None:
-        """Nothing: the file is flushed when it is closed."""
-
-
 @contextmanager
 def _writer(stream: BinaryIO) -> "Iterator[Context]":
     """A context whose channels are written to a file; `OSError` where that fails."""
     from foxglove import Context, open_mcap
     from foxglove.mcap import MCAPWriteOptions
 
-    context, output = Context(), _Output(stream)
+    context, output = Context(), McapOutput(stream)
     options = MCAPWriteOptions(compression_threads=0)
     with open_mcap(output, context=context, writer_options=options) as writer:
         yield context

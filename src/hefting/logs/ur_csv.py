@@ -76,7 +76,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
     notes = [note("log-format", "UR real-time record; world is the robot's base")]
     if FORCE in values and not raw:
         warnings += _check_payload(record, values, table.source)
-    found = _find_motion_and_wrench(values, table.source, raw, notes, warnings)
+    found = find_motion_and_wrench(values, table.source, raw, notes, warnings)
     if raw or FORCE in values:
         wrench = (
             f"{RAW}, flange axes, never zeroed: expect a large bias"
@@ -143,15 +143,15 @@ def _has_raw_wrench(values: dict[str, Array]) -> bool:
     )
 
 
-def _find_motion_and_wrench(
+def find_motion_and_wrench(
     values: dict[str, Array],
     source: str,
     raw: bool,
     notes: list[Message],
     warnings: list[Message],
 ) -> dict[str, Array]:
-    """Streams of the flange's motion and the wrench; what there is to say is added to
-    `notes` and `warnings`."""
+    """Streams of the flange's motion and the wrench, from the fields of N records;
+    what there is to say is added to `notes` and `warnings`."""
     felt = raw or FORCE in values
     if "actual_TCP_pose" not in values:
         if felt and not raw:

@@ -84,7 +84,7 @@ def read_bag(
 
 def _collect(contents: Contents, named: dict[str, str]) -> Collector:
     """What the messages of the wanted topics hold."""
-    collector = Collector(contents, named)
+    collector = Collector(contents.path, named)
     try:
         for topic, logged, data in read_messages(contents, collector.wants):
             collector.add(topic, logged, data)

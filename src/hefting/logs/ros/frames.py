@@ -58,9 +58,9 @@ class Link:
         )
 
 
-def checked(raw: Link, series: Series, where: str) -> Link:
+def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
     """`raw` with its tidied samples; with the last alone where all are alike, as it
-    then does not move.
+    then does not move. In a `live` stream it may move later: alike samples stay.
 
     Raises `InputError` when there are none, and for a quaternion that is not of unit
     norm.
@@ -75,7 +75,8 @@ def checked(raw: Link, series: Series, where: str) -> Link:
             f"{where}, message {series.rows[k]}",
             "repair its publisher",
         )
-    still = raw.static or bool((series.values == series.values[0]).all())
+    alike = len(series) == 1 or not live
+    still = raw.static or (alike and bool((series.values == series.values[0]).all()))
     return Link(raw.parent, raw.child, series[-1:] if still else series, still)
 
 

@@ -114,6 +114,7 @@ def standard_definitions(encoding: str) -> Definitions:
     }
 
 
+@lru_cache(maxsize=64)
 def definitions_for(topic: Topic) -> Definitions:
     """Definitions that decode `topic`: the standard ones, and for other types what the
     bag says.

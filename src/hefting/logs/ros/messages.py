@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.logs.ros.containers import Contents
 from hefting.logs.ros.layout import (
     Definitions,
     Layout,
@@ -90,12 +89,13 @@ class Gathered:
 class Collector:
     """Takes the messages of a bag as they come, and keeps their numbers.
 
-    `named` maps roles to the topics asked for; "none" leaves a role out. `span` becomes
-    the first and last time a message was logged at [ns].
+    `where` names the bag in errors. `named` maps roles to the topics asked for; "none"
+    leaves a role out. `span` becomes the first and last time a message was logged at
+    [ns].
     """
 
-    def __init__(self, contents: Contents, named: Mapping[str, str]):
-        self.contents, self.named = contents, named
+    def __init__(self, where: object, named: Mapping[str, str]):
+        self.where, self.named = where, named
         self.span: tuple[int, int] | None = None
         self.numbers = 0
         self.gathered: dict[Topic, Gathered] = {}
@@ -147,7 +147,7 @@ class Collector:
         first, last = min(times), max(times)
         if not 0 <= first <= last < 2**63:
             what = "holds times before 1970 or after 2262"
-            raise InputError(what, f"{self.contents.path}, {topic}", "repair its clock")
+            raise InputError(what, f"{self.where}, {topic}", "repair its clock")
         logged = np.array(times, dtype=np.int64)
         self.span = (
             (min(self.span[0], first), max(self.span[1], last))
@@ -172,7 +172,7 @@ class Collector:
             raise self._missing_definition(topic, str(error)) from error
         if self.numbers > MAX_NUMBERS:
             what = "holds more than 1 GiB of numbers, or messages of too many kinds"
-            raise InputError(what, self.contents.path, "cut out the part of interest")
+            raise InputError(what, self.where, "cut out the part of interest")
         gathered.messages += len(messages)
         gathered.unreadable += len(messages) - decoded
         self._waiting[topic], self._bytes[topic] = ([], []), 0
@@ -181,7 +181,7 @@ class Collector:
         if topic.encoding not in ("cdr", "ros1"):
             raise InputError(
                 f"messages of {topic} are encoded as {topic.encoding[:20]!r}",
-                self.contents.path,
+                self.where,
                 "record them as ROS 1 or ROS 2 (cdr) messages",
             )
         return definitions_for(topic)
@@ -190,7 +190,7 @@ class Collector:
         kinds = TYPES[self.gathered[topic].role]
         return InputError(
             f"the bag holds no message definition of {name}, the type of {topic.name}",
-            where=self.contents.path,
+            where=self.where,
             fix=f"record as MCAP, which holds definitions, or as {kinds[0]}",
         )
 

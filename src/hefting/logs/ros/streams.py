@@ -24,29 +24,31 @@ it [m]."""
 
 
 class Streams:
-    """Builds the streams of a recording from the gathered topics of a bag, role by
-    role.
+    """Builds a recording's streams from the gathered topics of a bag, role by role.
 
     `named` maps roles to the topics asked for. Filled on the way: `series` by stream
-    name, `notes`, `warnings`, `joint_names`. Methods raise `InputError` where a choice
-    is the user's to make.
+    name, `notes`, `warnings`, `joint_names`, and `pose_topic` unless tf gives the
+    poses. `live` topics are a part of a stream that goes on. Methods raise
+    `InputError` where a choice is the user's to make.
     """
 
     def __init__(
         self,
-        path: Path,
+        path: Path | str,
         gathered: Sequence[Gathered],
         named: Mapping[str, str],
         world_frame: str | None,
         sensor_frame: str | None,
+        live: bool = False,
     ):
         self.path, self.gathered, self.named = path, gathered, named
-        self.world, self.sensor = world_frame, sensor_frame
+        self.world, self.sensor, self.live = world_frame, sensor_frame, live
         self.asked_for_sensor = sensor_frame is not None
         self.series: dict[str, Series] = {}
         self.notes: list[Message] = []
         self.warnings: list[Message] = []
         self.joint_names: tuple[str, ...] = ()
+        self.pose_topic: Gathered | None = None
         self.hint: str | None = None
         self.tree = Tree(str(path))
 
@@ -109,7 +111,7 @@ class Streams:
                     raw.series, what, where, self.notes.append, self.warnings.append
                 )
             )
-            chain.append((checked(raw, tidied, where), downward))
+            chain.append((checked(raw, tidied, where, self.live), downward))
         return chain
 
     def pose(self) -> None:
@@ -117,7 +119,7 @@ class Streams:
         tf, else from a topic."""
         if self.named.get("pose") is None and self._pose_from_tf():
             return
-        topic = self._topic("pose")
+        topic = self.pose_topic = self._topic("pose")
         if topic is None:
             return
         what = (

@@ -89,19 +89,26 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 def messages_of(recording: Recording) -> Iterator[Messages]:
     """All messages of a recording, topic by topic; times from `EPOCH` on."""
-    streams, start = recording.streams, recording.start
+    start = recording.start
     time = {
         name: EPOCH + np.rint((stream.time - start) * 1e9).astype(np.int64)
-        for name, stream in streams.items()
+        for name, stream in recording.streams.items()
     }
-    if recording.has("wrench"):
+    return messages_at(recording.streams, time, recording.joint_names)
+
+
+def messages_at(
+    streams: Mapping[str, Stream], time: Times, joint_names: tuple[str, ...] = ()
+) -> Iterator[Messages]:
+    """All messages of streams, topic by topic, with the stamps in `time` [ns]."""
+    if "wrench" in streams:
         yield _build_wrench(streams, time)
     if _are_together(time, "position", "orientation"):
         fields = _split(streams, "position") | _split(streams, "orientation")
         yield Messages(
             "/pose", "geometry_msgs/msg/PoseStamped", WORLD, time["position"], fields
         )
-    elif recording.has("orientation"):
+    elif "orientation" in streams:
         yield _build_orientation(streams, time)
     if _are_together(time, "linear_velocity", "angular_velocity"):
         fields = _split(streams, "linear_velocity")
@@ -113,7 +120,7 @@ def messages_of(recording: Recording) -> Iterator[Messages]:
             time["linear_velocity"],
             fields,
         )
-    yield from _build_joints(recording, time)
+    yield from _build_joints(streams, time, joint_names)
     yield from _build_imu(streams, time)
 
 
@@ -173,11 +180,12 @@ def _build_orientation(streams: Mapping[str, Stream], time: Times) -> Messages:
     )
 
 
-def _build_joints(recording: Recording, time: Times) -> Iterator[Messages]:
+def _build_joints(
+    streams: Mapping[str, Stream], time: Times, joint_names: tuple[str, ...]
+) -> Iterator[Messages]:
     """Joint positions and velocities, each combination of them."""
-    streams = recording.streams
     for names, when in _find_combinations(time, *JOINT_FIELDS):
-        labels = recording.joint_names or column_names(
+        labels = joint_names or column_names(
             "joint_positions", streams[names[0]].values.shape[1]
         )
         fields = {

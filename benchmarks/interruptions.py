@@ -1,0 +1,79 @@
+"""A source that is killed and started again ten times, and sends something malformed
+after every hundredth wrench: do samples of each life come, and is the rest counted?
+``python -m benchmarks.interruptions [LIVES [NAME ...]]``."""
+
+import sys
+import time
+from collections import Counter
+
+from benchmarks.transports import ADDRESSES, DOMAIN, free_port, start_peer
+from hefting.core.messages import Message
+from hefting.online.samples import Samples
+from hefting.sources.pump import Pump
+from hefting.sources.registry import source_of
+
+LIFE = 1.5
+"""How long each peer lives from its first sample on [s]."""
+
+LONGEST = 20.0
+"""Longest wait for the first sample of a peer [s]."""
+
+
+class Lives:
+    """Counts the samples of each life of a source."""
+
+    def __init__(self):
+        self.wrenches: list[int] = []
+        self.said: Counter[str] = Counter()
+
+    def add(self, samples: Samples) -> None:
+        """Take samples as they are delivered."""
+        if samples.stream != "wrench":
+            return
+        if self.wrenches:
+            self.wrenches[-1] += len(samples.time)
+
+    def tell(self, message: Message) -> None:
+        """Take a message on the connection."""
+        self.said[message.code] += 1
+
+
+def run(name: str, lives: int, life: float = LIFE) -> tuple[Lives, Pump]:
+    """Samples through a transport whose other end is killed `lives` times."""
+    port = DOMAIN if name == "dds" else free_port()
+    found, pump = Lives(), None
+    for _ in range(lives):
+        peer = start_peer(name, port, 60.0, 100)
+        found.wrenches.append(0)
+        if pump is None:
+            source = source_of(ADDRESSES[name].format(port))
+            pump = Pump(source, found.add, found.tell).start()
+        end = time.monotonic() + LONGEST
+        while not found.wrenches[-1] and time.monotonic() < end:
+            if pump.wait(0.02) and pump.error is not None:
+                raise pump.error
+        time.sleep(life)
+        peer.kill()
+        peer.communicate()
+    assert pump is not None
+    pump.close()
+    return found, pump
+
+
+def main() -> None:
+    """Print a table."""
+    lives = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    print("transport  wrenches of each life: fewest, most  lost  back  skipped")
+    for name in sys.argv[2:] or list(ADDRESSES):
+        found, pump = run(name, lives)
+        fewest, most = min(found.wrenches), max(found.wrenches)
+        lost, back = (found.said[f"source-{what}"] for what in ("lost", "back"))
+        skipped = dict(pump.source.skipped)
+        print(
+            f"{name:9}  {fewest:28}, {most:4}  {lost:4}  {back:4}  {skipped}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

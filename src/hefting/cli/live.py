@@ -1,0 +1,391 @@
+"""hefting live: mass, COM and inertia while the robot moves, from the streams it
+sends."""
+
+import argparse
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.cli import render
+from hefting.cli.identify import add_hyperparameters
+from hefting.cli.options import (
+    add_accept,
+    add_fill_inertia,
+    add_gravity,
+    add_log_options,
+    add_mass,
+    add_sensor_accuracy,
+    add_sensor_pose,
+    add_verbose,
+    check_output,
+    either,
+    fill_inertia_of,
+)
+from hefting.cli.outputs import wanted, write
+from hefting.cli.pages import open_page
+from hefting.cli.parser import say
+from hefting.cli.report.live import display_of, no_answer
+from hefting.cli.report.results import Results, print_results
+from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
+from hefting.cli.shapes import add_shape, add_shape_details
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.request.settings import gravity_of, hyperparameters_of
+from hefting.request.shape import shape_of
+
+if TYPE_CHECKING:
+    from hefting.core.messages import Message
+    from hefting.online import LiveEstimate, LiveIdentifier
+    from hefting.online.samples import Samples
+    from hefting.shapes import Shape
+    from hefting.sources.pump import Pump
+    from hefting.sources.request import Request
+
+EXAMPLES = (
+    "hefting live ws://robot:8765 --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
+    "hefting live zenoh://robot/0 --until mass=1%,com=2mm --export-to ur",
+    "hefting live dds://0 --wrench-topic /ft_sensor --record log.mcap",
+    "hefting live rtde://192.168.0.2 --json",
+    "hefting live log.csv --speed 10",
+    "my_driver | hefting live -",
+)
+
+FASTEST = 100.0
+"""Speed beyond which estimates would not keep up with a log."""
+
+ROLES = ("wrench", "pose", "joint", "imu")
+"""Roles whose topics can be named."""
+
+STEP = 0.2
+"""Longest wait for an estimate before it is looked what the source does [s]."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting live``."""
+    parser.add_argument(
+        "source",
+        metavar="SOURCE",
+        help="ws://HOST:PORT (foxglove_bridge), zenoh://HOST, dds://DOMAIN, "
+        "rtde://HOST, tcp://HOST:PORT or - (lines of JSON), or a log to be played; "
+        "Ctrl-C ends it with the final answer",
+    )
+    add_shape(parser)
+    parser.add_argument(
+        "--tool",
+        metavar="FILE",
+        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+    )
+    parser.add_argument("--method", metavar="NAME", help="see hefting methods")
+    add_mass(parser)
+    parser.add_argument(
+        "--until",
+        metavar="ACCURACY",
+        help="say when it is so sure (95 %%), as in mass=1%%,com=2mm,inertia=20%%",
+    )
+    parser.add_argument(
+        "--record", metavar="FILE.mcap", help="write what comes in, as it comes"
+    )
+    parser.add_argument(
+        "--view",
+        action="store_true",
+        help="show it in a browser, too: numbers, intervals, wrench, object in 3D",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="with --view: do not open one"
+    )
+    _add_results(parser)
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON object a line and nothing else",
+    )
+    add_verbose(parser)
+    add_shape_details(parser.add_argument_group("more on the object's shape"))
+    _add_reading(add_log_options(parser))
+    add_hyperparameters(parser.add_argument_group("methods"))
+
+
+def _add_results(parser: argparse.ArgumentParser) -> None:
+    """What is made of the final answer."""
+    from hefting.export import SUFFIXES, TARGETS
+
+    parser.add_argument(
+        "--export-to",
+        metavar="TARGET",
+        help=f"print the final answer for {either(list(TARGETS))}",
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write the final answer to {either(list(SUFFIXES))}; repeatable",
+    )
+    group = parser.add_argument_group("results")
+    add_sensor_pose(group)
+    add_accept(group)
+    add_fill_inertia(group)
+
+
+def _add_reading(group: argparse._ActionsContainer) -> None:
+    """How the stream is taken."""
+    group.add_argument(
+        "--wrench",
+        metavar="auto|on-object|on-sensor",
+        default="auto",
+        help="whom the wrench acts on",
+    )
+    group.add_argument(
+        "--bias",
+        metavar="BIAS",
+        default="auto",
+        help="of the wrench: auto, none, estimate or a JSON file",
+    )
+    add_gravity(group)
+    add_sensor_accuracy(group)
+    group.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        default=10.0,
+        help="estimates a second; default 10",
+    )
+    group.add_argument(
+        "--speed",
+        type=float,
+        metavar="FACTOR",
+        default=1.0,
+        help="how fast a log is played, at most 100 times; default 1",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show estimates until the source ends or Ctrl-C, then the final answer; returns
+    the exit status."""
+    try:
+        return _run(arguments)
+    except MissingDependencyError as error:
+        raise InputError(str(error)) from error
+
+
+def _run(a: argparse.Namespace) -> int:
+    from hefting.online import LiveIdentifier
+    from hefting.sources.pump import Pump
+    from hefting.sources.record import Recorder
+    from hefting.sources.registry import source_of
+
+    _check_outputs(a)
+    source = source_of(a.source, _request(a))
+    shape = shape_of(a)
+    fill = fill_inertia_of(a.fill_inertia, shape)
+    recorder = Recorder(a.record) if a.record else None
+    display = display_of(a.json, render)
+    with _view(a, shape) as view, LiveIdentifier(shape, **_settings(a)) as identifier:
+
+        def deliver(samples: "Samples") -> None:
+            if recorder is not None:
+                recorder.add(samples)
+            identifier.add(samples)
+
+        def tell(message: "Message") -> None:
+            identifier.say(message)
+            if a.verbose or message.severity != "note" or "source" in message.code:
+                display.say(render(message))
+
+        try:
+            with Pump(source, deliver, tell) as pump:
+                _follow(pump, identifier, display, view)
+        finally:
+            display.end()
+            if recorder is not None:
+                recorder.close()
+        if pump.error is not None:
+            raise pump.error
+        found = identifier.close(_whole(recorder))
+        if found is not None:
+            found = _with_skipped(found, pump)
+            view(found)
+    if recorder is not None:
+        _tell_record(recorder)
+    if found is None or found.estimate is None:
+        say(no_answer(found, render))
+        return STATUS_DO_NOT_USE
+    return _finish(a, found, fill)
+
+
+@contextmanager
+def _view(
+    a: argparse.Namespace, shape: "Shape | None"
+) -> "Generator[Callable[[LiveEstimate], None], None, None]":
+    """What shows an estimate in browsers; nothing unless that is wanted."""
+    if not a.view:
+        yield lambda found: None
+        return
+    from hefting.viewer.live import LiveView
+    from hefting.viewer.server import address_of, serving
+
+    with serving() as server:
+        view = LiveView(server, shape, render)
+        address = address_of(server)
+        say(f"in a browser: {address}")
+        if not a.no_browser:
+            open_page(address)
+        try:
+            yield view.show
+            view.settle()
+        finally:
+            view.close()
+
+
+def _follow(
+    pump: "Pump",
+    identifier: "LiveIdentifier",
+    display: Any,
+    view: "Callable[[LiveEstimate], None]",
+) -> None:
+    """Show estimates until the source ends, or Ctrl-C."""
+    try:
+        while not pump.wait(0.0):
+            found = identifier.wait(STEP)
+            if found is not None:
+                found = _with_skipped(found, pump)
+                display.show(found, pump)
+                view(found)
+    except KeyboardInterrupt:
+        pump.close()
+
+
+def _with_skipped(found: "LiveEstimate", pump: "Pump") -> "LiveEstimate":
+    """With the bad messages that the source left out."""
+    skipped = found.counts.get("skipped", {}) + pump.source.skipped
+    return replace(found, counts={**found.counts, "skipped": skipped})
+
+
+def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
+    """Print and write the final answer; returns the exit status."""
+    import json
+
+    from hefting.export import export
+    from hefting.shapes import parse_pose
+
+    estimate = found.estimate
+    assert estimate is not None
+    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
+    method = estimate.method
+    if a.json:
+        print(render(json.dumps(found.to_dict())))
+    else:
+        results = Results({method: estimate}, method, None, None, {}, written)
+        print_results(results, render, a.verbose)
+    if a.export_to:
+        exported = export(
+            estimate, a.export_to, flange, accept=a.accept, fill_inertia=fill
+        )
+        for line in exported.warnings:
+            say(f"warning: {render(line)}")
+        print(exported.text, end="" if exported.text.endswith("\n") else "\n")
+    return exit_status(estimate.verdict)
+
+
+def _whole(recorder: Any) -> Any:
+    """The record, where all that came is in one file; else None."""
+    if recorder is None or len(recorder.paths) > 1 or +recorder.left_out:
+        return None
+    return recorder.paths[0] if recorder.count else None
+
+
+def _tell_record(recorder: Any) -> None:
+    """Say which files were written, and what is not in them."""
+    say(f"wrote {', '.join(map(str, recorder.paths))}")
+    for name, count in recorder.left_out.items():
+        if count:
+            say(f"{count} samples of {name.replace('_', ' ')} are not in the record")
+
+
+def _check_outputs(a: argparse.Namespace) -> None:
+    """`InputError` for outputs that cannot or must not be written."""
+    from hefting.export import SUFFIXES, TARGETS
+
+    inputs = a.source, a.shape, a.bias, a.object_pose, a.map, a.urdf, a.tool
+    if a.record:
+        check_output(a.record, *inputs, *a.output)
+    for path in a.output:
+        if Path(path).suffix not in SUFFIXES:
+            what = f"'{Path(path).suffix}' is not an output format"
+            raise InputError(what, path, f"use {', '.join(SUFFIXES)}")
+        check_output(path, *inputs)
+    if a.export_to and a.export_to not in TARGETS:
+        raise InputError(
+            f"unknown target '{a.export_to}'",
+            "--export-to",
+            f"use {', '.join(TARGETS)}",
+        )
+    if a.export_to and a.json:
+        what = "prints text, and --json prints JSON only"
+        raise InputError(what, "--export-to", "use --output, or leave out one of them")
+
+
+def _request(a: argparse.Namespace) -> "Request":
+    """What is asked of the source."""
+    from hefting.request.recording import recording_of
+    from hefting.sources.request import Request
+
+    if not 0 < a.speed <= FASTEST:
+        what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
+        raise InputError(what, "--speed", "use hefting identify for a whole log")
+    if "://" in a.source or a.source == "-":
+        for option in ("map", "sensor_pose_in_log", "sensor_turned"):
+            if getattr(a, option) is not None:
+                name = option.replace("_", "-")
+                raise InputError("is for logs", f"--{name}", "leave it out")
+    named = {role: getattr(a, f"{role}_topic") for role in ROLES}
+    topics = {role: name for role, name in named.items() if name}
+    if a.urdf:
+        topics.setdefault("pose", "none")
+    return Request(
+        topics=topics,
+        world_frame=a.world_frame,
+        sensor_frame=None if a.urdf else a.sensor_frame,
+        speed=a.speed,
+        read=lambda path: recording_of(a, path),
+    )
+
+
+def _settings(a: argparse.Namespace) -> dict[str, Any]:
+    """Arguments of the live identifier."""
+    settings = hyperparameters_of(a)
+    settings["gravity"] = gravity_of(a)
+    settings["sign"] = a.wrench
+    settings["bias"] = _bias(a.bias)
+    settings["rate"] = a.rate
+    if a.method is not None:
+        settings["method"] = a.method
+    if a.tool:
+        from hefting.ingest.tool import load_tool
+
+        settings["tool"] = load_tool(a.tool)
+    if a.urdf and ("://" in a.source or a.source == "-"):
+        settings["robot"] = _robot(a)
+    return settings
+
+
+def _bias(text: str) -> Any:
+    """A bias model's name, or six numbers of a file."""
+    if text in ("auto", "none", "estimate"):
+        return text
+    from hefting.ingest.bias import load_bias
+
+    return load_bias(text)
+
+
+def _robot(a: argparse.Namespace) -> Any:
+    """The robot that gives the poses."""
+    from hefting.robots import Robot
+
+    if not a.sensor_frame:
+        raise InputError(
+            "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
+        )
+    return Robot.from_urdf(a.urdf, a.sensor_frame)

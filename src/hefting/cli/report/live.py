@@ -1,0 +1,145 @@
+"""What hefting live shows while it runs: a line that changes in place on a terminal,
+lines otherwise, or JSON."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hefting.cli.parser import say
+from hefting.cli.report.digits import with_reach
+
+if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
+    from hefting.online import LiveEstimate
+    from hefting.sources.pump import Pump
+
+EVERY = 1.0
+"""A line is printed so often [s] where it cannot change in place."""
+
+Render = Callable[[str], str]
+
+
+class Display:
+    """Nothing is shown of what goes on; the others derive from it."""
+
+    def __init__(self, render: Render):
+        self.render = render
+        self._lock = threading.Lock()
+
+    def show(self, found: "LiveEstimate", pump: "Pump") -> None:
+        """Show an estimate."""
+
+    def say(self, text: str) -> None:
+        """Print a message for a person on standard error."""
+        with self._lock:
+            self.clear()
+            say(text)
+
+    def clear(self) -> None:
+        """Make room for a message."""
+
+    def end(self) -> None:
+        """Make room for what follows."""
+        with self._lock:
+            self.clear()
+
+
+class JsonDisplay(Display):
+    """One JSON object a line."""
+
+    def show(self, found: "LiveEstimate", pump: "Pump") -> None:
+        """Print an estimate."""
+        import json
+
+        print(self.render(json.dumps(found.to_dict())), flush=True)
+
+
+class LinesDisplay(Display):
+    """A line where the state changes, and every second."""
+
+    def __init__(self, render: Render):
+        super().__init__(render)
+        self._state, self._due = "", 0.0
+
+    def show(self, found: "LiveEstimate", pump: "Pump") -> None:
+        """Print an estimate, unless one was just before."""
+        now = time.monotonic()
+        if found.state != self._state or now >= self._due:
+            self._state, self._due = found.state, now + EVERY
+            print(line_of(found, pump, self.render), flush=True)
+
+
+class TerminalDisplay(Display):
+    """A line that changes in place."""
+
+    def __init__(self, render: Render):
+        super().__init__(render)
+        self._is_shown = False
+
+    def show(self, found: "LiveEstimate", pump: "Pump") -> None:
+        """Put an estimate in the place of the one before."""
+        text = line_of(found, pump, self.render)
+        columns = max(get_terminal_size().columns, 20) - 1
+        if len(text) > columns:
+            text = f"{text[: columns - 4]} ..."
+        with self._lock:
+            sys.stdout.write(f"\r{text}\x1b[K")
+            sys.stdout.flush()
+            self._is_shown = True
+
+    def clear(self) -> None:
+        """Erase the line."""
+        if self._is_shown:
+            sys.stdout.write("\r\x1b[K")
+            sys.stdout.flush()
+            self._is_shown = False
+
+
+def display_of(json: bool, render: Render) -> Display:
+    """How estimates are shown on standard output."""
+    if json:
+        return JsonDisplay(render)
+    return (TerminalDisplay if sys.stdout.isatty() else LinesDisplay)(render)
+
+
+def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
+    """An estimate in a line: when, state, mass, COM, how many samples, what to do."""
+    number = f" object {found.object}" if found.object > 1 else ""
+    parts = [f"{found.time:.1f} s{number}: {found.state}"]
+    if found.estimate is not None:
+        parts += numbers_of(found.estimate)
+    parts.append(f"{pump.counts['samples']} samples")
+    if skipped := sum(pump.source.skipped.values()):
+        parts.append(f"{skipped} skipped")
+    if found.messages:
+        parts.append(render(str(found.messages[-1])))
+    return " | ".join(parts)
+
+
+def numbers_of(estimate: "Estimate") -> list[str]:
+    """Mass and COM, each with half the width of its 95 % interval."""
+    ends = estimate.intervals or {}
+    body = estimate.parameters
+    mass = com = None
+    if "mass" in ends:
+        mass = 0.5 * float(ends["mass"][1] - ends["mass"][0])
+    if "center_of_mass" in ends:
+        low, high = ends["center_of_mass"]
+        com = 500.0 * float(np.max(high - low))
+    return [
+        f"{with_reach([body.mass], mass)} kg",
+        f"COM {with_reach(1e3 * body.center_of_mass, com)} mm",
+    ]
+
+
+def no_answer(found: "LiveEstimate | None", render: Render) -> str:
+    """Why there is no final answer, and what to do."""
+    if found is None:
+        return "no answer: too little came in"
+    why = "; ".join(str(text) for text in found.messages) or found.state
+    return f"no answer: {render(why)}"

@@ -1,0 +1,187 @@
+"""Folding: samples that came since a stream was last understood, put right with what
+is known since then and added one by one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from hefting.core.errors import NotIdentifiableError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.core.recording import Stream
+from hefting.core.spatial import Array
+from hefting.identification.waiting import LONGEST_WRENCH_GAP
+from hefting.ingest.drift import Drift
+from hefting.ingest.tool import without_tool
+from hefting.motion import Motion, PoseFilter
+from hefting.motion.kalman import State
+from hefting.online.understanding import Understanding, weights_of
+
+KEPT = 6.0
+"""[s] Motion that is kept: from the understanding before last on."""
+OUTLYING = 6.0
+"""Standard deviations of a sample's residual beyond which it is a spike."""
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """Motion of the sensor, followed by a fixed-lag filter."""
+
+    pose_filter: PoseFilter
+    state: State
+    motion: tuple[Motion, ...] = ()
+    """In order of time."""
+
+    @classmethod
+    def of(cls, pose_filter: PoseFilter) -> Self:
+        """Before any pose."""
+        return cls(pose_filter, pose_filter.start())
+
+    def with_poses(self, position: Stream | None, orientation: Stream) -> Self:
+        """With the poses that come later than all before."""
+        time = orientation.time
+        begin = -np.inf if self.state.latest is None else self.state.latest
+        end = time[-1] if position is None else position.time[-1]
+        new = (time > begin) & (time <= end)
+        if position is not None:
+            new &= time >= position.time[0]
+        if not new.any():
+            return self
+        place = None
+        if position is not None:
+            columns = position.values.T
+            place = np.column_stack(
+                [np.interp(time[new], position.time, c) for c in columns]
+            )
+        state, motion = self.pose_filter.update(
+            self.state, time[new], place, orientation.values[new]
+        )
+        if not len(motion.time):
+            return replace(self, state=state)
+        oldest = motion.time[-1] - KEPT
+        kept = [each for each in self.motion if each.time[-1] > oldest]
+        return replace(self, state=state, motion=(*kept, motion))
+
+    def samples(
+        self, known: Understanding, wrench: Stream, begin: float
+    ) -> Measurements | None:
+        """Samples later than `begin` [s] as the estimator takes them, with the wrench
+        put right; None where there are none."""
+        found = known.found
+        assert found is not None
+        parts = [m for m in self.motion if m.time[-1] > begin]
+        if not parts:
+            return None
+        time, values = _corrected(known, wrench)
+        own = [
+            _measured(m[np.flatnonzero(m.time > begin)], time, values, known)
+            for m in parts
+        ]
+        return _joined([z for z in own if len(z)])
+
+
+def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
+    """The estimate with new samples; that of before where there are none."""
+    before, estimator = known.estimate, known.estimator
+    if z is None or not len(z) or before is None:
+        return before
+    if estimator is None or known.recent is None:
+        return before
+    z = without_spikes(known, z)
+    if not len(z):
+        return before
+    seen = estimator.update(known.recent, z)  # type: ignore[arg-type]
+    try:
+        state = estimator.merge_all([*known.others, seen])
+        estimate = estimator.estimate_from(state, before)
+    except NotIdentifiableError:
+        return before
+    return replace(
+        estimate,
+        warnings=before.warnings,
+        provenance=before.provenance,
+        residual=before.residual,
+        undetermined=before.undetermined,
+        samples=before.samples + len(z),
+        duration=(before.duration or 0.0) + float(z.time[-1]) - known.end,
+    )
+
+
+def without_spikes(known: Understanding, z: Measurements) -> Measurements:
+    """The samples whose wrench is near to that of the object."""
+    expected = known.expected
+    if expected is None:
+        return z
+    residual = expected.residual(z)
+    off = np.abs(residual - np.median(residual, axis=0)) / expected.noise
+    kept = np.flatnonzero((off < OUTLYING).all(axis=1))
+    return z[kept]  # type: ignore[index]
+
+
+def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
+    """Times of the motion (N,) and wrench (N, 6) on the object, without what is known
+    of its bias."""
+    found = known.found
+    assert found is not None
+    c = found.conditioned
+    values = wrench.values
+    if found.given_bias is not None:
+        values = values - found.given_bias
+    elif found.bias == "estimate" and c.bias.kind != "constant":
+        values = values - _drifted(c.bias, wrench.time)
+    sign = 1.0 if found.sign.on_object else -1.0
+    return wrench.time - c.offset, sign * values
+
+
+def _drifted(bias: Drift, time: Array) -> Array:
+    """(N, 6) Change of a drifting bias at times (N,) [s], which goes on as it was after
+    its last knot."""
+    ahead = np.maximum(time - bias.knots[-1], 0.0)[:, None]
+    slope = np.diff(bias.values[-2:], axis=0) / np.diff(bias.knots[-2:])
+    return bias.change(time) + ahead * slope
+
+
+def _measured(
+    motion: Motion, time: Array, wrench: Array, known: Understanding
+) -> Measurements:
+    """Samples of a motion but for those in a gap of the wrench; with weights, and
+    without the tool."""
+    found = known.found
+    assert found is not None
+    after = np.searchsorted(time, motion.time).clip(max=len(time) - 1)
+    near = time[after] - time[np.maximum(after - 1, 0)] <= LONGEST_WRENCH_GAP
+    inside = near & (motion.time >= time[0]) & (motion.time <= time[-1])
+    motion = motion[np.flatnonzero(inside)]
+    z = motion.measurements(time, wrench, found.conditioned.gravity)
+    if not len(z):
+        return z
+    if found.tool is not None:
+        z = without_tool(z, found.tool)
+    weights = np.ones(len(z))
+    if found.source != "orientation" and len(z) > 1:
+        weights = weights_of(found, motion) / known.weight
+    return replace(z, weights=weights, motion_noise=found.motion_noise)
+
+
+def _joined(parts: list[Measurements]) -> Measurements | None:
+    """Samples one after the other; None where there are none."""
+    if not parts:
+        return None
+
+    def whole(name: str) -> Array:
+        return np.concatenate([getattr(z, name) for z in parts])
+
+    return Measurements(
+        whole("time"),
+        whole("gravity"),
+        whole("linear_acceleration"),
+        whole("angular_velocity"),
+        whole("angular_acceleration"),
+        whole("force"),
+        whole("torque"),
+        weights=whole("weights"),
+        motion_noise=parts[0].motion_noise,
+    )

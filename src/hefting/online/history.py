@@ -1,0 +1,144 @@
+"""History: what came in lately, averaged and bounded, as a recording."""
+
+from collections import Counter
+
+import numpy as np
+
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array, Mask
+from hefting.online.kept import Kept
+from hefting.online.possible import arrays_of, possible
+from hefting.online.samples import Samples
+from hefting.online.series import Series
+
+MOST_ROWS = 6_000
+"""Most rows of a stream: 30 s at 200 Hz, which are understood in some 0.7 s. The older
+half is then cut off, and goes on as a condensed part."""
+BACKWARD, FORWARD = 1.0, 60.0
+"""[s] Stamps that go back, or ahead, by more are of another clock: those of messages
+out of order or after an interruption are nearer."""
+CONFIRMED = 10
+"""Samples in succession of another clock from which on it is believed; fewer are bad
+messages."""
+STRAGGLERS = 2.0
+"""[s] Stamps so near to the last one before a clock jumped are of the clock before."""
+
+
+class History:
+    """The recent samples of all streams."""
+
+    def __init__(self, source: str = "live"):
+        self.source = source
+        self.series: dict[str, Series] = {}
+        self.skipped: Counter[str] = Counter()
+        """Samples that were left out, by reason."""
+        self.kept = Kept()
+        self.samples = 0
+        """Number of all samples."""
+        self.latest = -np.inf
+        """[s] Newest stamp of any stream."""
+        self._before_jump: dict[str, float] = {}
+        self._far = 0
+
+    def checked(self, samples: Samples) -> Samples | None:
+        """The samples that can be; None where they are no stream's. The others are
+        counted."""
+        name, arrays = samples.stream, arrays_of(samples)
+        if arrays is None:
+            self.skipped["of no stream"] += max(np.size(samples.time), 1)
+            return None
+        good = possible(name, *arrays, self.skipped)
+        return Samples(name, arrays[0][good], arrays[1][good])
+
+    def add(self, samples: Samples) -> Message | None:
+        """Add samples that were checked.
+
+        Returns
+        -------
+        Message or None
+            Where the clock jumped: nothing was added. What was held is to be taken
+            first (`take_all`), and the samples added again.
+        """
+        name, time, values = samples
+        before = self._before_jump.get(name, np.nan)
+        own = ~(np.abs(time - before) < STRAGGLERS)
+        near, jumped = self._jump(name, time[own])
+        if jumped is not None:
+            self._far = 0
+            return jumped
+        self._count("of the clock before", ~own)
+        self._count("of another clock", ~near)
+        time, values = time[own][near], values[own][near]
+        self.samples += len(time)
+        if len(time):
+            series = self._series(name)
+            series.add(time, values)
+            self.latest = max(self.latest, series.latest)
+            self.kept.add(Samples(name, time, values))
+        return None
+
+    def has(self, *streams: str) -> bool:
+        """Whether there are samples of these streams."""
+        return all(len(self.series.get(name, ())) > 0 for name in streams)
+
+    def recording(
+        self, begin: float = -np.inf, end: float = np.inf
+    ) -> Recording | None:
+        """The samples from `begin` to before `end` [s]; None where there are none."""
+        found = {
+            name: series.stream(begin, end) for name, series in self.series.items()
+        }
+        streams = {name: stream for name, stream in found.items() if stream is not None}
+        return Recording(streams, source=self.source) if streams else None
+
+    def cut(self, before: float) -> None:
+        """Forget what is earlier than `before` [s]."""
+        for series in self.series.values():
+            series.cut(before)
+
+    def overflow(self) -> Recording | None:
+        """The older half, which is cut off where a stream has too many rows."""
+        longest = max(self.series.values(), key=len, default=None)
+        if longest is None or len(longest) <= MOST_ROWS:
+            return None
+        middle = float(longest.time[len(longest) // 2])
+        older = self.recording(end=middle)
+        self.cut(middle)
+        return older
+
+    def take_all(self) -> Recording | None:
+        """All samples, which are forgotten: those of another clock follow."""
+        whole = self.recording()
+        self._before_jump = {n: each.latest for n, each in self.series.items()}
+        self.series = {}
+        self.latest = -np.inf
+        self.kept.begin_clock()
+        return whole
+
+    def _series(self, name: str) -> Series:
+        if name not in self.series:
+            self.series[name] = Series(name, self.skipped)
+        return self.series[name]
+
+    def _count(self, reason: str, which: Mask) -> None:
+        if which.any():
+            self.skipped[reason] += int(which.sum())
+
+    def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
+        """Which samples (n,) of a stream are of the clock so far, and a message once so
+        many in succession are of another that it is one."""
+        near = np.ones(len(time), dtype=bool)
+        latest = self._series(name).latest
+        if not np.isfinite(latest):
+            return near, None
+        for i, t in enumerate(time.tolist()):
+            apart = t - latest
+            near[i] = not (apart < -BACKWARD or apart > FORWARD)
+            self._far = 0 if near[i] else self._far + 1
+            if near[i]:
+                latest = max(latest, t)
+            elif self._far >= CONFIRMED:
+                what = f"the clock jumped by {apart:.6g} s: a new stretch begins"
+                return near, warning("clock-jumped", what)
+        return near, None

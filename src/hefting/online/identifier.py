@@ -1,0 +1,315 @@
+"""Live identifier: samples from a robot's own loop, which never waits, and estimates at
+any time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.accuracy import Accuracy
+from hefting.core.errors import HeftingError, InputError
+from hefting.core.estimate import Estimate
+from hefting.core.gravity import ON_EARTH, GravityLike
+from hefting.core.messages import Message
+from hefting.core.recording import Recording
+from hefting.estimators import Estimator, method_named, methods_with
+from hefting.ingest.tool import load_tool
+from hefting.online.final import final_estimate
+from hefting.online.inline import Inline
+from hefting.online.live_estimate import LiveEstimate
+from hefting.online.passing import joined, poses_of
+from hefting.online.pipeline import Pipeline
+from hefting.online.process import Remote
+from hefting.online.samples import Samples
+from hefting.online.understanding import Settings
+from hefting.robots import Robot
+from hefting.shapes import as_shape
+
+QUEUE = 20_000
+"""Most batches of samples that wait; then the oldest are dropped, and counted."""
+RATES = (0.1, 100.0)
+"""[Hz] Lowest and highest rate of estimates."""
+
+
+class LiveIdentifier:
+    """Identification of what a robot holds, while it moves it.
+
+    ``add`` takes samples of one stream, from any thread, and never waits; ``latest`` is
+    the last `LiveEstimate`. Sign, clock offset, drift, contacts and spikes are found as
+    `hefting.identify` finds them, again each second, in a process of its own.
+
+    Parameters
+    ----------
+    shape : path, str, mesh, points or Shape, optional
+        Where the object may have mass, as for `hefting.identify`.
+    until : str or Accuracy, optional
+        How sure is sure enough, as in ``mass=1%,com=2mm``.
+    rate : float
+        Estimates a second of the stream [Hz].
+    gravity, sign, bias, tool, method
+        As for `hefting.identify`; one method.
+    robot : Robot, optional
+        Turns ``joint_positions`` into poses of the sensor.
+    in_process : bool
+        False understands where it is asked, in the thread of ``step``: for streams that
+        are played as fast as it goes.
+    **hyperparameters
+        Fields of the estimator.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be right.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> with hefting.LiveIdentifier("box:-0.1,0.1,-0.3,0.3,0,0.3") as live:
+    ...     live.add("wrench", time=0.0, values=np.zeros(6))  # in the control loop
+    ...     now = live.wait(2.0)
+    >>> now.state
+    'waiting'
+    """
+
+    def __init__(
+        self,
+        shape: Any = None,
+        *,
+        until: Accuracy | str | None = None,
+        rate: float = 10.0,
+        gravity: GravityLike = ON_EARTH,
+        sign: Literal["auto", "on-object", "on-sensor"] = "auto",
+        bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+        tool: Estimate | str | Path | None = None,
+        method: str | type[Estimator] | Estimator | None = None,
+        robot: Robot | None = None,
+        in_process: bool = True,
+        **hyperparameters: Any,
+    ):
+        if not RATES[0] <= rate <= RATES[1]:
+            low, high = RATES
+            raise InputError(f"rate is {rate}, not {low:g} to {high:g} Hz", "live")
+        self.settings = _settings(
+            shape, until, gravity, sign, bias, tool, method, hyperparameters
+        )
+        self.period = 1.0 / rate
+        self._queue: deque[Samples] = deque()
+        self._dropped = 0
+        self._asker = (Remote if in_process else Inline)(self.settings)
+        self._robot = robot
+        self._pipeline = Pipeline(self._asker)
+        self._latest: LiveEstimate | None = None
+        self._lost = False
+        self._number = 0
+        self._final = False
+        self._changed = threading.Condition()
+        self._stop = threading.Event()
+        self._failure: HeftingError | None = None
+        self._thread: threading.Thread | None = None
+        if in_process:
+            self._thread = threading.Thread(
+                target=self._run, name="hefting-live-fold", daemon=True
+            )
+            self._thread.start()
+
+    def add(
+        self,
+        samples: Samples | str,
+        time: ArrayLike | None = None,
+        values: ArrayLike | None = None,
+    ) -> None:
+        """Add samples of one stream; never waits.
+
+        Parameters
+        ----------
+        samples : Samples or str
+            Samples, or the name of their stream, as in `hefting.Recording`.
+        time : float or (n,), optional
+            [s] Stamps, where the name is given.
+        values : (d,) or (n, d), optional
+            As `hefting.Recording` has them. Arrays must not be changed afterwards.
+        """
+        if isinstance(samples, str):
+            times = np.atleast_1d(np.asarray(time, dtype=float))
+            rows = np.asarray(values, dtype=float)
+            samples = Samples(samples, times, rows[None] if rows.ndim == 1 else rows)
+        if len(self._queue) >= QUEUE:
+            with suppress(IndexError):  # it was taken meanwhile
+                self._dropped += len(self._queue.popleft().time)
+        self._queue.append(samples)
+
+    @property
+    def latest(self) -> LiveEstimate | None:
+        """The last live estimate; None before any sample was looked at.
+
+        Raises what made the identification stop.
+        """
+        if self._failure is not None:
+            raise self._failure
+        return self._latest
+
+    def wait(self, timeout: float | None = None) -> LiveEstimate | None:
+        """The next live estimate; None where none came within `timeout` [s], or the
+        identifier is closed."""
+        with self._changed:
+            seen = self._number
+            self._changed.wait_for(
+                lambda: self._number != seen or self._stop.is_set(), timeout
+            )
+            if self._failure is not None:
+                raise self._failure
+            return None if self._number == seen else self._latest
+
+    def say(self, message: Message) -> None:
+        """Have a message on the source told with the next estimates; of the code
+        ``source-lost`` or ``source-back`` it is also their state."""
+        if message.code in ("source-lost", "source-back"):
+            self._lost = message.code == "source-lost"
+        self._pipeline.say(message)
+
+    def step(self) -> LiveEstimate | None:
+        """Take what waits, and say what is known: what the thread does by itself, for
+        streams that are played. None before any sample."""
+        self._take()
+        if self._pipeline.history.samples == 0 and not self._lost:
+            return self._latest
+        self._tell(self._pipeline.step())
+        return self._latest
+
+    def close(self, log: Recording | str | Path | None = None) -> LiveEstimate | None:
+        """End it, and give the final answer.
+
+        That is what `hefting.identify` finds in the whole stream: in `log`, where the
+        stream was recorded, else in the samples as they came, while they fit in memory
+        (`hefting.online.kept`); else the last live answer. Of several objects it is the
+        last one's.
+
+        Parameters
+        ----------
+        log : Recording or path, optional
+            All of the stream.
+
+        Returns
+        -------
+        LiveEstimate or None
+            None where no sample came.
+        """
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        if isinstance(self._asker, Remote):
+            self._asker.close()
+        with self._changed:
+            self._changed.notify_all()
+        if self._final:
+            return self._latest
+        self._final = True
+        self._take()
+        last = self._latest
+        if last is None and self._pipeline.history.samples:
+            last = self._pipeline.told()
+        if last is None:
+            return None
+        recordings = (
+            self._pipeline.history.kept.recordings("live") if log is None else [log]
+        )
+        self._tell(
+            final_estimate(last, recordings, self.settings, self._pipeline.object_since)
+        )
+        return self._latest
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        """Tell what is known at the rate asked for."""
+        due = time.monotonic()
+        try:
+            while not self._stop.wait(max(due - time.monotonic(), 0.0)):
+                self.step()
+                due = max(due + self.period, time.monotonic())
+        except HeftingError as error:
+            self._failure = error
+        finally:
+            self._stop.set()
+            with self._changed:
+                self._changed.notify_all()
+
+    def _take(self) -> None:
+        """Pass on the samples that wait, those of a stream together."""
+        waiting: dict[str, list[Samples]] = {}
+        for _ in range(len(self._queue)):
+            for each in self._with_poses(self._queue.popleft()):
+                waiting.setdefault(each.stream, []).append(each)
+        for parts in waiting.values():
+            for samples in joined(parts):
+                self._pipeline.take(samples)
+
+    def _with_poses(self, samples: Samples) -> Sequence[Samples]:
+        """The samples; of joint positions the poses of the sensor instead."""
+        if samples.stream != "joint_positions" or self._robot is None:
+            return (samples,)
+        return poses_of(samples, self._robot)
+
+    def _tell(self, told: LiveEstimate) -> None:
+        counts = dict(told.counts) | {"dropped": self._dropped}
+        state = "lost source" if self._lost else told.state
+        with self._changed:
+            self._latest = replace(told, state=state, counts=counts)
+            self._number += 1
+            self._changed.notify_all()
+
+
+def _settings(
+    shape: Any,
+    until: Accuracy | str | None,
+    gravity: GravityLike,
+    sign: str,
+    bias: Any,
+    tool: Estimate | str | Path | None,
+    method: Any,
+    hyperparameters: dict[str, Any],
+) -> Settings:
+    """What was said, checked as far as it can be before any sample."""
+    if sign not in ("auto", "on-object", "on-sensor"):
+        raise InputError(
+            f"unknown sign '{sign}'", "live", "use auto, on-object or on-sensor"
+        )
+    one = method.__name__ if isinstance(method, type) else method
+    asked = dict(hyperparameters)
+    if until is not None:
+        if isinstance(one, Estimator):
+            what = "until is given beside an estimator, which has its own"
+            raise InputError(what, "live", "give it to the estimator")
+        asked["until"] = until
+    if isinstance(one, str):
+        kind, _ = method_named(one)
+        if until is not None and "until" not in kind.hyperparameters():
+            others = ", ".join(methods_with("until"))
+            raise InputError(
+                f"{one} cannot be asked for an accuracy", "live", f"use {others}"
+            )
+    return Settings(
+        as_shape(shape),
+        one,
+        {
+            "gravity": gravity,
+            "wrench": sign,
+            "bias": bias,
+            "tool": load_tool(tool) if isinstance(tool, str | Path) else tool,
+        },
+        asked,
+    )

@@ -1,0 +1,231 @@
+"""Pipeline: samples of a live stream in, live estimates out, driven by the stream's own
+clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Recording, Stream
+from hefting.online.folding import Follower, folded
+from hefting.online.history import History
+from hefting.online.live_estimate import LiveEstimate, LiveStateName
+from hefting.online.samples import Samples
+from hefting.online.understanding import Task, Understanding, long_enough
+from hefting.online.watch import Watch
+
+EVERY = 1.0
+"""[s] of the stream between two understandings of its history."""
+REFERENCE_AGE = 1.5
+"""[s] Age of the understanding by which a change of the object is judged: a later one
+may have seen the other object."""
+FOLLOWED = ("smooth", "inertial", "orientation")
+"""Sources of motion that a filter of poses stands for between understandings."""
+MOST_MESSAGES = 20
+"""Most messages on the stream that are kept."""
+
+
+class Asker(Protocol):
+    """Who understands the history: at once, or in another process meanwhile."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is still to come."""
+        ...
+
+    def ask(self, task: Task) -> None:
+        """Give a task."""
+        ...
+
+    def answer(self) -> Understanding | None:
+        """What was found, once; None where there is nothing new."""
+        ...
+
+
+class Pipeline:
+    """Samples of a stream in, live estimates out. Used by one thread."""
+
+    def __init__(self, asker: Asker):
+        self._asker = asker
+        self.history = History()
+        self.object = 1
+        self.object_since: float | None = None
+        """[s] Stamp from which on the object is held, where it is not the first."""
+        self._previous: Estimate | None = None
+        self._messages: deque[Message] = deque(maxlen=MOST_MESSAGES)
+        self._start_anew()
+        self._older: list[Recording] = []
+        self._asked_object = 0
+        self._forget = False
+        self._new_clock = False
+
+    def _start_anew(self) -> None:
+        """Forget what was understood."""
+        self._known: deque[Understanding] = deque(maxlen=4)
+        self._obstacle: Message | None = None
+        self._follower: Follower | None = None
+        self._watch = Watch()
+        self._last_asked = -np.inf
+        self._estimate: Estimate | None = None
+
+    def take(self, samples: Samples) -> None:
+        """Take samples of one stream."""
+        checked = self.history.checked(samples)
+        if checked is None:
+            return
+        jumped = self.history.add(checked)
+        if jumped is not None:
+            self._messages.append(jumped)
+            older = self.history.take_all()
+            self._older += [] if older is None else [older]
+            before = self._estimate
+            self._start_anew()
+            self._estimate, self._new_clock = before, True
+            self.history.add(checked)
+
+    def say(self, message: Message) -> None:
+        """Have a message on the stream told with the next estimates."""
+        self._messages.append(message)
+
+    def step(self) -> LiveEstimate:
+        """What is known now."""
+        self._receive(self._asker.answer())
+        older = self.history.overflow()
+        self._older += [] if older is None else [older]
+        self._follow()
+        self._look_for_change()
+        self._ask()
+        self._receive(self._asker.answer())  # of an asker that answers at once
+        return self.told()
+
+    def _ask(self) -> None:
+        """Have the history understood, where it is time."""
+        if self._asker.busy or self._watch.onset is not None:
+            return
+        if not self.history.latest - self._last_asked >= EVERY:
+            return
+        recording = self.history.recording()
+        if recording is None or not long_enough(recording):
+            recording = None
+            if not (self._older or self._forget):
+                return
+        self._asker.ask(Task(recording, tuple(self._older), self._forget))
+        self._older, self._forget = [], False
+        self._last_asked, self._asked_object = self.history.latest, self.object
+
+    def _receive(self, found: Understanding | None) -> None:
+        """Take what was understood, unless it is of an object before."""
+        if found is None or self._asked_object != self.object:
+            return
+        if found.estimate is None:
+            self._obstacle = found.obstacle
+            return
+        self._obstacle, self._new_clock = None, False
+        self._known.append(found)
+        if found.changed is not None:
+            self._begin_object(found.changed)
+            return
+        follows = found.found is not None and found.found.source in FOLLOWED
+        if follows and self._follower is None and found.pose_filter is not None:
+            self._follower = Follower.of(found.pose_filter)
+
+    def _follow(self) -> None:
+        """Filter the new poses."""
+        if self._follower is None:
+            return
+        orientation = self._stream("orientation")
+        if orientation is not None:
+            position = self._stream("position")
+            self._follower = self._follower.with_poses(position, orientation)
+
+    def _look_for_change(self) -> None:
+        """See whether new samples are of the object that was understood."""
+        reference = self._reference()
+        if reference is None or reference.expected is None:
+            return
+        z = self._new_samples(reference)
+        if z is None:
+            return
+        self._watch = self._watch.looked(reference.expected, z)
+        if self._watch.changed:
+            self._estimate = reference.estimate
+            onset = self._watch.onset
+            self._begin_object(float(z.time[-1]) if onset is None else onset)
+
+    def _begin_object(self, since: float) -> None:
+        """Begin anew with the samples since [s]: another object is held."""
+        self._previous, before = self._estimate, self.object
+        self.object += 1
+        self.object_since = since
+        self._forget, self._older = True, []
+        follower = self._follower
+        self._start_anew()
+        self._follower = follower
+        self.history.cut(since)
+        was = "" if self._previous is None else f" ({self._previous.mass:.4g} kg)"
+        what = f"the wrench is no longer that of object {before}{was}"
+        said = f"{what}: object {self.object} since {since:.2f} s"
+        self._messages.append(warning("new-object", said))
+
+    def _reference(self) -> Understanding | None:
+        """The understanding by which a change is judged."""
+        old = self.history.latest - REFERENCE_AGE
+        known = [each for each in self._known if each.end <= old]
+        return known[-1] if known else None
+
+    def _new_samples(self, known: Understanding) -> Measurements | None:
+        """Samples since an understanding, put right by it."""
+        wrench = self._stream("wrench", known.end - 1.0)
+        if self._follower is None or wrench is None:
+            return None
+        return self._follower.samples(known, wrench, known.end)
+
+    def _stream(self, name: str, begin: float = -np.inf) -> Stream | None:
+        series = self.history.series.get(name)
+        return None if series is None else series.stream(begin, np.inf)
+
+    def told(self) -> LiveEstimate:
+        """What is known now."""
+        known, z = (self._known[-1] if self._known else None), None
+        if known is not None:
+            z = self._new_samples(known)
+            until = self._watch.trusted_until
+            if z is not None and until is not None:
+                z = z[: int(np.searchsorted(z.time, until))]
+            self._estimate = folded(known, z)
+        said: list[Message] = list(self._messages)
+        state = self._state(said)
+        return LiveEstimate(
+            float(self.history.latest),
+            state,
+            self._estimate,
+            self.object,
+            self._previous,
+            z,
+            tuple(said),
+            {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
+        )
+
+    def _state(self, said: list[Message]) -> LiveStateName:
+        """The state; what is to be said of it is added."""
+        if self._estimate is not None:
+            if self._watch.onset is not None:
+                when = f"since {self._watch.onset:.2f} s"
+                what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
+                said.append(warning("live-contradicted", what))
+                return "contradicted"
+            return "sufficient" if self._estimate.sufficient else "identified"
+        absent = [s for s in ("wrench", "orientation") if not self.history.has(s)]
+        if absent:
+            said.append(note("live-waiting", f"waits for {' and '.join(absent)}"))
+            return "waiting"
+        if self._obstacle is None:
+            said.append(note("live-waiting", "waits for a second of samples"))
+            return "waiting"
+        said.append(self._obstacle)
+        return "too little motion"

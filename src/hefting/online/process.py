@@ -1,0 +1,148 @@
+"""Process: a history is understood in another process, so that neither sampling nor the
+estimates between wait for it."""
+
+import os
+import pickle
+import queue
+import struct
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from typing import IO, Any
+
+from hefting.core.errors import HeftingError
+from hefting.jobs.worker import THREADS
+from hefting.online.understanding import Settings, Task, Understander, Understanding
+
+LENGTH = struct.Struct(">Q")
+"""Length of a message before each [bytes]."""
+COMMAND = "from hefting.online.process import serve; serve()"
+NICENESS = 3
+"""Sampling goes before understanding where they share a core."""
+
+
+class Remote:
+    """Understands in a process of its own, which ends with this one.
+
+    It is no fork and no `multiprocessing` process: a user's script, which may drive a
+    robot, is not run again.
+    """
+
+    def __init__(self, settings: Settings):
+        self._settings = pickle.dumps(settings)
+        self._answers: queue.SimpleQueue[Understanding | None] = queue.SimpleQueue()
+        self._waiting = 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._begin()
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is still to come."""
+        return self._waiting > 0
+
+    def ask(self, task: Task) -> None:
+        """Have a history understood."""
+        if self._process is None or self._process.poll() is not None:
+            self._begin()  # what it had condensed is lost
+        assert self._process is not None
+        assert self._process.stdin is not None
+        self._waiting = 1
+        with suppress(OSError):  # the reader tells that it is dead
+            _send(self._process.stdin, pickle.dumps(task))
+
+    def answer(self) -> Understanding | None:
+        """What was found, once; None while there is nothing new.
+
+        Raises `HeftingError` where the process failed.
+        """
+        try:
+            found: Any = self._answers.get_nowait()
+        except queue.Empty:
+            return None
+        self._waiting = 0
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    with suppress(OSError):
+                        stream.close()
+
+    def _begin(self) -> None:
+        self.close()
+        path = os.pathsep.join(each for each in sys.path if each)
+        environment = os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREADS, "1")
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", COMMAND],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=environment,
+            )
+        except OSError as error:
+            what = f"no process can be begun ({error.strerror})"
+            raise HeftingError(what) from error
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            _send(self._process.stdin, self._settings)
+        self._answers = queue.SimpleQueue()  # one before may say still that it is dead
+        read = threading.Thread(
+            target=_read,
+            args=(self._process, self._answers),
+            name="hefting-live",
+            daemon=True,
+        )
+        read.start()
+
+
+def _read(
+    process: "subprocess.Popen[bytes]",
+    answers: "queue.SimpleQueue[Understanding | None]",
+) -> None:
+    """Pass on what a process says, until it ends; None then."""
+    assert process.stdout is not None
+    with suppress(OSError, ValueError):
+        while (message := _receive(process.stdout)) is not None:
+            answers.put(pickle.loads(message))
+    answers.put(None)
+
+
+def serve() -> None:
+    """Understand what comes on standard input, until that ends."""
+    given, said = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever prints does not disturb the answers
+    with suppress(OSError, AttributeError):
+        os.nice(NICENESS)
+    settings = _receive(given)
+    if settings is None:
+        return
+    understand = Understander(pickle.loads(settings))
+    while (message := _receive(given)) is not None:
+        try:
+            found: Any = understand(pickle.loads(message))
+        except Exception as error:
+            found = HeftingError(f"{type(error).__name__}: {error}")
+        with suppress(BrokenPipeError):
+            _send(said, pickle.dumps(found))
+
+
+def _send(stream: IO[bytes], message: bytes) -> None:
+    stream.write(LENGTH.pack(len(message)) + message)
+    stream.flush()
+
+
+def _receive(stream: IO[bytes]) -> bytes | None:
+    """The next message; None at the end."""
+    head = stream.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    message = stream.read(LENGTH.unpack(head)[0])
+    return message if len(message) == LENGTH.unpack(head)[0] else None

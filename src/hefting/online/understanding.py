@@ -1,0 +1,245 @@
+"""Understanding: what a stream's recent history, with what was condensed before, says
+of the object and of all that samples to come need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.messages import Message, codes, note, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array
+from hefting.estimators import Estimator, default_method
+from hefting.estimators.joint_state import State
+from hefting.identification.contradictions import with_contradictions
+from hefting.identification.identifiability import identifiability
+from hefting.identification.identify import estimator_of, with_diagnostics
+from hefting.identification.own_estimator import shape_of
+from hefting.identification.partials import part_of
+from hefting.identification.seen import state_of
+from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.ingest import ingest
+from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint import joint
+from hefting.ingest.plausibility import require_object
+from hefting.motion import PoseFilter, sample_weights
+from hefting.online.expected import Expected
+from hefting.shapes import Shape
+
+MOST_PARTS = 8
+"""Most condensed parts that are kept, of some 20 s at 100 Hz each; then the oldest is
+forgotten."""
+SHORTEST = 1.0
+"""[s] Shorter histories are not looked at: offset and bias cannot be told apart."""
+FEWEST_ROWS = 30
+"""Fewest poses and wrenches that are looked at."""
+TUNED_ON = 1_000
+"""Latest poses on which the filter is tuned."""
+UNKNOWN = {"bias-unknown", "sign-uncertain"}
+"""Messages of a recording that is too poor for an answer while more will come."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the user said of a stream."""
+
+    shape: Shape | None = None
+    method: str | Estimator | None = None
+    reading: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Arguments of `hefting.ingest.ingest.ingest`."""
+    hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Of the estimator, ``until`` among them."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be understood."""
+
+    recording: Recording | None
+    """The recent history; None before there is enough."""
+    condense: tuple[Recording, ...] = ()
+    """Older parts of the same object that were cut off."""
+    forget: bool = False
+    """Whether another object is held since: older parts are forgotten."""
+
+
+@dataclass(frozen=True, eq=False)
+class Understanding:
+    """What was found, and what samples to come are folded with."""
+
+    end: float
+    """[s] Last sample that was used, on the clock of the motion."""
+    obstacle: Message | None = None
+    """Why there is no estimate, and what helps."""
+    estimate: Estimate | None = None
+    found: Ingested | None = None
+    """The recent history, without its samples."""
+    estimator: Estimator | None = None
+    others: tuple[State, ...] = ()
+    """What the estimator saw of the condensed parts."""
+    recent: State | None = None
+    """What it saw of the recent history."""
+    weight: float = 1.0
+    """Mean weight of the samples before they were made one on average."""
+    expected: Expected | None = None
+    """What new samples of the same object look like."""
+    pose_filter: PoseFilter | None = None
+    """Tuned on the latest poses; None where there are no poses of a moving sensor."""
+    changed: float | None = None
+    """[s] Since when another object is held, as `hefting.ingest.changes` found."""
+
+
+class Understander:
+    """Understands one history after the other; keeps the condensed parts."""
+
+    def __init__(self, settings: Settings):
+        self._settings = settings
+        self._hyperparameters = dict(settings.hyperparameters)
+        self._shape = settings.shape
+        if isinstance(settings.method, Estimator):
+            self._shape = shape_of(settings.method, self._shape, self._hyperparameters)
+        default = default_method(self._shape is not None)
+        self._method: str | Estimator = settings.method or default
+        self._parts: list[Ingested] = []
+
+    def __call__(self, task: Task) -> Understanding | None:
+        """What a task says; None where its history is too short for anything."""
+        if task.forget:
+            self._parts = []
+        for older in task.condense:
+            self._condense(older)
+        recording = task.recording
+        if recording is None or not long_enough(recording):
+            return None
+        end = float(recording["wrench"].time[-1])
+        try:
+            return self._understood(recording)
+        except InputError as error:
+            return Understanding(end, obstacle=_obstacle(error))
+        except np.linalg.LinAlgError:
+            what = "the samples are of no size that wrenches have"
+            return Understanding(end, obstacle=warning("live-little-motion", what))
+
+    def _understood(self, recording: Recording) -> Understanding:
+        """As `hefting.identification.identify_parts`, with what is needed later.
+
+        Raises `InputError` where there is no estimate.
+        """
+        recent = ingest(recording, **self._settings.reading)
+        changed = _changed(recent, recording)
+        unknown = [m for m in recent.warnings if m.code in UNKNOWN]
+        if unknown and not self._parts:
+            raise _too_little(recent, unknown[0])
+        parts = [*self._parts, recent]
+        found = recent if len(parts) == 1 else _together(parts)
+        require_object(found, self._shape)
+        estimator = estimator_of(
+            self._method, found, self._shape, dict(self._hyperparameters)
+        )
+        states = [state_of(estimator, part) for part in found.recordings]
+        estimate = estimator.estimate(estimator.merge_all(states))
+        estimate = with_diagnostics(estimate, estimator, found, self._shape)
+        return Understanding(
+            end=float(recent.measurements.time[-1]),
+            estimate=estimate,
+            found=found.without_samples()
+            if found is recent
+            else recent.without_samples(),
+            estimator=estimator,
+            others=tuple(states[:-1]),
+            recent=states[-1],
+            weight=_mean_weight(recent),
+            expected=Expected.of(recent),
+            pose_filter=_filter(recording),
+            changed=changed,
+        )
+
+    def _condense(self, recording: Recording) -> None:
+        """Keep what an older part says; nothing where it says nothing."""
+        if not long_enough(recording):
+            return
+        settings = {k: v for k, v in self._hyperparameters.items() if k != "until"}
+        method = self._method
+        if isinstance(method, Estimator) and method.asked is not None:
+            method = replace(method, until=None)  # type: ignore[call-arg]
+        try:
+            found = ingest(recording, **self._settings.reading)
+            part = part_of(found, self._shape, method, settings)
+        except (InputError, np.linalg.LinAlgError):
+            return
+        if codes(found.warnings) & UNKNOWN:
+            return
+        self._parts = [*self._parts, part][-MOST_PARTS:]
+
+
+def long_enough(recording: Recording) -> bool:
+    """Whether there are wrenches and poses to look at."""
+    return recording.has("wrench", "orientation") and all(
+        len(stream) >= FEWEST_ROWS and stream.time[-1] - stream.time[0] >= SHORTEST
+        for stream in (recording["wrench"], recording["orientation"])
+    )
+
+
+def _together(parts: list[Ingested]) -> Ingested:
+    """The parts of a stream as recordings of one object."""
+    names = [f"part {i}" for i in range(1, len(parts) + 1)]
+    return with_contradictions(joint(parts, names))
+
+
+def _changed(found: Ingested, recording: Recording) -> float | None:
+    """[s] Start of the last stretch, where another object than before is held in it."""
+    changes = found.changes
+    if changes is None or len(changes.stretches) < 2:
+        return None
+    if changes.stretches[-2].event in (None, "touched"):
+        return None
+    return found.log_start + changes.stretches[-1].start
+
+
+def _mean_weight(found: Ingested) -> float:
+    """Mean over the samples of the weight that their motion's errors give them."""
+    motion = found.motion
+    if motion is None or found.source == "orientation" or len(motion.time) < 2:
+        return 1.0
+    return float(weights_of(found, motion).mean())
+
+
+def weights_of(found: Ingested, motion: Any) -> Array:
+    """Weights (K,) of samples by the errors of their motion, as ingest has them."""
+    c = found.conditioned
+    phi = np.where(np.isfinite(c.covariance.diagonal()), c.parameters, 0.0)
+    noise = (max(c.noise.force, 1e-12), max(c.noise.torque, 1e-12))
+    return sample_weights(phi, motion, *noise)
+
+
+def _filter(recording: Recording) -> PoseFilter | None:
+    """The filter of new poses; None where there are none to tune it on."""
+    orientation = recording["orientation"][-TUNED_ON:]
+    position = None
+    if recording.has("position"):
+        stream = recording["position"]
+        position = np.column_stack(
+            [np.interp(orientation.time, stream.time, c) for c in stream.values.T]
+        )
+    try:
+        return PoseFilter.tuned(orientation.time, position, orientation.values)
+    except (InputError, np.linalg.LinAlgError, ValueError):
+        return None
+
+
+def _too_little(found: Ingested, message: Message) -> InputError:
+    """That the motion does not suffice, and what is open."""
+    seen = identifiability(found.excitation, found.beside_bias, TYPICAL_SIZE)
+    what = "; ".join(seen.summary) or str(message)
+    return InputError(what, fix="turn the sensor to other orientations")
+
+
+def _obstacle(error: InputError) -> Message:
+    """Why there is no estimate, as a message."""
+    fix = f"; {error.fix}" if error.fix else ""
+    return note("live-little-motion", f"no estimate yet: {error.what}{fix}")

@@ -1,0 +1,167 @@
+"""``dds://DOMAIN``: ROS 2 messages straight from its middleware, such as
+rmw_fastrtps and rmw_cyclonedds.
+
+ROS calls topic ``/wrench`` ``rt/wrench`` and type pkg/msg/Name
+``pkg::msg::dds_::Name_`` there. Without multicast, environment variable
+CYCLONEDDS_URI names peers.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.logs.ros.source import Topic
+from hefting.online.samples import SourceLostError
+from hefting.sources.dds_types import type_for
+from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
+from hefting.sources.request import Request
+from hefting.sources.ros_decoding import RosMessage
+from hefting.sources.ros_source import RosSource
+from hefting.sources.zenoh_router import ros_type
+
+HIGHEST_DOMAIN = 232
+"""DDS has no more: higher ones have no port."""
+
+DEPTH = 5000
+"""Most messages of a topic that wait to be read."""
+
+LOOKING = 0.2
+"""How often new topics are looked for [s]."""
+
+MAX_TOPICS = 10_000
+"""Most topics that are remembered."""
+
+
+class DdsTransport:
+    """One participant of a DDS domain."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.topics: list[Topic] = []
+        self.skipped: Counter[str] = Counter()
+        domain = name.partition("://")[2].strip("/")
+        if not domain.isdecimal() or int(domain) > HIGHEST_DOMAIN:
+            what = f"the domain is a number from 0 to {HIGHEST_DOMAIN}"
+            raise InputError(what, name, "as in dds://0")
+        self._domain = int(domain)
+        self._participant: Any = None
+        self._found: Any = None
+        self._waiting: Any = None
+        self._readers: dict[str, tuple[Topic, Any]] = {}
+        self._names: set[tuple[str, str]] = set()
+        self._looked = 0.0
+        self._wants: Callable[[Topic], bool] = lambda topic: False
+
+    def connect(self, wants: Callable[[Topic], bool]) -> None:
+        """See `hefting.sources.ros_source.Transport`."""
+        try:
+            from cyclonedds.builtin import (
+                BuiltinDataReader,
+                BuiltinTopicDcpsPublication,
+            )
+            from cyclonedds.core import DDSException, WaitSet
+            from cyclonedds.domain import DomainParticipant
+        except ImportError as error:
+            raise MissingDependencyError("cyclonedds", "live") from error
+        self._wants, self.topics = wants, []
+        self._readers, self._names = {}, set()
+        try:
+            self._participant = DomainParticipant(self._domain)
+            self._waiting = WaitSet(self._participant)
+            self._found = BuiltinDataReader(
+                self._participant, BuiltinTopicDcpsPublication
+            )
+        except DDSException as error:
+            raise InputError(
+                f"cannot be joined ({error.msg})",
+                self.name,
+                "check the network, and CYCLONEDDS_URI if it is set",
+            ) from error
+
+    def receive(self, timeout: float) -> list[RosMessage]:
+        """See `hefting.sources.ros_source.Transport`."""
+        if self._participant is None:
+            raise SourceLostError(f"{self.name}: is closed")
+        now = time.monotonic()
+        if now - self._looked > LOOKING:
+            self._looked = now
+            self._subscribe()
+        if not self._readers:
+            time.sleep(min(timeout, LOOKING))
+            return []
+        self._waiting.wait(int(max(timeout, 1e-3) * 1e9))
+        return [each for pair in self._readers.values() for each in self._take(*pair)]
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._readers, self._waiting, self._found = {}, None, None
+        self._participant = None  # cyclonedds deletes what nothing refers to
+
+    def _take(self, topic: Topic, reader: Any) -> list[RosMessage]:
+        found: list[RosMessage] = []
+        for sample in reader.take(N=DEPTH):
+            data = getattr(sample, "data", None)
+            if data is None:
+                continue  # a publisher that went away
+            if len(data) > MAX_MESSAGE:
+                self.skipped[TOO_LARGE] += 1
+                continue
+            stamp = sample.sample_info.source_timestamp
+            found.append((topic, stamp if stamp > 0 else time.time_ns(), data))
+        return found
+
+    def _subscribe(self) -> None:
+        """Subscribe to new topics that are wanted."""
+        for endpoint in self._found.take(N=1000):
+            name = getattr(endpoint, "topic_name", "")
+            kind = getattr(endpoint, "type_name", "")
+            if (name, kind) in self._names or not name.startswith("rt/"):
+                continue
+            if len(self._names) >= MAX_TOPICS:
+                return
+            self._names.add((name, kind))
+            topic = Topic(name.removeprefix("rt"), ros_type(kind), "cdr")
+            self.topics.append(topic)
+            if self._wants(topic):
+                self._readers[name] = (topic, self._listen(topic, name, endpoint.qos))
+
+    def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
+        """A reader of a topic, as reliable as its publisher."""
+        from cyclonedds.core import (
+            InstanceState,
+            Policy,
+            Qos,
+            ReadCondition,
+            SampleState,
+            ViewState,
+        )
+        from cyclonedds.sub import DataReader
+        from cyclonedds.topic import Topic as DdsTopic
+        from cyclonedds.util import duration
+
+        reliable = Policy.Reliability.Reliable(duration(seconds=1))
+        is_reliable = any(
+            isinstance(policy, Policy.Reliability.Reliable) for policy in offered
+        )
+        policies = [
+            reliable if is_reliable else Policy.Reliability.BestEffort,
+            Policy.History.KeepLast(DEPTH),
+        ]
+        if Policy.Durability.TransientLocal in offered:
+            policies.append(Policy.Durability.TransientLocal)
+        qos = Qos(*policies)
+        own = DdsTopic(self._participant, name, type_for(topic.type))
+        reader = DataReader(self._participant, own, qos=qos)
+        state = SampleState.Any | ViewState.Any | InstanceState.Any
+        self._waiting.attach(ReadCondition(reader, state))
+        return reader
+
+
+def source(name: str, request: Request) -> RosSource:
+    """A source of the topics of a DDS domain."""
+    return RosSource(name, request, DdsTransport(name))
+
+
+SOURCE = source

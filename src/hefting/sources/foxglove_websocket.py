@@ -1,0 +1,185 @@
+"""``ws://HOST[:PORT]``: ROS messages from foxglove_bridge, or from any program of the
+Foxglove SDK.
+
+Protocol: https://github.com/foxglove/ws-protocol. Bridges from 3 on speak it as
+``foxglove.sdk.v1``, older ones as ``foxglove.websocket.v1``.
+"""
+
+import json
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
+
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.logs.ros.records import full_type
+from hefting.logs.ros.source import Topic
+from hefting.online.samples import SourceLostError
+from hefting.sources.address import address_of
+from hefting.sources.limits import UNREADABLE
+from hefting.sources.request import Request
+from hefting.sources.ros_decoding import RosMessage
+from hefting.sources.ros_source import RosSource
+
+if TYPE_CHECKING:
+    from websockets.sync.client import ClientConnection
+
+PORT = 8765
+"""Where foxglove_bridge listens by default."""
+
+PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""Subprotocols that are offered; they are the same for what is used here."""
+
+MAX_FRAME = 16_000_000
+"""Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
+
+MAX_CHANNELS = 10_000
+"""Most channels of a server."""
+
+PATIENCE = 3.0
+"""Longest wait for a connection [s]."""
+
+MOST = 1000
+"""Most frames that are taken at once."""
+
+MESSAGE = struct.Struct("<BIQ")
+"""Begin of a message: 1, its subscription, and when it was sent [ns]."""
+
+
+class FoxgloveTransport:
+    """One connection to a Foxglove WebSocket server."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.topics: list[Topic] = []
+        self.skipped: Counter[str] = Counter()
+        self._channels: dict[int, Topic] = {}
+        self._connection: ClientConnection | None = None
+        self._wants: Callable[[Topic], bool] = lambda topic: False
+        address_of(name, PORT, f"ws://localhost:{PORT}")
+
+    def connect(self, wants: Callable[[Topic], bool]) -> None:
+        """See `hefting.sources.ros_source.Transport`."""
+        try:
+            from websockets.exceptions import InvalidHandshake, InvalidURI
+            from websockets.sync.client import connect
+            from websockets.typing import Subprotocol
+        except ImportError as error:
+            raise MissingDependencyError("websockets", "live") from error
+        self._wants, self.topics, self._channels = wants, [], {}
+        host, port, path = address_of(self.name, PORT, f"ws://localhost:{PORT}")
+        scheme = self.name.partition("://")[0].lower()
+        place = f"[{host}]" if ":" in host else host
+        try:
+            self._connection = connect(
+                f"{scheme}://{place}:{port}/{path}",
+                subprotocols=[Subprotocol(name) for name in PROTOCOLS],
+                compression=None,
+                open_timeout=PATIENCE,
+                close_timeout=1,
+                max_size=MAX_FRAME,
+                proxy=None,
+            )
+        except (OSError, InvalidHandshake, InvalidURI) as error:
+            raise InputError(
+                f"cannot be reached ({getattr(error, 'strerror', None) or error})",
+                self.name,
+                "check the host and the port, and that foxglove_bridge runs there",
+            ) from error
+
+    def receive(self, timeout: float) -> list[RosMessage]:
+        """See `hefting.sources.ros_source.Transport`."""
+        from websockets.exceptions import ConnectionClosed
+
+        if self._connection is None:
+            raise SourceLostError(f"{self.name}: is closed")
+        found: list[RosMessage] = []
+        try:
+            for _ in range(MOST):
+                frame = self._connection.recv(timeout=timeout)
+                timeout = 0
+                if isinstance(frame, str):
+                    self._tell(frame)
+                else:
+                    found += self._message(frame)
+        except TimeoutError:
+            pass
+        except (ConnectionClosed, OSError) as error:
+            if not found:
+                raise SourceLostError(
+                    f"{self.name}: the connection was closed"
+                ) from error
+        return found
+
+    def close(self) -> None:
+        """Disconnect."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _message(self, frame: bytes) -> list[RosMessage]:
+        """The message in a binary frame, if it is one of a channel."""
+        if frame[:1] != b"\1":
+            return []  # a service's answer, the time, an asset
+        if len(frame) < MESSAGE.size:
+            self.skipped[UNREADABLE] += 1
+            return []
+        _, subscription, sent = MESSAGE.unpack_from(frame)
+        topic = self._channels.get(subscription)
+        if topic is None or sent >= 2**63:
+            return []
+        return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
+
+    def _tell(self, text: str) -> None:
+        """Take what the server says of itself; subscribe to new channels."""
+        try:
+            said: Any = json.loads(text)
+        except (ValueError, RecursionError):
+            said = None
+        if not isinstance(said, dict):
+            self.skipped["not a JSON object"] += 1
+            return
+        channels = said.get("channels")
+        if said.get("op") != "advertise" or not isinstance(channels, list):
+            return
+        wanted: list[dict[str, int]] = []
+        for channel in channels[:MAX_CHANNELS]:
+            topic = topic_of(channel)
+            if topic is None or len(self.topics) >= MAX_CHANNELS:
+                self.skipped["a channel without a name"] += 1
+                continue
+            self.topics.append(topic)
+            if self._wants(topic):
+                own = int(channel["id"])
+                self._channels[own] = topic
+                wanted.append({"id": own, "channelId": own})
+        if wanted and self._connection is not None:
+            request = {"op": "subscribe", "subscriptions": wanted}
+            self._connection.send(json.dumps(request))
+
+
+def topic_of(channel: Any) -> Topic | None:
+    """The topic of an advertised channel; None where it is none."""
+    if not isinstance(channel, dict):
+        return None
+    said = cast(dict[str, Any], channel)
+    texts = [said.get(key, "") for key in ("topic", "schemaName", "encoding", "schema")]
+    language = said.get("schemaEncoding") or "ros2msg"
+    number = said.get("id")
+    if not (
+        type(number) is int
+        and 0 <= number < 2**32
+        and all(isinstance(text, str) for text in (*texts, language))
+    ):
+        return None
+    name, kind, encoding, schema = texts
+    return Topic(name, full_type(kind), encoding, schema, language)
+
+
+def source(name: str, request: Request) -> RosSource:
+    """A source of the topics of a Foxglove WebSocket server."""
+    return RosSource(name, request, FoxgloveTransport(name))
+
+
+SOURCE = source

@@ -1,0 +1,102 @@
+"""A log that is played at its own speed, or another."""
+
+import time
+from collections import Counter
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, note
+from hefting.core.recording import Recording
+from hefting.online.samples import EndOfSource, Samples
+from hefting.sources.request import Request
+
+STEP = 0.01
+"""What is given at once lasts so long [s] of the log's time, at most."""
+
+
+class PlayedLog:
+    """The samples of a recording, each stream when its time has come."""
+
+    def __init__(self, name: str, request: Request, recording: Recording | None = None):
+        if not request.speed > 0:
+            what = f"a log cannot be played {request.speed:g} times as fast"
+            raise InputError(what, name, "give a speed above 0")
+        self.name = name
+        self.chosen: tuple[Message, ...] = ()
+        self.skipped: Counter[str] = Counter()
+        self._request, self._recording = request, recording
+        self._done, self._begin = -np.inf, 0.0
+
+    def open(self) -> None:
+        """Read the log; `InputError` as `hefting.read_log`, and for static poses."""
+        recording = self._recording or self._read()
+        if recording.static:
+            raise InputError(
+                "static poses have no times, which playing needs",
+                self.name,
+                "use hefting identify",
+            )
+        self._recording = recording
+        if self._done == -np.inf:
+            # what is before the first sample has been given
+            self._done = np.nextafter(recording.start, -np.inf)
+        self._begin = time.monotonic() - self._elapsed() / self._request.speed
+        said = (*recording.notes, *recording.warnings)
+        own = tuple(text for text in said if isinstance(text, Message))
+        speed = f" at {self._request.speed:g} times its speed"
+        played = f"{self.name} is played{speed if self._request.speed != 1 else ''}"
+        self.chosen = (note("live-source", played), *own)
+
+    def read(self, timeout: float) -> list[Samples]:
+        """See `hefting.online.samples.Source`."""
+        recording = self._recording
+        if recording is None:
+            raise EndOfSource(f"{self.name} is closed")
+        if self._done >= recording.start + recording.duration:
+            raise EndOfSource(f"{self.name} has ended")
+        until = self._due()
+        if until <= self._done:
+            time.sleep(min(timeout, STEP / self._request.speed))
+            until = self._due()
+        found = _between(recording, self._done, until)
+        self._done = max(self._done, until)
+        return found
+
+    def close(self) -> None:
+        """Stop; nothing is held."""
+
+    def _read(self) -> Recording:
+        if self._request.read is not None:
+            return self._request.read(self.name)
+        from hefting.logs import read_log
+
+        return read_log(self.name)
+
+    def _elapsed(self) -> float:
+        """What has been given so far [s]."""
+        assert self._recording is not None
+        return max(self._done - self._recording.start, 0.0)
+
+    def _due(self) -> float:
+        """The time up to which samples are due [s]."""
+        assert self._recording is not None
+        if np.isinf(self._request.speed):
+            return float(self._done + STEP)
+        passed = (time.monotonic() - self._begin) * self._request.speed
+        step = max(STEP, STEP * self._request.speed)
+        return float(min(self._recording.start + passed, self._done + step))
+
+
+def _between(recording: Recording, after: float, until: float) -> list[Samples]:
+    """Samples later than `after`, up to `until` [s]."""
+    found: list[Samples] = []
+    for name, stream in recording.streams.items():
+        first, last = np.searchsorted(stream.time, (after, until), side="right")
+        if last > first:
+            part = slice(first, last)
+            found.append(Samples(name, stream.time[part], stream.values[part]))
+    return found
+
+
+SOURCE = PlayedLog

@@ -1,0 +1,214 @@
+"""What came in, written to an MCAP file as it comes.
+
+The file holds the messages of `hefting.write_log`, with the stamps of the source. They
+are not in chunks, so that a file that was cut off can be read as far as it goes.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.files import check_replaceable
+from hefting.core.recording import Stream
+from hefting.core.spatial import Array
+from hefting.logs.ros.mcap_output import McapOutput
+from hefting.logs.ros.serialising import Messages, serialise
+from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
+from hefting.online.samples import Samples
+
+BLOCK = 0.1
+"""Samples are written when they span so long [s]; a file that is cut off lacks about as
+much."""
+
+FAR_BACK = 1.0
+"""A stamp that is further back than this [s] is of a clock that was set back: a new file
+is begun, as readers refuse such logs."""
+
+POSES = ("position", "orientation")
+
+
+class Recorder:
+    """Writes samples to a file; a thread at a time.
+
+    Parameters
+    ----------
+    path : ends in .mcap; what is there is replaced.
+
+    `paths` are the files written so far: a second one is begun where the source's clock
+    is set back. `left_out` counts samples that no message holds, by stream; `count` all
+    that came.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    MissingDependencyError
+        Without foxglove-sdk or rosbags.
+    """
+
+    def __init__(self, path: str | Path):
+        if Path(path).suffix != ".mcap":
+            raise InputError("a record is an .mcap file", path, "as in log.mcap")
+        self._path = Path(path)
+        self.paths: list[Path] = []
+        self.left_out: Counter[str] = Counter()
+        self.count = 0
+        self._waiting: dict[str, list[Samples]] = {}
+        self._latest: dict[str, float] = {}
+        self._shift: int | None = None
+        self._file = _File(self._next_path())
+
+    def add(self, samples: Samples) -> None:
+        """Take samples in the order in which they came."""
+        latest = self._latest.get(samples.stream, -np.inf)
+        if samples.time[0] < latest - FAR_BACK:
+            self._begin_again()
+        elif self._is_due():
+            self._write()
+        self.count += len(samples.time)
+        self._latest[samples.stream] = float(samples.time[-1])
+        self._waiting.setdefault(samples.stream, []).append(samples)
+
+    def close(self) -> None:
+        """Write what waits, and end the file; `InputError` where that fails. Again does
+        nothing."""
+        self._write()
+        self._file.close()
+
+    def _next_path(self) -> Path:
+        number = len(self.paths) + 1
+        name = self._path.stem if number == 1 else f"{self._path.stem}-{number}"
+        self.paths.append(self._path.with_name(f"{name}.mcap"))
+        return self.paths[-1]
+
+    def _begin_again(self) -> None:
+        self.close()
+        self._latest, self._shift = {}, None
+        self._file = _File(self._next_path())
+
+    def _is_due(self) -> bool:
+        """Whether a block is full, and no pose waits for its other half."""
+        counts = [sum(len(s.time) for s in self._waiting.get(n, ())) for n in POSES]
+        spans = [
+            parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
+        ]
+        longest = max(spans, default=0.0)
+        is_even = counts[0] == counts[1] or 0 in counts or longest > 10 * BLOCK
+        return longest >= BLOCK and is_even
+
+    def _write(self) -> None:
+        waiting, self._waiting = self._waiting, {}
+        streams = {name: _joined(parts) for name, parts in waiting.items()}
+        if not streams:
+            return
+        if self._shift is None:
+            start = min(stream.time.min() for stream in streams.values())
+            # a stamp of zero would say that there is none
+            self._shift = EPOCH if start < 1.0 else 0
+        time: dict[str, NDArray[np.int64]] = {}
+        for name, stream in list(streams.items()):
+            stamps = _nanoseconds(stream.time) + self._shift
+            good = stamps > 0
+            self.left_out[name] += int((~good).sum())
+            if good.any():
+                streams[name], time[name] = stream[good], stamps[good]
+            else:
+                del streams[name]
+        groups = list(messages_at(streams, time))
+        written = {name for group in groups for name in streams_of(group)}
+        if "position" in written:
+            written |= {"orientation"}
+        for name in set(streams) - written:
+            self.left_out[name] += len(streams[name])
+        self._file.write(groups)
+
+
+class _File:
+    """One MCAP file with ROS 2 messages."""
+
+    def __init__(self, path: Path):
+        try:
+            from foxglove import Context, open_mcap
+            from foxglove.mcap import MCAPWriteOptions
+        except ImportError as error:
+            raise MissingDependencyError("foxglove-sdk", "live") from error
+        try:
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as error:
+            raise MissingDependencyError("rosbags", "live") from error
+        check_replaceable(path)
+        self.path, self._store = path, get_typestore(Stores.ROS2_HUMBLE)
+        try:
+            # as it grows it is read by others, so that it is no file to be renamed
+            self._stream = path.open("wb", buffering=0)
+        except OSError as error:
+            raise self._error(error) from error
+        self._context, self._output = Context(), McapOutput(self._stream)
+        options = MCAPWriteOptions(use_chunks=False, compression=None, profile="ros2")
+        self._writer: Any = open_mcap(
+            self._output, context=self._context, writer_options=options
+        )
+        self._channels: dict[str, Callable[..., None]] = {}
+
+    def write(self, groups: list[Messages]) -> None:
+        """Write messages in the order of their stamps; nothing after an error."""
+        lines: list[tuple[int, Callable[..., None], bytes]] = []
+        for group in groups:
+            send = self._channel(group)
+            rows = serialise(group, self._store, "cdr")
+            stamps = group.time.tolist()
+            lines += [
+                (stamp, send, row.tobytes())
+                for stamp, row in zip(stamps, rows, strict=True)
+            ]
+        for stamp, send, data in sorted(lines, key=lambda line: line[0]):
+            send(data, log_time=stamp)
+
+    def close(self) -> None:
+        """End the file; `InputError` where it could not be written."""
+        writer, self._writer = self._writer, None
+        if writer is None:
+            return
+        writer.close()
+        self._stream.close()
+        if self._output.error is not None:
+            raise self._error(self._output.error)
+
+    def _channel(self, group: Messages) -> Callable[..., None]:
+        """What writes to the topic of a group."""
+        from foxglove import Channel, Schema
+
+        if group.topic not in self._channels:
+            text, _ = self._store.generate_msgdef(group.type, ros_version=2)
+            schema = Schema(name=group.type, encoding="ros2msg", data=text.encode())
+            channel = Channel(
+                group.topic,
+                schema=schema,
+                message_encoding="cdr",
+                context=self._context,
+            )
+            self._channels[group.topic] = channel.log
+        return self._channels[group.topic]
+
+    def _error(self, error: OSError) -> InputError:
+        return InputError(f"cannot be written ({error.strerror or error})", self.path)
+
+
+def _joined(parts: list[Samples]) -> Stream:
+    """Samples in order of arrival; of a width that changes, those of the first."""
+    width = parts[0].values.shape[1]
+    same = [part for part in parts if part.values.shape[1] == width]
+    time = np.concatenate([part.time for part in same])
+    return Stream(time, np.concatenate([part.values for part in same]))
+
+
+def _nanoseconds(time: Array) -> NDArray[np.int64]:
+    """Times [s] as stamps, to the last digit."""
+    whole = np.floor(time)
+    part = np.rint((time - whole) * 1e9).astype(np.int64)
+    return whole.astype(np.int64) * 1_000_000_000 + part

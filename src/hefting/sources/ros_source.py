@@ -1,0 +1,102 @@
+"""A source of ROS messages over any transport: topics are chosen from the first
+messages, and the connection is all that the transport adds."""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Protocol
+
+from hefting.core.messages import Message
+from hefting.logs.ros.source import Topic
+from hefting.online.samples import Samples
+from hefting.sources.request import Request
+from hefting.sources.ros_decoding import RosDecoder, RosMessage
+
+SETTLING = 0.5
+"""How long topics are watched from the first message on before they are chosen [s]:
+latched transforms, and rivals for the same role, come later than the first."""
+
+PATIENCE = 5.0
+"""How long wrench, and poses or joints, are waited for [s]."""
+
+STEP = 0.05
+"""Longest wait for a message while topics are chosen [s]."""
+
+
+class Transport(Protocol):
+    """Brings ROS messages."""
+
+    topics: list[Topic]
+    """Those that are on offer, as far as is known."""
+    skipped: Counter[str]
+    """What could not be read, by the reason; given by the source."""
+
+    def connect(self, wants: Callable[[Topic], bool]) -> None:
+        """Connect, and from then on subscribe to the topics that are wanted; raises
+        `InputError` where that fails."""
+        ...
+
+    def receive(self, timeout: float) -> list[RosMessage]:
+        """What came, after waiting at most `timeout` [s] for it; raises
+        `SourceLostError` when the connection is gone."""
+        ...
+
+    def close(self) -> None:
+        """Disconnect; again does nothing."""
+        ...
+
+
+class RosSource:
+    """Decodes what a transport brings; see `hefting.online.samples.Source`."""
+
+    def __init__(self, name: str, request: Request, transport: Transport):
+        self.name = name
+        self.chosen: tuple[Message, ...] = ()
+        self.skipped: Counter[str] = Counter()
+        self._request, self._transport = request, transport
+        transport.skipped = self.skipped
+        self._decoder: RosDecoder | None = None
+        self._first: list[Samples] = []
+
+    def open(self) -> None:
+        """Connect, and choose topics unless that was done before the connection was
+        lost; `InputError` where there are none to choose, or too many."""
+        decoder = self._decoder
+        if decoder is not None:
+            self._transport.connect(decoder.wants)
+            return
+        decoder = RosDecoder(self.name, self._request, self.skipped)
+        self._transport.connect(decoder.wants)
+        try:
+            self._first = self._choose(decoder)
+        except BaseException:
+            self._transport.close()
+            raise
+        self._decoder, self.chosen = decoder, decoder.chosen
+
+    def read(self, timeout: float) -> list[Samples]:
+        """See `hefting.online.samples.Source`."""
+        if self._first:
+            found, self._first = self._first, []
+            return found
+        assert self._decoder is not None
+        messages = self._transport.receive(timeout)
+        return self._decoder.decode(messages) if messages else []
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._transport.close()
+
+    def _choose(self, decoder: RosDecoder) -> list[Samples]:
+        """What the first messages hold, with which topics and frames are chosen."""
+        messages: list[RosMessage] = []
+        end, due = time.monotonic() + PATIENCE, None
+        while (now := time.monotonic()) < end:
+            messages += self._transport.receive(STEP)
+            if messages and due is None:
+                due = now + SETTLING
+            if due is not None and now >= due:
+                if (found := decoder.choose(messages)) is not None:
+                    return found
+                due = now + SETTLING
+        raise decoder.missing(self._transport.topics, messages)

@@ -1,0 +1,68 @@
+"""``-``: lines of JSON on standard input."""
+
+import os
+import queue
+import sys
+import threading
+from collections import Counter
+
+from hefting.core.messages import Message, note
+from hefting.online.samples import EndOfSource, Samples
+from hefting.sources.json_lines import JsonLines
+from hefting.sources.request import Request
+
+PIECE = 1 << 16
+"""Most that is read at once [bytes]."""
+
+PIECES = 64
+"""Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
+
+
+class StandardInput:
+    """Lines of JSON from a pipe; see `hefting.sources.json_lines`. It ends where the
+    pipe does.
+
+    A thread reads, as not every system can wait for a pipe for a limited time.
+    """
+
+    def __init__(self, name: str, request: Request):
+        self.name = "standard input"
+        self.chosen: tuple[Message, ...] = ()
+        self.skipped: Counter[str] = Counter()
+        self._lines = JsonLines(self.skipped)
+        self._pieces: queue.Queue[bytes] = queue.Queue(PIECES)
+
+    def open(self) -> None:
+        """Begin to read."""
+        self.chosen = (note("live-source", "lines of JSON from standard input"),)
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def read(self, timeout: float) -> list[Samples]:
+        """See `hefting.online.samples.Source`."""
+        try:
+            data = self._pieces.get(timeout=max(timeout, 1e-3))
+        except queue.Empty:
+            return []
+        if data:
+            return self._lines.feed(data)
+        if last := self._lines.end():
+            self._pieces.put(b"")
+            return last
+        raise EndOfSource("standard input has ended")
+
+    def close(self) -> None:
+        """Nothing: the pipe belongs to whoever made it."""
+
+    def _read(self) -> None:
+        handle = sys.stdin.fileno()
+        while True:
+            try:
+                data = os.read(handle, PIECE)
+            except OSError:
+                data = b""
+            self._pieces.put(data)
+            if not data:
+                return
+
+
+SOURCE = StandardInput

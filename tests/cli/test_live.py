@@ -1,0 +1,215 @@
+"""hefting live: played logs, pipes and sockets give the answer of hefting identify; what
+cannot be used is refused in one line."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from functools import partial
+
+import numpy as np
+import pytest
+
+from commands import refused
+from hefting.core.measurements import Noise
+from hefting.core.recording import Recording
+from hefting.logs import write_log
+from hefting.simulation import UR5, hammer, simulate, sinusoids
+from hefting.sources import pump as pumps
+
+SECONDS = 8.0
+POSE = np.array([[1.0, 0, 0, 0], [0, 0, 1, -0.08], [0, -1, 0, 0.06], [0, 0, 0, 1]])
+KEYS = (
+    "mass",
+    "center_of_mass",
+    "inertia_at_com",
+    "intervals",
+    "verdict",
+    "covariance",
+)
+LIVE = [sys.executable, "-m", "hefting", "live"]
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    motion = UR5.motion(sinusoids(SECONDS, 100.0, 1.5))
+    noise = {"noise": Noise(0.1, 0.005), "pose_noise": (1e-4, 3.5e-4), "seed": 3}
+    return simulate(motion, hammer().parameters.moved(POSE), **noise)
+
+
+@pytest.fixture(scope="module")
+def log(recording, tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "log.csv"
+    write_log(recording, path)
+    return path
+
+
+def lines_of(recording: Recording) -> list[tuple[float, bytes]]:
+    """The recording as lines of JSON, each with when it is due [s]."""
+    entries: dict[float, dict] = {}
+    for name, stream in recording.streams.items():
+        for t, row in zip(stream.time.tolist(), stream.values.tolist(), strict=True):
+            entries.setdefault(t, {"time": t})[name] = row
+    return [
+        (t - recording.start, json.dumps(entry).encode() + b"\n")
+        for t, entry in sorted(entries.items())
+    ]
+
+
+def send(lines, write, speed: float) -> None:
+    """Write lines when they are due."""
+    begin = time.monotonic()
+    for due, line in lines:
+        time.sleep(max(begin + due / speed - time.monotonic(), 0.0))
+        write(line)
+
+
+def identified(run, log) -> dict:
+    return json.loads(run("identify", log, "--json")[1])
+
+
+def same(found: dict, expected: dict, tolerance=0.0) -> bool:
+    """Whether two answers agree, numbers up to a tolerance that is relative."""
+    for key in KEYS[:3]:
+        scale = np.abs(np.array(expected[key])).max()
+        assert np.allclose(found[key], expected[key], rtol=0, atol=tolerance * scale), (
+            key
+        )
+    return True
+
+
+def test_a_played_log_gives_the_answer_of_identify(run, log):
+    status, out, err = run("live", log, "--json")
+    assert status == 0, err
+    *before, last = map(json.loads, out.splitlines())
+    assert same(last, identified(run, log))
+    assert last["state"] == "identified"
+    assert last["counts"]["dropped"] == 0
+    # the keys that identify prints, and those of a stream, in each line with an answer
+    expected = set(identified(run, log)) | {"state", "sufficient", "time"}
+    answers = [entry for entry in before if "mass" in entry]
+    assert answers
+    assert all(expected <= set(entry) for entry in (*answers, last))
+    times = [entry["time"] for entry in before]
+    assert times == sorted(times)
+
+
+def test_people_see_lines_and_then_the_answer(run, log):
+    status, out, err = run("live", log, "--speed", "3")
+    answer = run("identify", log)[1]
+    assert status == 0
+    assert out.endswith(answer)
+    shown = out.removesuffix(answer).splitlines()
+    assert shown
+    assert all(" s: " in line and " samples" in line for line in shown)
+    assert "is played at 3 times its speed" in err
+
+
+def test_the_record_gives_the_final_answer(run, log, tmp_path):
+    pytest.importorskip("foxglove", reason="a record needs foxglove-sdk")
+    path = tmp_path / "log.mcap"
+    status, out, err = run("live", log, "--speed", "6", "--record", path, "--json")
+    assert (status, f"wrote {path}" in err) == (0, True)
+    last = json.loads(out.splitlines()[-1])
+    # the issue's bound; they are the same file's answer
+    assert same(last, identified(run, path), 1e-9)
+
+
+def test_a_pipe_is_read_to_its_end(recording, log, run):
+    live = subprocess.Popen(
+        [*LIVE, "-", "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert live.stdin is not None
+    lines = lines_of(recording)
+    middle = len(lines) // 2
+    lines.insert(middle, (lines[middle][0], b"nonsense\n"))
+    send(lines, live.stdin.write, 3.0)
+    out, _ = live.communicate(timeout=60)
+    last = json.loads(out.splitlines()[-1])
+    assert live.returncode == 0
+    # CSV and JSON both write numbers so that they are read back to the last bit
+    assert same(last, identified(run, log), 1e-9)
+    samples = sum(map(len, recording.streams.values()))
+    assert last["counts"]["samples"] == samples
+    assert last["counts"]["skipped"] == {"not a JSON object": 1}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends a signal of POSIX")
+def test_ctrl_c_ends_it_with_the_final_answer(recording):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        live = subprocess.Popen(
+            [*LIVE, f"tcp://127.0.0.1:{port}"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        connection, _ = server.accept()
+        with connection:
+            send(lines_of(recording), connection.sendall, 3.0)
+            time.sleep(1.0)
+            live.send_signal(signal.SIGINT)
+            out, err = live.communicate(timeout=60)
+    assert live.returncode == 0, err
+    assert "Traceback" not in err
+    assert "COM x" in out
+    assert "verdict: good" in out
+
+
+def test_what_a_robot_takes_is_printed_at_the_end(run, log):
+    status, out, _ = run(
+        "live", log, "--speed", "6", "--export-to", "ur", "--mass", "0.67kg±5g"
+    )
+    assert status == 0
+    assert "set_target_payload(" in out.splitlines()[-1] or "set_target_payload(" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("http://robot",), "is no source"),
+        (("tcp://127.0.0.1:1",), "cannot be reached"),
+        (("rtde://127.0.0.1:1",), "cannot be reached"),
+        (("dds://300",), "0 to 232"),
+        (("none.csv",), "does not exist"),
+        (("-", "--rate", "0"), "rate"),
+        (("-", "--until", "mass=1kg"), "--until"),
+        (("-", "--output", "mug.docx"), "not an output format"),
+        (("-", "--record", "log.csv"), "log.mcap"),
+        (("-", "--export-to", "urr"), "--export-to"),
+        (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
+        (("-", "--map", "map.toml"), "is for logs"),
+        (("-", "--speed", "inf"), "--speed"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(run, words, said):
+    assert refused(run("live", *words), said)
+
+
+def test_silence_is_an_error(run, monkeypatch):
+    """After 5 s; here sooner, as the test would wait as long."""
+    monkeypatch.setattr(pumps, "Pump", partial(pumps.Pump, patience=0.2))
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        accepted = []
+        port = server.getsockname()[1]
+        thread = threading.Thread(target=lambda: accepted.append(server.accept()))
+        thread.start()
+        result = run("live", f"tcp://127.0.0.1:{port}")
+        thread.join()
+        accepted[0][0].close()
+    said = result[2].splitlines()[-1]
+    assert result[0] == 2
+    assert "nothing arrives for 0.2 s" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "module"),
+    [("ws://127.0.0.1:1", "websockets.sync.client"), ("dds://0", "cyclonedds.builtin")],
+)
+def test_a_missing_extra_is_told(run, name, module, monkeypatch):
+    monkeypatch.setitem(sys.modules, module, None)
+    assert refused(run("live", name), "pip install 'hefting[live]'")

@@ -1,0 +1,91 @@
+"""What is expected of new samples: chi-square while nothing changes, and the change of
+a body as it is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.online_streams import swapped
+
+from hefting.core.inertia import InertialParameters
+from hefting.core.regressor import predict_wrench
+from hefting.ingest.ingest import ingest
+from hefting.online.expected import Expected
+from hefting.online.watch import LARGEST, Watch
+
+
+@pytest.fixture(scope="module")
+def known():
+    """What is expected by five seconds, and the motion of the four after."""
+    case = swapped(2, change=False, duration=9.0)
+    found = ingest(case.recording)
+    whole = found.measurements
+    split = int(np.searchsorted(whole.time, 5.0))
+    first = replace(found, measurements=whole[:split], counts=found.counts[:split])
+    later = whole[split:]
+    good = np.flatnonzero(later.weights > 0.5)
+    return case, Expected.of(first), later[good]
+
+
+def drawn(expected, z, body, rng):
+    """Samples of a body with the noise and the bias that are expected."""
+    bias = expected.x[10:16] + np.outer(z.time - expected.end, expected.x[16:22])
+    wrench = predict_wrench(z, body) + bias
+    wrench += expected.noise * rng.normal(size=wrench.shape)
+    return replace(z, force=wrench[:, :3], torque=wrench[:, 3:])
+
+
+def test_size_is_chi_square_while_nothing_changes(known):
+    """400 draws of body, bias and noise from what is expected: the mean of chi-square
+    with four degrees of freedom is 4, its standard error 0.14; four of these."""
+    _, expected, z = known
+    white = replace(expected, scale=np.ones(2), offset_std=0.0)
+    rng = np.random.default_rng(1)
+    root = np.linalg.cholesky(white.covariance + 1e-18 * np.eye(22))
+    sizes = []
+    for _ in range(400):
+        true = replace(white, x=white.x + root @ rng.normal(size=22))
+        part = drawn(true, z[:100], true.x[:10], rng)
+        sizes.append(white.of_latest(part, 0.9).size)
+    # the drift may go on otherwise, which no draw does
+    assert 2.5 < np.mean(sizes) < 4.56
+    assert np.max(sizes) < LARGEST
+
+
+@pytest.mark.parametrize("share", [-0.1, 0.1])
+def test_another_mass_is_told(known, share):
+    """A tenth of 1.4 kg beside 0.1 N."""
+    _, expected, z = known
+    body = InertialParameters((1.0 + share) * expected.x[:10])
+    part = drawn(expected, z[:100], body.vector, np.random.default_rng(2))
+    found = expected.of_latest(part, 0.9)
+    assert found.size > 10.0 * LARGEST
+    assert found.misfit == pytest.approx(1.0, abs=0.3)
+
+
+def test_a_push_is_explained_by_no_body(known):
+    """5 N along the sensor's x axis, and none about it."""
+    _, expected, z = known
+    part = drawn(expected, z[:100], expected.x[:10], np.random.default_rng(3))
+    pushed = replace(part, force=part.force + np.array((5.0, 0.0, 0.0)))
+    found = expected.of_latest(pushed, 0.9)
+    assert found.size > LARGEST
+    assert found.misfit > 5.0
+    watch = Watch()
+    for end in range(20, 100, 10):
+        watch = watch.looked(expected, pushed[:end])
+    assert watch.onset is not None
+    assert not watch.changed
+
+
+def test_spikes_are_not_another_object(known):
+    _, expected, z = known
+    part = drawn(expected, z[:100], expected.x[:10], np.random.default_rng(4))
+    force = part.force.copy()
+    force[::20] += 20.0
+    assert expected.of_latest(replace(part, force=force), 0.9).size < LARGEST
+
+
+def test_too_short_a_recording_says_nothing(known):
+    case, _, _ = known
+    assert Expected.of(ingest(case.recording.slice(0.0, 2.0))) is None

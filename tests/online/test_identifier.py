@@ -1,0 +1,159 @@
+"""The live identifier: fed from a loop, which never waits."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from benchmarks.online_streams import parts, swapped
+
+import hefting
+from hefting.core.messages import note, warning
+from hefting.logs import write_log
+from hefting.online import identifier
+from hefting.online.samples import Samples
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return swapped(5, change=False, duration=5.0).recording
+
+
+def feed(live, recording, speed=2.0):
+    """As a robot would, but faster."""
+    period = 0.05
+    for together in parts(recording, period):
+        for samples in together:
+            live.add(samples)
+        time.sleep(period / speed)
+
+
+def test_fed_from_a_loop_it_answers_and_ends_with_all_samples(recording):
+    whole = hefting.identify(recording)
+    with hefting.LiveIdentifier(rate=20.0) as live:
+        feed(live, recording)
+        found = None
+        for _ in range(600):  # the process may take its time
+            found = live.wait(0.2)
+            if found is not None and found.estimate is not None:
+                break
+        assert found.state == "identified"
+        assert found.counts["dropped"] == 0
+        last = live.close()
+    np.testing.assert_allclose(
+        last.estimate.parameters.vector, whole.estimate.parameters.vector, rtol=1e-9
+    )
+    assert last.counts["samples"] == sum(len(s) for s in recording.streams.values())
+
+
+def test_the_final_answer_may_be_that_of_a_log(recording, tmp_path):
+    """The record of a stream that is too long to be kept."""
+    path = tmp_path / "log.csv"
+    write_log(recording, path)
+    live = hefting.LiveIdentifier(in_process=False)
+    for together in parts(recording.slice(0.0, 3.0), 0.1):
+        for samples in together:
+            live.add(samples)
+        live.step()
+    assert live.close(path).estimate.mass == hefting.identify(path).mass
+
+
+def test_a_stream_that_is_not_kept_ends_with_the_last_live_answer(
+    recording, monkeypatch
+):
+    monkeypatch.setattr("hefting.online.kept.MOST_NUMBERS", 1000)
+    live = hefting.LiveIdentifier(in_process=False)
+    for together in parts(recording, 0.1):
+        for samples in together:
+            live.add(samples)
+        live.step()
+    before = live.latest.estimate
+    last = live.close()
+    assert last.estimate.mass == before.mass
+    assert "live-not-kept" in hefting.core.messages.codes(last.messages)
+
+
+def test_the_queue_is_bounded_and_what_is_dropped_is_counted(monkeypatch):
+    monkeypatch.setattr(identifier, "QUEUE", 10)
+    live = hefting.LiveIdentifier(in_process=False)
+    for k in range(25):
+        live.add("wrench", 0.01 * k, np.zeros(6))
+    live.step()
+    assert live.latest.counts["dropped"] == 15
+    assert live.latest.counts["samples"] == 10
+
+
+def test_samples_are_added_from_many_threads():
+    live = hefting.LiveIdentifier(in_process=False)
+
+    def add(number):
+        for k in range(200):
+            live.add("wrench", 0.001 * (5 * k + number), np.zeros(6))
+
+    threads = [threading.Thread(target=add, args=(n,)) for n in range(5)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    live.step()
+    counts = live.latest.counts
+    late = counts["skipped"].get("late", 0)
+    assert counts["samples"] == 1000
+    assert counts["dropped"] == 0
+    assert late == 0
+
+
+def test_a_lost_source_is_the_state_until_it_is_back():
+    live = hefting.LiveIdentifier(in_process=False)
+    live.say(warning("source-lost", "the robot was switched off"))
+    assert live.step().state == "lost source"
+    live.say(note("source-back", "it is there again"))
+    live.add("wrench", 0.0, np.zeros(6))
+    assert live.step().state == "waiting"
+
+
+def test_joint_positions_become_poses(recording, tmp_path):
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(
+        '<robot name="r"><link name="base"/><link name="tool"/>'
+        '<joint name="j" type="continuous"><parent link="base"/>'
+        '<child link="tool"/><axis xyz="1 0 0"/></joint></robot>'
+    )
+    robot = hefting.Robot.from_urdf(urdf, sensor_frame="tool")
+    live = hefting.LiveIdentifier(robot=robot, in_process=False)
+    live.add(Samples("joint_positions", np.array([0.0, 0.1]), np.array([[0.0], [1.0]])))
+    live.add("wrench", 0.1, np.zeros(6))
+    live.step()
+    series = live._pipeline.history.series
+    np.testing.assert_allclose(
+        series["orientation"].values[1], [np.sin(0.5), 0, 0, np.cos(0.5)], atol=1e-15
+    )
+    assert set(series) == {"position", "orientation", "wrench"}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"rate": 0.0}, "rate is 0.0"),
+        ({"sign": "up"}, "unknown sign 'up'"),
+        ({"method": "OSL"}, "unknown method 'OSL'"),
+        ({"method": "OLS", "until": "mass=1%"}, "accuracy"),
+        ({"shape": "missing.stl"}, "missing.stl"),
+        ({"tool": "missing.json"}, "missing.json"),
+    ],
+)
+def test_what_cannot_be_right_is_refused_in_one_line(options, words):
+    with pytest.raises(hefting.InputError, match=words) as refused:
+        hefting.LiveIdentifier(in_process=False, **options)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_failure_of_the_thread_is_raised_to_the_user(recording, monkeypatch):
+    def fail(self):
+        raise hefting.HeftingError("the pipeline failed")
+
+    monkeypatch.setattr(identifier.Pipeline, "step", fail)
+    live = hefting.LiveIdentifier()
+    live.add("wrench", 0.0, np.zeros(6))
+    with pytest.raises(hefting.HeftingError, match="the pipeline failed"):
+        live.wait(60.0)

@@ -1,0 +1,91 @@
+"""Streams of a live source: checked, averaged where fast, bounded."""
+
+from collections import Counter
+
+import numpy as np
+
+from hefting.online.history import History
+from hefting.online.possible import possible
+from hefting.online.samples import Samples
+from hefting.online.series import BIN, Series
+
+
+def test_averages_of_a_fast_stream_lie_on_what_is_linear_in_time():
+    """1 kHz with jitter, in parts of any length: means of time and value belong
+    together; all rounding errors."""
+    rng = np.random.default_rng(1)
+    time = 1.7e9 + np.arange(2000) * 1e-3 + rng.uniform(0.0, 5e-4, 2000)
+    values = np.column_stack([(time - 1.7e9) * slope for slope in (1.0, -2.0, 3.0)])
+    series = Series("position", Counter())
+    for part in np.array_split(np.arange(2000), np.sort(rng.integers(0, 2000, 40))):
+        series.add(time[part], values[part])
+    assert 0.99 * 2.0 / BIN <= len(series) <= 2.0 / BIN
+    np.testing.assert_allclose(
+        series.values, np.outer(series.time - 1.7e9, (1, -2, 3)), atol=2e-6
+    )
+
+
+def test_a_slow_stream_stays_as_it_is():
+    time = np.arange(200) * 0.01
+    series = Series("wrench", Counter())
+    values = np.random.default_rng(2).normal(size=(200, 6))
+    series.add(time, values)
+    assert np.array_equal(series.time, time)
+    assert np.array_equal(series.values, values)
+
+
+def test_quaternions_of_either_sign_are_averaged_as_one():
+    time = np.arange(1000) * 1e-3
+    side = np.where(np.arange(1000) % 2, 1.0, -1.0)
+    series = Series("orientation", Counter())
+    series.add(time, side[:, None] * np.array([0.0, 0.6, 0.0, 0.8]))
+    np.testing.assert_allclose(np.abs(series.values @ (0, 0.6, 0, 0.8)), 1.0)
+
+
+def test_late_samples_are_sorted_and_repeated_ones_counted():
+    skipped = Counter()
+    series = Series("wrench", skipped)
+    for t in (0.0, 0.01, 0.03, 0.02, 0.02, 0.04):
+        series.add(np.array([t]), np.full((1, 6), t))
+    assert series.time.tolist() == [0.0, 0.01, 0.02, 0.03, 0.04]
+    assert series.values[:, 0].tolist() == series.time.tolist()
+    assert skipped == {"repeated": 1}
+
+
+def test_what_cannot_be_is_counted_by_its_reason():
+    skipped = Counter()
+    values = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
+    values[1, 0], values[2, 3] = np.nan, 2.0
+    good = possible("orientation", np.array([0, 1, 2, 1e300]), values, skipped)
+    assert good.tolist() == [True, False, False, False]
+    assert skipped == {"not finite": 1, "impossible": 2}
+
+
+def test_a_clock_is_another_only_when_several_samples_say_so():
+    held = History()
+    held.add(Samples("wrench", np.arange(100) * 0.01, np.zeros((100, 6))))
+    one = Samples("wrench", np.array([500.0]), np.zeros((1, 6)))
+    assert held.add(one) is None
+    assert held.skipped == {"of another clock": 1}
+    many = Samples("wrench", 500.0 + np.arange(20) * 0.01, np.zeros((20, 6)))
+    assert held.add(many).code == "clock-jumped"
+    assert len(held.take_all()["wrench"]) == 100
+    assert held.add(many) is None
+    assert held.latest == many.time[-1]
+    # what is still on its way is of the clock before
+    held.add(Samples("wrench", np.array([1.0]), np.zeros((1, 6))))
+    assert held.skipped["of the clock before"] == 1
+
+
+def test_a_history_is_bounded(monkeypatch):
+    monkeypatch.setattr("hefting.online.history.MOST_ROWS", 100)
+    held = History()
+    cut = []
+    for k in range(10):
+        time = k * 0.5 + np.arange(50) * 0.01
+        held.add(Samples("wrench", time, np.zeros((50, 6))))
+        older = held.overflow()
+        cut += [] if older is None else [older]
+        assert len(held.series["wrench"]) <= 100
+    whole = np.concatenate([r["wrench"].time for r in [*cut, held.recording()]])
+    np.testing.assert_allclose(whole, np.arange(500) * 0.01)

@@ -1,0 +1,62 @@
+"""Each transport for real, between two processes on this machine: nothing is lost, what
+is malformed is counted, and a source that dies is found again."""
+
+import math
+
+import numpy as np
+import pytest
+from benchmarks.interruptions import run as interrupt
+from benchmarks.peers import ORIENTATION, RATIO, count, position_of, wrench_of
+from benchmarks.transports import ADDRESSES, run
+
+from hefting.sources.limits import UNREADABLE
+
+SECONDS = 3.0
+MALFORMED = 100
+PEERS = {"ws": "foxglove", "zenoh": "zenoh", "dds": "cyclonedds"}
+CLIENTS = {"ws": "websockets"}
+
+
+def needs(name: str) -> None:
+    """Skip where the library of either end is missing."""
+    for module in (PEERS.get(name), CLIENTS.get(name)):
+        if module is not None:
+            pytest.importorskip(module, reason=f"{name}:// needs {module}")
+
+
+@pytest.mark.parametrize("name", ADDRESSES)
+def test_nothing_is_lost(name):
+    needs(name)
+    received, skipped = run(name, SECONDS, MALFORMED)
+    wrenches, poses = count(SECONDS)
+    assert received.missing(SECONDS) == (0, 0)
+    assert len(received.stamps["wrench"]) == wrenches  # none twice either
+    values = np.concatenate(received.values["wrench"])
+    assert np.array_equal(values, [wrench_of(k) for k in range(wrenches)])
+    assert (np.diff(received.stamps["wrench"]) > 0).all()
+    if name == "rtde":  # a pose in each package
+        poses = wrenches
+    ratio = wrenches // poses
+    position = np.concatenate(received.values["position"])
+    sent = [position_of(k * ratio // RATIO * RATIO) for k in range(poses)]
+    assert np.array_equal(position, sent)
+    orientation = np.concatenate(received.values["orientation"])
+    assert np.array_equal(orientation, np.tile(ORIENTATION, (poses, 1)))
+    # DDS hands out only what has the topic's type
+    bad = 0 if name == "dds" else math.ceil(wrenches / MALFORMED)
+    assert sum(skipped.values()) == bad
+    if name not in ("dds", "tcp"):
+        assert list(skipped) == [UNREADABLE]
+
+
+@pytest.mark.parametrize("name", ADDRESSES)
+def test_a_source_that_dies_is_found_again(name):
+    needs(name)
+    found, pump = interrupt(name, 2, life=0.3)
+    assert pump.state == "ended"
+    assert pump.error is None
+    assert min(found.wrenches) > 0
+    # DDS has no connection that could be lost
+    lost = 0 if name == "dds" else 1
+    assert found.said["source-back"] == lost
+    assert found.said["source-lost"] in (lost, 2 * lost)
