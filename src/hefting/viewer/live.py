@@ -130,18 +130,19 @@ class Intervals:
         self._rows: list[tuple[float, ...]] = []
         self._object = 1
         self.handles: list[Any] = []
+        time_: Any = {"label": "time"}
         labels = (("mass", "low", "high"), ("x", "y", "z"))
         colours = (("#0072B2", "#0072B280", "#0072B280"), AXIS_COLOURS)
         for (name, unit), own, strokes in zip(INTERVALS, labels, colours, strict=True):
-            drawn = (
+            drawn: list[Any] = [
                 {"label": label, "stroke": stroke, "width": 1.5}
                 | {"points": {"show": False}}
                 for label, stroke in zip(own, strokes, strict=True)
-            )
+            ]
             self.handles.append(
                 gui.add_uplot(
                     (np.zeros(1), *np.full((3, 1), np.nan)),
-                    ({"label": "time"}, *drawn),
+                    (time_, *drawn),
                     title=f"{name} [{unit}]",
                     scales={"x": {"time": False}},
                     axes=({"label": "time [s]", "size": 30, "labelSize": 20}, {}),
