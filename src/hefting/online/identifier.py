@@ -216,7 +216,7 @@ class LiveIdentifier:
         self._final = True
         self._take()
         last = self._latest
-        if last is None and self._pipeline.history.samples:
+        if self._pipeline.history.samples:  # what came and was said meanwhile counts
             last = self._pipeline.told()
         if last is None:
             return None
