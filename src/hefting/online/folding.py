@@ -18,6 +18,7 @@ from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool
 from hefting.motion import Motion, PoseFilter
 from hefting.motion.kalman import State
+from hefting.motion.state import motion_from_pieces
 from hefting.online.understanding import Understanding, weights_of
 
 KEPT = 6.0
@@ -32,8 +33,8 @@ class Follower:
 
     pose_filter: PoseFilter
     state: State
-    motion: tuple[Motion, ...] = ()
-    """In order of time."""
+    motion: Motion | None = None
+    """Of the last `KEPT` seconds."""
 
     @classmethod
     def of(cls, pose_filter: PoseFilter) -> Self:
@@ -62,25 +63,22 @@ class Follower:
         if not len(motion.time):
             return replace(self, state=state)
         oldest = motion.time[-1] - KEPT
-        kept = [each for each in self.motion if each.time[-1] > oldest]
-        return replace(self, state=state, motion=(*kept, motion))
+        if self.motion is not None:
+            kept = self.motion[np.flatnonzero(self.motion.time > oldest)]
+            time = np.concatenate((kept.time, motion.time))
+            motion = motion_from_pieces(time, (kept, motion))
+        return replace(self, state=state, motion=motion)
 
     def samples(
         self, known: Understanding, wrench: Stream, begin: float
     ) -> Measurements | None:
         """Samples later than `begin` [s] as the estimator takes them, with the wrench
         put right; None where there are none."""
-        found = known.found
-        assert found is not None
-        parts = [m for m in self.motion if m.time[-1] > begin]
-        if not parts:
+        if self.motion is None or not self.motion.time[-1] > begin:
             return None
-        time, values = _corrected(known, wrench)
-        own = [
-            _measured(m[np.flatnonzero(m.time > begin)], time, values, known)
-            for m in parts
-        ]
-        return _joined([z for z in own if len(z)])
+        new = self.motion[np.flatnonzero(self.motion.time > begin)]
+        z = _measured(new, *_corrected(known, wrench), known)
+        return z if len(z) else None
 
 
 def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
@@ -97,7 +95,7 @@ def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
     try:
         state = estimator.merge_all([*known.others, seen])
         estimate = estimator.estimate_from(state, before)
-    except NotIdentifiableError:
+    except (NotIdentifiableError, np.linalg.LinAlgError):
         return before
     return replace(
         estimate,
@@ -164,24 +162,3 @@ def _measured(
     if found.source != "orientation" and len(z) > 1:
         weights = weights_of(found, motion) / known.weight
     return replace(z, weights=weights, motion_noise=found.motion_noise)
-
-
-def _joined(parts: list[Measurements]) -> Measurements | None:
-    """Samples one after the other; None where there are none."""
-    if not parts:
-        return None
-
-    def whole(name: str) -> Array:
-        return np.concatenate([getattr(z, name) for z in parts])
-
-    return Measurements(
-        whole("time"),
-        whole("gravity"),
-        whole("linear_acceleration"),
-        whole("angular_velocity"),
-        whole("angular_acceleration"),
-        whole("force"),
-        whole("torque"),
-        weights=whole("weights"),
-        motion_noise=parts[0].motion_noise,
-    )

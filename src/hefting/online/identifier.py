@@ -216,7 +216,7 @@ class LiveIdentifier:
         self._final = True
         self._take()
         last = self._latest
-        if last is None and self._pipeline.history.samples:
+        if self._pipeline.history.samples:  # what came and was said meanwhile counts
             last = self._pipeline.told()
         if last is None:
             return None
@@ -243,6 +243,8 @@ class LiveIdentifier:
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
             self._failure = error
+        except Exception as error:  # whatever it is, who waits is told
+            self._failure = HeftingError(f"{type(error).__name__}: {error}")
         finally:
             self._stop.set()
             with self._changed:
