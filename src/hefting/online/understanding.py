@@ -126,7 +126,7 @@ class Understander:
             return Understanding(end, obstacle=warning("live-little-motion", what))
 
     def _understood(self, recording: Recording) -> Understanding:
-        """As `hefting.identification.identify_parts`, with what is needed later.
+        """As `hefting.identification.partials.identify_parts`, with what is needed later.
 
         Raises `InputError` where there is no estimate.
         """

@@ -115,8 +115,9 @@ class DdsTransport:
     def _subscribe(self) -> None:
         """Subscribe to new topics that are wanted."""
         for endpoint in self._found.take(N=1000):
-            name = getattr(endpoint, "topic_name", "")
-            kind = getattr(endpoint, "type_name", "")
+            # of a publisher that went away they are None
+            name = getattr(endpoint, "topic_name", None) or ""
+            kind = getattr(endpoint, "type_name", None) or ""
             if (name, kind) in self._names or not name.startswith("rt/"):
                 continue
             if len(self._names) >= MAX_TOPICS:

@@ -64,7 +64,7 @@ class JsonLines:
         if not isinstance(found, dict):
             self.skipped[NO_JSON] += 1
             return
-        time = found.get("time")
+        time: Any = found.get("time")
         if not _is_number(time):
             self.skipped[NO_TIME] += 1
             return

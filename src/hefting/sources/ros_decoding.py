@@ -245,7 +245,7 @@ class RosDecoder:
 
 def _finite(series: Series, counted: Counter[str]) -> Series:
     """Samples whose values are; the others are counted."""
-    good = np.isfinite(series.values).all(axis=1)
+    good = np.asarray(np.isfinite(series.values).all(axis=1))
     if good.all():
         return series
     counted[NOT_FINITE] += int((~good).sum())
