@@ -41,23 +41,29 @@ class Lives:
 def run(name: str, lives: int, life: float = LIFE) -> tuple[Lives, Pump]:
     """Samples through a transport whose other end is killed `lives` times."""
     port = DOMAIN if name == "dds" else free_port()
-    found, pump = Lives(), None
-    for _ in range(lives):
+    found = Lives()
+    pump = Pump(source_of(ADDRESSES[name].format(port)), found.add, found.tell)
+    for k in range(lives):
         peer = start_peer(name, port, 60.0, 100)
-        found.wrenches.append(0)
-        if pump is None:
-            source = source_of(ADDRESSES[name].format(port))
-            pump = Pump(source, found.add, found.tell).start()
-        end = time.monotonic() + LONGEST
-        while not found.wrenches[-1] and time.monotonic() < end:
-            if pump.wait(0.02) and pump.error is not None:
-                raise pump.error
-        time.sleep(life)
-        peer.kill()
-        peer.communicate()
-    assert pump is not None
+        try:
+            found.wrenches.append(0)
+            if k == 0:
+                pump.start()
+            _wait_for_samples(found, pump)
+            time.sleep(life)
+        finally:
+            peer.kill()
+            peer.communicate()
     pump.close()
     return found, pump
+
+
+def _wait_for_samples(found: Lives, pump: Pump) -> None:
+    """Wait for the first wrench of a life; raises what ended the pump."""
+    end = time.monotonic() + LONGEST
+    while not found.wrenches[-1] and time.monotonic() < end:
+        if pump.wait(0.02) and pump.error is not None:
+            raise pump.error
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
 """Samples through each transport, between two processes on this machine: are any lost,
 and how long do they take? ``python -m benchmarks.transports [SECONDS [NAME ...]]``."""
 
+import os
 import socket
 import subprocess
 import sys
@@ -24,8 +25,8 @@ ADDRESSES = {
 }
 """What each transport's source is called."""
 
-DOMAIN = 77
-"""Of DDS."""
+DOMAIN = 50 + os.getpid() % 150
+"""Of DDS; another one for each run."""
 
 
 @dataclass
