@@ -2,6 +2,7 @@
 large for memory window by window."""
 
 import pickle
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -43,8 +44,8 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
 def _together(parts: Iterable[Ingested]) -> list[Ingested]:
     """All parts, none of which takes more than its bytes while others are made: half of
     what it takes when it is used."""
-    packed = [pickle.dumps(part) for part in parts]
-    return [pickle.loads(part) for part in packed]
+    packed = deque(pickle.dumps(part) for part in parts)
+    return [pickle.loads(packed.popleft()) for _ in range(len(packed))]
 
 
 def parts_of(
