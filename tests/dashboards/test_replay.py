@@ -96,7 +96,7 @@ def test_whole_or_not_at_all(hammered, tmp_path, monkeypatch, capfd):
     path = tmp_path / "a.mcap"
     path.write_bytes(b"old")
 
-    class Full(foxglove._Output):
+    class Full(foxglove.McapOutput):
         def __init__(self, stream):
             super().__init__(stream)
             self._stream = self
@@ -109,7 +109,7 @@ def test_whole_or_not_at_all(hammered, tmp_path, monkeypatch, capfd):
         def seek(self, offset, whence=0):
             return 0
 
-    monkeypatch.setattr(foxglove, "_Output", Full)
+    monkeypatch.setattr(foxglove, "McapOutput", Full)
     with pytest.raises(InputError, match="cannot be written") as caught:
         write_dashboard(replay_of(*hammered), path)
     assert "\n" not in str(caught.value)
@@ -127,7 +127,7 @@ def test_errors_of_the_file_are_kept_and_not_repeated():
             raise OSError(28, "No space left on device")
 
     stream = Stream()
-    output = foxglove._Output(stream)
+    output = foxglove.McapOutput(stream)
     assert [output.write(b"abc"), output.write(b"ab")] == [3, 2]
     assert stream.writes == 1
     assert output.error.errno == 28
