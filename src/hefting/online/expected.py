@@ -168,7 +168,8 @@ def _weights(z: Measurements) -> Array:
 def _solved(H: Array, v: Array) -> tuple[Array, Array]:
     """Solution (22,) and covariance (22, 22) of normal equations beside the prior."""
     scaled = H * PRIOR_STD[:, None] * PRIOR_STD + np.eye(len(H))
-    covariance: Array = np.linalg.inv(scaled) * PRIOR_STD[:, None] * PRIOR_STD
+    inverse = np.linalg.inv(scaled) * PRIOR_STD[:, None] * PRIOR_STD
+    covariance = np.asarray(inverse, dtype=float)
     return covariance @ v, covariance
 
 

@@ -97,7 +97,7 @@ def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
     try:
         state = estimator.merge_all([*known.others, seen])
         estimate = estimator.estimate_from(state, before)
-    except NotIdentifiableError:
+    except (NotIdentifiableError, np.linalg.LinAlgError):
         return before
     return replace(
         estimate,

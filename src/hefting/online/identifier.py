@@ -243,6 +243,8 @@ class LiveIdentifier:
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
             self._failure = error
+        except Exception as error:  # whatever it is, who waits is told
+            self._failure = HeftingError(f"{type(error).__name__}: {error}")
         finally:
             self._stop.set()
             with self._changed:
