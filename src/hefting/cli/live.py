@@ -2,6 +2,8 @@
 sends."""
 
 import argparse
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +24,7 @@ from hefting.cli.options import (
     fill_inertia_of,
 )
 from hefting.cli.outputs import wanted, write
+from hefting.cli.pages import open_page
 from hefting.cli.parser import say
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from hefting.core.messages import Message
     from hefting.online import LiveEstimate, LiveIdentifier
     from hefting.online.samples import Samples
+    from hefting.shapes import Shape
     from hefting.sources.pump import Pump
     from hefting.sources.request import Request
 
@@ -81,6 +85,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--record", metavar="FILE.mcap", help="write what comes in, as it comes"
+    )
+    parser.add_argument(
+        "--view",
+        action="store_true",
+        help="show it in a browser, too: numbers, intervals, wrench, object in 3D",
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="with --view: do not open one"
     )
     _add_results(parser)
     parser.add_argument(
@@ -169,7 +181,7 @@ def _run(a: argparse.Namespace) -> int:
     fill = fill_inertia_of(a.fill_inertia, shape)
     recorder = Recorder(a.record) if a.record else None
     display = display_of(a.json, render)
-    with LiveIdentifier(shape, **_settings(a)) as identifier:
+    with _view(a, shape) as view, LiveIdentifier(shape, **_settings(a)) as identifier:
 
         def deliver(samples: "Samples") -> None:
             if recorder is not None:
@@ -183,7 +195,7 @@ def _run(a: argparse.Namespace) -> int:
 
         try:
             with Pump(source, deliver, tell) as pump:
-                _follow(pump, identifier, display)
+                _follow(pump, identifier, display, view)
         finally:
             display.end()
             if recorder is not None:
@@ -193,6 +205,7 @@ def _run(a: argparse.Namespace) -> int:
         found = identifier.close(_whole(recorder))
         if found is not None:
             found = _with_skipped(found, pump)
+            view(found)
     if recorder is not None:
         _tell_record(recorder)
     if found is None or found.estimate is None:
@@ -201,13 +214,44 @@ def _run(a: argparse.Namespace) -> int:
     return _finish(a, found, fill)
 
 
-def _follow(pump: "Pump", identifier: "LiveIdentifier", display: Any) -> None:
+@contextmanager
+def _view(
+    a: argparse.Namespace, shape: "Shape | None"
+) -> "Generator[Callable[[LiveEstimate], None], None, None]":
+    """What shows an estimate in browsers; nothing unless that is wanted."""
+    if not a.view:
+        yield lambda found: None
+        return
+    from hefting.viewer.live import LiveView
+    from hefting.viewer.server import address_of, serving
+
+    with serving() as server:
+        view = LiveView(server, shape, render)
+        address = address_of(server)
+        say(f"in a browser: {address}")
+        if not a.no_browser:
+            open_page(address)
+        try:
+            yield view.show
+            view.settle()
+        finally:
+            view.close()
+
+
+def _follow(
+    pump: "Pump",
+    identifier: "LiveIdentifier",
+    display: Any,
+    view: "Callable[[LiveEstimate], None]",
+) -> None:
     """Show estimates until the source ends, or Ctrl-C."""
     try:
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
-                display.show(_with_skipped(found, pump), pump)
+                found = _with_skipped(found, pump)
+                display.show(found, pump)
+                view(found)
     except KeyboardInterrupt:
         pump.close()
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import check_output
+from hefting.cli.parser import say
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -80,3 +81,11 @@ def write_report(path: str | None, page: str | None) -> tuple[str, ...]:
 
     write_atomically(path, page)
     return (path,)
+
+
+def open_page(address: str) -> None:
+    """Open a page in a browser, and say so where there is none."""
+    import webbrowser
+
+    if not webbrowser.open(address):
+        say("no browser could be opened: open the address in one")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import add_mass, add_recording, check_output, read_recording
-from hefting.cli.parser import say
+from hefting.cli.pages import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
@@ -166,10 +166,7 @@ def _serve(address: str, browser: bool) -> None:
     """Wait until Ctrl-C."""
     print(f"viewer at {address} (Ctrl-C ends it)", flush=True)
     if browser:
-        import webbrowser
-
-        if not webbrowser.open(address):
-            say("no browser could be opened: open the address in one")
+        open_page(address)
     sys.stdout.flush()
     while True:  # with a pause, as waiting for ever hears no Ctrl-C on Windows
         threading.Event().wait(1.0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
 from hefting.core.messages import Message
 
 LiveStateName = Literal[
@@ -43,6 +44,9 @@ class LiveEstimate:
     """Number of the object, which counts up where another is held."""
     previous: Estimate | None = None
     """The last estimate of the object before."""
+    recent: Measurements | None = None
+    """Samples since the stream was last looked at as a whole, put right as it was: the
+    newest that the estimate includes."""
     messages: tuple[Message, ...] = ()
     """What is to be said of the stream; those on the estimate are among its own."""
     counts: Mapping[str, Any] = field(default_factory=dict[str, Any])

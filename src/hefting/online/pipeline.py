@@ -191,7 +191,7 @@ class Pipeline:
 
     def told(self) -> LiveEstimate:
         """What is known now."""
-        known = self._known[-1] if self._known else None
+        known, z = (self._known[-1] if self._known else None), None
         if known is not None:
             z = self._new_samples(known)
             until = self._watch.trusted_until
@@ -206,6 +206,7 @@ class Pipeline:
             self._estimate,
             self.object,
             self._previous,
+            z,
             tuple(said),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )

@@ -32,23 +32,23 @@ def answer_html(
         Turns names of arguments in backquotes into the reader's.
     """
     if answer.estimate is None:
-        return _block(_bold("no answer yet", BAD) + _line(say(answer.refusal)))
+        return block(bold("no answer yet", BAD) + line(say(answer.refusal)))
     headline, verdict = answer.headline, answer.estimate.verdict
     assert headline is not None
-    lines = [_bold(f"verdict: {verdict.level}", LEVELS[verdict.level])]
-    lines += [_small(say(str(reason))) for reason in verdict.reasons[:MOST_REASONS]]
+    lines = [bold(f"verdict: {verdict.level}", LEVELS[verdict.level])]
+    lines += [small(say(str(reason))) for reason in verdict.reasons[:MOST_REASONS]]
     more = len(verdict.reasons) - MOST_REASONS
-    lines += [_small(f"and {more} more")] if more > 0 else []
-    lines += [_line(number) for number in headline.numbers]
+    lines += [small(f"and {more} more")] if more > 0 else []
+    lines += [line(number) for number in headline.numbers]
     kind = "poses" if static else "samples"
     lines.append(
-        _small(
+        small(
             f"± 95 %. {answer.estimate.method}, {used}, {answer.estimate.samples} {kind}"
         )
     )
     missing = {body.missing for body in answer.scene.bodies if body.missing}
-    lines += [_small(f"no ellipsoid: {why}") for why in sorted(missing)]
-    return _block("".join(lines))
+    lines += [small(f"no ellipsoid: {why}") for why in sorted(missing)]
+    return block("".join(lines))
 
 
 def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> str:
@@ -69,27 +69,27 @@ def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> st
     rows += [_mark(colour, f"{axis} of the sensor") for axis, colour in AXES.items()]
     force, torque = largest
     rows.append(
-        _small(
+        small(
             f"axes: {1e3 * axes_length(size):g} mm long; longest arrows: "
             f"{force:.3g} N, {torque:.3g} N m; without bias"
         )
     )
-    return _block("".join(rows))
+    return block("".join(rows))
 
 
-def _block(inner: str) -> str:
+def block(inner: str) -> str:
     return f'<div style="padding:0.4em 0.8em;font-size:13px;line-height:1.35">{inner}</div>'
 
 
-def _bold(text: str, colour: str) -> str:
+def bold(text: str, colour: str) -> str:
     return f'<div style="font-weight:700;color:{colour}">{escape(text)}</div>'
 
 
-def _line(text: str) -> str:
+def line(text: str) -> str:
     return f'<div style="overflow-wrap:anywhere">{escape(text)}</div>'
 
 
-def _small(text: str) -> str:
+def small(text: str) -> str:
     style = "font-size:85%;opacity:0.8;overflow-wrap:anywhere"
     return f'<div style="{style}">{escape(text)}</div>'
 

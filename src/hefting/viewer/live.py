@@ -1,0 +1,239 @@
+"""Live view: what is known of the object while a stream goes on, in any number of
+browsers. Needs viser.
+
+What is shown is kept by the server, so that a browser that comes late sees the whole.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array
+from hefting.online import LiveEstimate
+from hefting.scene import headline_of, scene_of
+from hefting.scene.wrench import PARTS
+from hefting.shapes import Shape
+from hefting.viewer.drawing import ObjectDrawing
+from hefting.viewer.follower import Follower
+from hefting.viewer.text import BAD, CARE, GOOD, LEVELS, block, bold, line, small
+from hefting.viewer.viewer import FROM
+from hefting.viewer.wrench import HEIGHT, curves, scales_of
+
+if TYPE_CHECKING:
+    from viser import GuiApi, ViserServer
+
+LAST = 20.0
+"""[s] of the wrench that are shown."""
+MOST_SAMPLES = 500
+"""Samples of the wrench that are drawn."""
+MOST_ESTIMATES = 600
+"""Estimates that curves over time are drawn of; of more every second one goes."""
+COLOURS = {
+    "identified": GOOD,
+    "sufficient": GOOD,
+    "contradicted": BAD,
+    "lost source": BAD,
+}
+"""Of the states; the others wait for something."""
+AWAY = 2.2
+"""Distance of the camera over the size of what is drawn."""
+MOST_MESSAGES = 4
+INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
+"""What is drawn over time."""
+
+
+class LiveView:
+    """What a stream tells, as it is seen.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where it is shown.
+    shape : Shape, optional
+        Of the object.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        shape: Shape | None = None,
+        say: Callable[[str], str] = str,
+    ):
+        self.server, self.shape, self.say = server, shape, say
+        gui = server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.set_panel_label("Hefting")
+        self.text = gui.add_html(block(bold("waiting", CARE)))
+        with gui.add_folder("Over time, with 95 % intervals", expand_by_default=True):
+            self.intervals = Intervals(gui)
+        with gui.add_folder("Wrench on the object", expand_by_default=True):
+            self.wrench = RecentWrench(gui)
+        server.scene.set_up_direction("+z")
+        self.drawing: ObjectDrawing | None = None
+        self.shown: LiveEstimate | None = None
+        self._follower: Follower[LiveEstimate] = Follower(self._draw, self._fail)
+
+    def show(self, found: LiveEstimate) -> None:
+        """Show it soon, in another thread; of several the last."""
+        self._follower.want(found)
+
+    def settle(self) -> bool:
+        """Wait until what was to be shown is; whether it came about."""
+        return self._follower.settle()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._follower.close()
+
+    def _draw(self, found: LiveEstimate) -> None:
+        with self.server.atomic():
+            self.text.content = live_html(found, self.say)
+            self.wrench.show(found.recent, found.estimate)
+            if found.estimate is not None:
+                self.intervals.add(found.time, found.object, found.estimate)
+                self._draw_object(found.estimate)
+        self.shown = found
+
+    def _draw_object(self, estimate: Estimate) -> None:
+        masses = estimate.point_masses is not None and self.shape is not None
+        scene = scene_of({"estimate": estimate}, self.shape, masses=masses)
+        if self.drawing is None:
+            self.drawing = ObjectDrawing(self.server.scene, scene)
+            self._aim(scene.corners, self.drawing.size)
+        self.drawing.show(scene)
+
+    def _aim(self, corners: Array, size: float) -> None:
+        """Let the cameras of all browsers, later ones too, see the object."""
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        place = middle + AWAY * size * FROM / np.linalg.norm(FROM)
+        clients = self.server.get_clients().values()
+        for camera in (self.server.initial_camera, *(c.camera for c in clients)):
+            camera.position, camera.look_at = place, middle
+            camera.near = 1e-2 * size
+
+    def _fail(self, error: Exception) -> None:
+        """Say in the panel what went wrong."""
+        self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
+
+
+class Intervals:
+    """Mass with its interval, and half the interval of the COM, over the time of the
+    stream."""
+
+    def __init__(self, gui: "GuiApi"):
+        self._rows: list[tuple[float, ...]] = []
+        self._object = 1
+        self.handles: list[Any] = []
+        labels = (("mass", "low", "high"), ("x", "y", "z"))
+        colours = (("#0072B2", "#0072B280", "#0072B280"), AXIS_COLOURS)
+        for (name, unit), own, strokes in zip(INTERVALS, labels, colours, strict=True):
+            drawn = (
+                {"label": label, "stroke": stroke, "width": 1.5}
+                | {"points": {"show": False}}
+                for label, stroke in zip(own, strokes, strict=True)
+            )
+            self.handles.append(
+                gui.add_uplot(
+                    (np.zeros(1), *np.full((3, 1), np.nan)),
+                    ({"label": "time"}, *drawn),
+                    title=f"{name} [{unit}]",
+                    scales={"x": {"time": False}},
+                    axes=({"label": "time [s]", "size": 30, "labelSize": 20}, {}),
+                    legend={"show": False},
+                    height=HEIGHT,
+                )
+            )
+
+    def add(self, time: float, number: int, estimate: Estimate) -> None:
+        """Add an estimate of the object of a number."""
+        low, high = estimate.interval("mass")
+        half = 1e3 * estimate.half_widths["center_of_mass"]
+        if number != self._object:  # no line from one object to the next
+            self._object = number
+            self._rows.append((time, *[np.nan] * 6))
+        self._rows.append((time, estimate.mass, float(low), float(high), *half))
+        if len(self._rows) > MOST_ESTIMATES:
+            del self._rows[1:-1:2]
+        values = np.array(self._rows)
+        values[~np.isfinite(values)] = np.nan
+        for k, handle in enumerate(self.handles):
+            handle.data = (values[:, 0], *values[:, 1 + 3 * k : 4 + 3 * k].T)
+
+
+class RecentWrench:
+    """Force and torque of the latest seconds, measured and as the estimate predicts
+    them."""
+
+    def __init__(self, gui: "GuiApi"):
+        self._kept = np.empty((0, 13))
+        empty = (np.zeros(1), *np.zeros((6, 1)))
+        self.handles = [
+            gui.add_uplot(
+                empty,
+                curves()[:-1],
+                title=f"{name} [{unit}]",
+                scales=scales_of(empty),
+                axes=({"label": "time [s]", "size": 30, "labelSize": 20}, {"size": 44}),
+                legend={"show": False},
+                height=HEIGHT,
+                padding=(10, 14, 0, 0),
+            )
+            for name, unit, _ in PARTS
+        ]
+
+    def show(self, recent: Measurements | None, estimate: Estimate | None) -> None:
+        """Add new samples, with the wrench that an estimate predicts."""
+        if recent is None or estimate is None or not len(recent):
+            return
+        new = recent.time > self._kept[-1:, 0].max(initial=-np.inf)
+        predicted = predict_wrench(recent, estimate.sensed_vector)
+        if estimate.bias is not None:
+            predicted = predicted + np.atleast_2d(estimate.bias)[-1]
+        rows = np.column_stack((recent.time, recent.wrench, predicted))[new]
+        kept = np.concatenate((self._kept, rows))
+        self._kept = kept[kept[:, 0] > kept[-1:, 0].max(initial=0.0) - LAST]
+        self._put(self._kept[:: 1 + len(self._kept) // MOST_SAMPLES])
+
+    def _put(self, rows: Array) -> None:
+        for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
+            measured = rows[:, 1 + first : 4 + first].T
+            predicted = rows[:, 7 + first : 10 + first].T
+            data = (rows[:, 0], *measured, *predicted)
+            handle.scales = scales_of(data)
+            handle.data = data
+
+
+AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
+"""Of x, y and z."""
+
+
+def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
+    """State, verdict, numbers with half their 95 % intervals, and what is to be said.
+    All text is escaped.
+
+    Parameters
+    ----------
+    found : LiveEstimate
+        What is known.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
+    state = f"{found.state}, {found.time:.1f} s"
+    if found.object > 1:
+        state += f", object {found.object}"
+    lines = [bold(state, COLOURS.get(found.state, CARE))]
+    if found.estimate is not None:
+        verdict = found.estimate.verdict
+        lines.append(bold(f"verdict: {verdict.level}", LEVELS[verdict.level]))
+        lines += [line(number) for number in headline_of(found.estimate).numbers]
+        lines.append(small(f"± 95 %. {found.estimate.method}"))
+    lines += [small(say(str(each))) for each in found.messages[-MOST_MESSAGES:]]
+    dropped = found.counts.get("dropped", 0)
+    lines += [small(f"{dropped:,} samples dropped")] if dropped else []
+    return block("".join(lines))
