@@ -252,3 +252,12 @@ def _positive(std: ArrayLike, joints: int) -> Array:
     if not (np.isfinite(values).all() and (values > 0.0).all()):
         raise InputError("the noise of every joint must be positive and finite")
     return values
+
+
+def pseudo_inverse_half(A: Array) -> Array:
+    """X (c, k) with X X' = (A'A)^+ for A (r, c), its columns scaled to one length;
+    combinations that A leaves open are left out."""
+    N, lengths = scaled(A)
+    U, S, V = np.linalg.svd(N, full_matrices=False)
+    kept = S > OPEN
+    return (V[kept].T / S[kept]) / lengths[:, None]

@@ -1,0 +1,1 @@
+"""What a robot is holding, from the torques of its own joints."""

@@ -1,0 +1,138 @@
+"""Equations of joint torques: one row a joint and sample, in the unknowns that are
+there.
+
+    tau_j - (arm's own torque, where it is known)
+        = o_j + c_j s(dq_j) + v_j dq_j + a_j ddq_j      offset, friction, rotor
+        + L (p_j + d_j s(dq_j))                         what the load changes of them
+        + w_j' beta + y_j' phi
+
+s is a smoothed sign and L is 1 in samples with the payload, 0 in those without. The
+torque and every column pass the same linear filter: the average over some
+milliseconds. Where a joint hardly moves its friction has no law, so that its row is
+left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.core.spatial import Array, Mask
+from hefting.core.torque_moments import PAYLOAD
+from hefting.torques.dynamics import JointDynamics
+from hefting.torques.samples import TorqueSamples
+
+OWN = (
+    "offset",
+    "Coulomb friction",
+    "viscous friction",
+    "reflected inertia",
+    "change of the offset under load",
+    "change of the Coulomb friction under load",
+)
+"""What each joint has of its own."""
+SIGN_SPEED = 0.01
+"""[rad/s] Speed over which the smoothed sign changes."""
+STICTION_SPEED = 0.05
+"""[rad/s] Speed below which a joint's friction has no law."""
+RATE = 100.0
+"""[Hz] of the rows: held objects move below some 10 Hz."""
+ROWS_TOGETHER = 4096
+"""Samples whose columns are in memory at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Equations of a stretch of samples."""
+
+    values: Array
+    """(K, n, c) columns [own | arm | payload 10 | torque] [N m]"""
+    time: Array
+    """(K,) [s]"""
+    used: Mask
+    """(K, n) which of them count"""
+
+    @classmethod
+    def of(
+        cls,
+        dynamics: JointDynamics,
+        samples: TorqueSamples,
+        loaded: bool,
+        arm_known: bool = False,
+    ) -> Self:
+        """Of a run with (`loaded`) or without the payload.
+
+        With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
+        its parameters left out.
+        """
+        starts = samples.bins(RATE)
+        parts = [
+            _averages(dynamics, samples, part, loaded, arm_known)
+            for part in _parts(starts, len(samples.time))
+        ]
+        values, time, speed = (np.concatenate(each) for each in zip(*parts, strict=True))
+        return cls(values, time, np.abs(speed) >= STICTION_SPEED)
+
+
+def width(dynamics: JointDynamics, arm_known: bool) -> int:
+    """Number of the arm's parameters that are unknown."""
+    return 0 if arm_known else len(dynamics.base)
+
+
+def columns(
+    dynamics: JointDynamics, samples: TorqueSamples, loaded: bool, arm_known: bool
+) -> Array:
+    """(K, n, c) columns of every sample, unfiltered."""
+    dq, ddq = samples.velocity, samples.acceleration
+    W = dynamics.regressor(samples.position, dq, ddq)
+    arm = 0 if arm_known else len(dynamics.base)
+    found = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
+    sign = np.tanh(dq / SIGN_SPEED)
+    found[..., 0], found[..., 1], found[..., 2], found[..., 3] = 1.0, sign, dq, ddq
+    if loaded:
+        found[..., 4], found[..., 5] = 1.0, sign
+        found[..., -PAYLOAD - 1 : -1] = W[..., -PAYLOAD:] @ dynamics.payload
+    found[..., -1] = samples.torque
+    if arm_known:
+        found[..., -1] -= W @ dynamics.arm
+    else:
+        found[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
+    return found
+
+
+def _parts(starts: Array, samples: int) -> list[Array]:
+    """Edges of whole bins, of at most `ROWS_TOGETHER` samples where bins are
+    shorter."""
+    edges = np.append(starts, samples)
+    parts: list[Array] = []
+    first = 0
+    while first < len(starts):
+        last = int(np.searchsorted(edges, edges[first] + ROWS_TOGETHER, "right")) - 1
+        last = max(last, first + 1)
+        parts.append(edges[first : last + 1])
+        first = last
+    return parts
+
+
+def _averages(
+    dynamics: JointDynamics,
+    samples: TorqueSamples,
+    edges: Array,
+    loaded: bool,
+    arm_known: bool,
+) -> tuple[Array, Array, Array]:
+    """Columns, time and velocity, averaged between `edges`."""
+    chosen = samples[int(edges[0]) : int(edges[-1])]
+    starts = edges[:-1] - edges[0]
+    counts = np.diff(edges)
+    values = columns(dynamics, chosen, loaded, arm_known)
+    each = values, chosen.time, chosen.velocity
+    sums = [np.add.reduceat(one, starts, axis=0) for one in each]
+    shape = (-1, 1, 1)
+    return (
+        sums[0] / counts.reshape(shape),
+        sums[1] / counts,
+        sums[2] / counts[:, None],
+    )
