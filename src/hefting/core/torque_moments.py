@@ -131,9 +131,9 @@ class TorqueMoments:
         for j, factor in enumerate(self.factors):
             own = np.asfortranarray(factor)
             for first in range(0, len(rows), BLOCK):
-                own = lapack.dtpqrt(
-                    0, REFLECTORS, own, rows[first : first + BLOCK, j]
-                )[0]
+                own = lapack.dtpqrt(0, REFLECTORS, own, rows[first : first + BLOCK, j])[
+                    0
+                ]
             factors[j] = own
         return replace(self, factors=factors)
 

@@ -224,9 +224,7 @@ class _Rows:
         full = triangular(with_equation(state.noise * state.factor, equation))
         K = np.tile((0.0, 1.0), (len(full), 1)).T
         none = np.zeros((5, 5))
-        return cls(
-            (none,), (full,), full[:, :10], full[:, 10], K, _norm(full[:, 10])
-        )
+        return cls((none,), (full,), full[:, :10], full[:, 10], K, _norm(full[:, 10]))
 
     def bias(self, vector: Array, scales: Array) -> Array:
         """(6,) bias that minimises the sum of both norms, given parameters (10,) and

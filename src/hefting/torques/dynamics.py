@@ -205,7 +205,7 @@ def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
     except ImportError:
         raise InputError(
             "joint torques need Pinocchio",
-            fix="pip install 'hefting[robot]' (package `pin`)"
+            fix="pip install 'hefting[robot]' (package `pin`)",
         ) from None
     try:
         model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))

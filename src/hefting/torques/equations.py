@@ -72,7 +72,9 @@ class Rows:
             _averages(dynamics, samples, part, loaded, arm_known)
             for part in _parts(starts, len(samples.time))
         ]
-        values, time, speed = (np.concatenate(each) for each in zip(*parts, strict=True))
+        values, time, speed = (
+            np.concatenate(each) for each in zip(*parts, strict=True)
+        )
         return cls(values, time, np.abs(speed) >= STICTION_SPEED)
 
 

@@ -19,6 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hefting.core.moments import triangular
 from hefting.core.spatial import Array
 from hefting.core.torque_moments import (
     PAYLOAD,
@@ -26,6 +27,8 @@ from hefting.core.torque_moments import (
     payload_factor,
     pseudo_inverse_half,
 )
+from hefting.estimators.quadratic import ScaledSVD
+from hefting.estimators.whitened_state import WhitenedState
 from hefting.torques.scales import TorqueScales
 
 PASSES = 3
@@ -35,6 +38,10 @@ NEIGHBOURS = 8.0
 FLOOR = 1e-6
 """Least standard deviation of the noise over the torque's root mean square: smaller
 values are due to rounding."""
+
+LEAST_VARIANCE = 0.25
+"""Least variance of a combination of the payload's parameters over that by white noise:
+noise at the scales that tell it is hardly smaller than on average by more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +150,24 @@ class TorqueFit:
         Z = self.regressors @ inverse * np.sqrt(weights)[:, :, None, None]
         rows = Z.reshape(-1, PAYLOAD)
         return rows.T @ rows
+
+    @cached_property
+    def state(self) -> WhitenedState:
+        """The payload's equations, whitened by all of the noise.
+
+        In coordinates u = S V phi, in which white noise has unit covariance, that of
+        the noise is K = S V cov V' S; they are multiplied by K^-1/2.
+        """
+        whole = self.scales.whole
+        seen = ScaledSVD.of(self.payload[:, :PAYLOAD])
+        rows = (seen.S[:, None] * seen.V) * seen.scale
+        K = rows @ self.covariance @ rows.T
+        values, vectors = np.linalg.eigh(0.5 * (K + K.T))
+        values = np.maximum(values, LEAST_VARIANCE)
+        left = np.column_stack((rows, seen.U.T @ self.payload[:, PAYLOAD]))
+        left = (vectors / np.sqrt(values)).T @ left
+        noise = float(np.exp(np.mean(np.log(self.std))))
+        return WhitenedState(triangular(left), whole.samples, whole.duration, noise)
 
 
 def fit(scales: TorqueScales, prior: Array | None = None) -> TorqueFit:

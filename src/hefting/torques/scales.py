@@ -86,9 +86,7 @@ class TorqueScales:
 
 
 def _added(moments: TorqueMoments, rows: Array, share: Array) -> TorqueMoments:
-    return replace(
-        moments.fold_rows(rows), counts=moments.counts + share.sum(axis=0)
-    )
+    return replace(moments.fold_rows(rows), counts=moments.counts + share.sum(axis=0))
 
 
 def _padded(values: Array) -> Array:
