@@ -52,7 +52,8 @@ def test_equal_dense_weighted_least_squares(arm):
         np.testing.assert_allclose(
             solved(joined.payload(STD)), want, rtol=0, atol=1e-12
         )
-        assert joined.samples == 900 and joined.duration == pytest.approx(8.99)
+        assert joined.samples == 900
+        assert joined.duration == pytest.approx(8.99)
         np.testing.assert_array_equal(joined.counts, used.sum(axis=0))
 
 

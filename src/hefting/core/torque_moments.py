@@ -258,6 +258,6 @@ def pseudo_inverse_half(A: Array) -> Array:
     """X (c, k) with X X' = (A'A)^+ for A (r, c), its columns scaled to one length;
     combinations that A leaves open are left out."""
     N, lengths = scaled(A)
-    U, S, V = np.linalg.svd(N, full_matrices=False)
+    _, S, V = np.linalg.svd(N, full_matrices=False)
     kept = S > OPEN
     return (V[kept].T / S[kept]) / lengths[:, None]

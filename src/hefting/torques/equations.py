@@ -2,12 +2,14 @@
 there.
 
     tau_j - (arm's own torque, where it is known)
-        = o_j + c_j s(dq_j) + v_j dq_j + a_j ddq_j      offset, friction, rotor
-        + L (p_j + d_j s(dq_j))                         what the load changes of them
+        = o_j + (c_j + l_j |tau_j|) s(dq_j) + v_j dq_j + a_j ddq_j
+        + L (p_j + d_j s(dq_j))
         + w_j' beta + y_j' phi
 
-s is a smoothed sign and L is 1 in samples with the payload, 0 in those without. The
-torque and every column pass the same linear filter: the average over some
+with the offset o_j, Coulomb friction c_j and its part l_j that grows with the load, of
+which the measured torque tells enough, viscous friction v_j and the rotor's reflected
+inertia a_j. s is a smoothed sign; L is 1 in samples with the payload and 0 in those
+without, so that p_j and d_j are what has changed of offset and friction. The torque and every column pass the same linear filter: the average over some
 milliseconds. Where a joint hardly moves its friction has no law, so that its row is
 left out.
 """
@@ -29,10 +31,13 @@ OWN = (
     "Coulomb friction",
     "viscous friction",
     "reflected inertia",
+    "friction by load",
     "change of the offset under load",
     "change of the Coulomb friction under load",
 )
 """What each joint has of its own."""
+OFFSET_CHANGE = OWN.index("change of the offset under load")
+FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
 """[rad/s] Speed over which the smoothed sign changes."""
 STICTION_SPEED = 0.05
@@ -92,13 +97,16 @@ def columns(
     arm = 0 if arm_known else len(dynamics.base)
     found = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
     sign = np.tanh(dq / SIGN_SPEED)
-    found[..., 0], found[..., 1], found[..., 2], found[..., 3] = 1.0, sign, dq, ddq
+    known = W @ dynamics.arm
+    friction = np.abs(known) * sign
+    for i, values in enumerate((1.0, sign, dq, ddq, friction)):
+        found[..., i] = values
     if loaded:
-        found[..., 4], found[..., 5] = 1.0, sign
+        found[..., OFFSET_CHANGE], found[..., FRICTION_CHANGE] = 1.0, sign
         found[..., -PAYLOAD - 1 : -1] = W[..., -PAYLOAD:] @ dynamics.payload
     found[..., -1] = samples.torque
     if arm_known:
-        found[..., -1] -= W @ dynamics.arm
+        found[..., -1] -= known
     else:
         found[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
     return found

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from hefting.core.spatial import Array
+from hefting.torques import equations
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OWN, Rows, width
 from hefting.torques.samples import TorqueSamples
@@ -46,6 +47,6 @@ def priors(dynamics: JointDynamics, drift: bool = True) -> Array:
     """(own, n) standard deviations of each joint's nuisances; infinite where nothing is
     known. Without `drift` the runs are parts of one recording."""
     found = np.full((len(OWN), dynamics.joints), np.inf)
-    found[4] = OFFSET_CHANGE if drift else NO_CHANGE
-    found[5] = FRICTION_CHANGE if drift else NO_CHANGE
+    found[equations.OFFSET_CHANGE] = OFFSET_CHANGE if drift else NO_CHANGE
+    found[equations.FRICTION_CHANGE] = FRICTION_CHANGE if drift else NO_CHANGE
     return found
