@@ -19,9 +19,7 @@ from hefting.logs import read_log
 from hefting.simulation.arm import Arm, JointMotion
 from hefting.simulation.wield import wield
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import Rows
-from hefting.torques.noise import fit
-from hefting.torques.runs import fold, no_samples, priors
+from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples
 
 FRAME = "panda_link8"
@@ -112,16 +110,14 @@ def identified(
     published arm takes the place of the others."""
     added = bare.samples.torque + bare.torque(body)
     held = replace(bare.samples, torque=added)
-    scales = no_samples(bare.dynamics, arm_known)
-    for samples, mask, carries in (
-        (held, loaded, True),
-        (bare.samples, ~loaded, False),
-    ):
-        if carries or not arm_known:
-            for part in stretches(mask):
-                rows = Rows.of(bare.dynamics, samples[part], carries, arm_known)
-                scales = scales.fold(rows)
-    found = OLS().estimate(fit(scales, priors(bare.dynamics, drift=False)).state)
+    parts = [bare.samples[part] for part in stretches(~loaded)]
+    runs = LoadedRuns(
+        bare.dynamics,
+        tuple(held[part] for part in stretches(loaded)),
+        () if arm_known else tuple(parts),
+        drift=False,
+    )
+    found = OLS().estimate(runs.fit().state)
     mass, com = found.mass, found.center_of_mass
     J = np.zeros((4, 10))
     J[0, 0] = 1.0

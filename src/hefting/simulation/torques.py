@@ -35,7 +35,7 @@ class TorqueFaults:
 
     noise: float = 1.0
     """times that of the arm (`MassiveArm.torque_noise`)"""
-    noise_correlation: float = 0.5
+    noise_correlation: float = 0.0
     """of the noise from one hundredth of a second to the next"""
     coulomb: tuple[float, float] = (1.5, 0.3)
     """[N m]"""

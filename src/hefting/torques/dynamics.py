@@ -122,10 +122,21 @@ class JointDynamics:
     @cached_property
     def base(self) -> Indices:
         """Indices of the columns of W that span the others in any motion."""
+        return independent_columns(self._drawn)
+
+    @cached_property
+    def _drawn(self) -> Array:
+        """(DRAWS n, 10 n) W in random states."""
         rng = np.random.default_rng(0)
         q, dq, ddq = rng.uniform(-1.5, 1.5, (3, DRAWS, self.joints))
-        W = self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
-        return independent_columns(W)
+        return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
+
+    @cached_property
+    def base_parameters(self) -> Array:
+        """(b,) parameters of the `base` columns that give the torques of the URDF's
+        arm."""
+        W = self._drawn
+        return np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
 
     @cached_property
     def payload(self) -> Array:

@@ -36,6 +36,7 @@ OWN = (
     "change of the Coulomb friction under load",
 )
 """What each joint has of its own."""
+FRICTION_BY_LOAD = OWN.index("friction by load")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
@@ -46,6 +47,22 @@ RATE = 100.0
 """[Hz] of the rows: held objects move below some 10 Hz."""
 ROWS_TOGETHER = 4096
 """Samples whose columns are in memory at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """Parameters that tell about how large the rigid bodies' torques are, by which
+    friction grows."""
+
+    arm: Array
+    """(10 n,) of the links, as of `JointDynamics.arm`"""
+    payload: Array
+    """(10,)"""
+
+    @classmethod
+    def published(cls, dynamics: JointDynamics) -> Self:
+        """The URDF's arm, and no payload."""
+        return cls(dynamics.arm, np.zeros(PAYLOAD))
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,15 +83,17 @@ class Rows:
         samples: TorqueSamples,
         loaded: bool,
         arm_known: bool = False,
+        load: Load | None = None,
     ) -> Self:
         """Of a run with (`loaded`) or without the payload.
 
         With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
-        its parameters left out.
+        its parameters left out. `load` is by default the published one.
         """
+        load = Load.published(dynamics) if load is None else load
         starts = samples.bins(RATE)
         parts = [
-            _averages(dynamics, samples, part, loaded, arm_known)
+            _averages(dynamics, samples, part, loaded, arm_known, load)
             for part in _parts(starts, len(samples.time))
         ]
         values, time, speed = (
@@ -83,13 +102,12 @@ class Rows:
         return cls(values, time, np.abs(speed) >= STICTION_SPEED)
 
 
-def width(dynamics: JointDynamics, arm_known: bool) -> int:
-    """Number of the arm's parameters that are unknown."""
-    return 0 if arm_known else len(dynamics.base)
-
-
 def columns(
-    dynamics: JointDynamics, samples: TorqueSamples, loaded: bool, arm_known: bool
+    dynamics: JointDynamics,
+    samples: TorqueSamples,
+    loaded: bool,
+    arm_known: bool,
+    load: Load,
 ) -> Array:
     """(K, n, c) columns of every sample, unfiltered."""
     dq, ddq = samples.velocity, samples.acceleration
@@ -97,16 +115,19 @@ def columns(
     arm = 0 if arm_known else len(dynamics.base)
     found = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
     sign = np.tanh(dq / SIGN_SPEED)
-    known = W @ dynamics.arm
-    friction = np.abs(known) * sign
+    Y = W[..., -PAYLOAD:] @ dynamics.payload
+    rigid = W @ load.arm
+    if loaded:
+        rigid += Y @ load.payload
+    friction = np.abs(rigid) * sign
     for i, values in enumerate((1.0, sign, dq, ddq, friction)):
         found[..., i] = values
     if loaded:
         found[..., OFFSET_CHANGE], found[..., FRICTION_CHANGE] = 1.0, sign
-        found[..., -PAYLOAD - 1 : -1] = W[..., -PAYLOAD:] @ dynamics.payload
+        found[..., -PAYLOAD - 1 : -1] = Y
     found[..., -1] = samples.torque
     if arm_known:
-        found[..., -1] -= known
+        found[..., -1] -= W @ dynamics.arm
     else:
         found[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
     return found
@@ -132,12 +153,13 @@ def _averages(
     edges: Array,
     loaded: bool,
     arm_known: bool,
+    load: Load,
 ) -> tuple[Array, Array, Array]:
     """Columns, time and velocity, averaged between `edges`."""
     chosen = samples[int(edges[0]) : int(edges[-1])]
     starts = edges[:-1] - edges[0]
     counts = np.diff(edges)
-    values = columns(dynamics, chosen, loaded, arm_known)
+    values = columns(dynamics, chosen, loaded, arm_known, load)
     each = values, chosen.time, chosen.velocity
     sums = [np.add.reduceat(one, starts, axis=0) for one in each]
     shape = (-1, 1, 1)

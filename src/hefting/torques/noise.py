@@ -14,6 +14,7 @@ rows, by the share of the unknowns in each scale.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,6 +36,8 @@ PASSES = 3
 """Number of times the noise of the joints is found: their weights depend on it."""
 NEIGHBOURS = 8.0
 """Freedoms that the variance at the next shorter scale is worth for that at a scale."""
+FIRST = 0.02
+"""Standard deviation of the noise over the torque's root mean square, to begin with."""
 FLOOR = 1e-6
 """Least standard deviation of the noise over the torque's root mean square: smaller
 values are due to rounding."""
@@ -51,18 +54,16 @@ class TorqueFit:
     scales: TorqueScales
     std: Array
     """(n,) [N m]"""
-    prior: Array | None
+    prior: Array
     """(own, n) standard deviations of the nuisances, infinite where nothing is known"""
 
     @cached_property
     def moments(self) -> TorqueMoments:
         """Of all rows, whitened, with the prior's."""
         weighed = self.scales.whole.weighed(self.std)
-        if self.prior is None:
-            return weighed
         rows = np.zeros((weighed.own, *weighed.factors.shape[:2]))
-        for i in range(weighed.own):
-            rows[i, :, i] = 1.0 / self.prior[i]
+        for i, own in enumerate(self.prior):
+            rows[i, :, i] = 1.0 / own
         return weighed.fold_rows(rows)
 
     @cached_property
@@ -170,19 +171,19 @@ class TorqueFit:
         return WhitenedState(triangular(left), whole.samples, whole.duration, noise)
 
 
-def fit(scales: TorqueScales, prior: Array | None = None) -> TorqueFit:
+def fit(scales: TorqueScales, prior: Callable[[Array], Array]) -> TorqueFit:
     """Least squares with each joint's noise found from its residuals.
 
-    `prior` (own, n) are standard deviations of the nuisances, infinite where nothing is
-    known.
+    `prior` gives the standard deviations (own, n) of the nuisances for those of the
+    noise (n,), infinite where nothing is known.
     """
     whole = scales.whole
     counts = np.maximum(whole.counts, 1.0)
     size = np.sqrt((whole.factors[:, :, -1] ** 2).sum(axis=1) / counts)
     floor = np.maximum(FLOOR * size, 1e-12)
-    std = np.ones(len(size))
+    std = np.maximum(FIRST * size, floor)
     for _ in range(PASSES):
-        found = TorqueFit(scales, std, prior)
+        found = TorqueFit(scales, std, prior(std))
         freedom = np.maximum(found.freedoms.sum(axis=0), 1.0)
         std = np.maximum(np.sqrt(found.squares.sum(axis=0) / freedom), floor)
-    return TorqueFit(scales, std, prior)
+    return TorqueFit(scales, std, prior(std))
