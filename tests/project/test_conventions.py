@@ -18,7 +18,7 @@ LAYERS = [
     {"core"},
     {"jobs", "logs", "robots", "shapes", "motion"},
     {"estimators", "export"},
-    {"ingest"},
+    {"ingest", "torques"},
     {"identification", "prediction"},
     {"online"},
     {"sources"},
