@@ -225,7 +225,9 @@ def _run_torques(a: argparse.Namespace) -> int:
     with progress("identifying", a.json):
         shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
-        estimates, best = by_torques(a, shape)
+        estimate = by_torques(a, shape)
+    best = estimate.method
+    estimates = _note_shape(a, {best: estimate})
     outputs = wanted(a, estimates[best])
     pictures = [path for path in outputs if is_picture(path)]
     if pictures:

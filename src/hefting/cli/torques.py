@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from hefting.core.spatial import Array
     from hefting.shapes import Shape
 
+METHODS = "Bayes, GEO, LMI, OLS, PMD"
+"""Methods that need nothing but the parameters' equations."""
 WRENCH_ONLY = {
     "tool": None,
     "bias": "auto",
@@ -64,14 +66,16 @@ def require_torques(a: argparse.Namespace) -> None:
             raise InputError("is for joint torques", option, "give --torques as well")
 
 
-def identified(
-    a: argparse.Namespace, shape: "Shape | None"
-) -> "tuple[dict[str, Estimate], str]":
-    """Estimates by method from joint torques, and the first method's name."""
+def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
+    """The estimate from joint torques."""
     from hefting.identification.by_torques import ByTorques
     from hefting.request.settings import hyperparameters_of
 
     _refuse_wrench_options(a)
+    if a.method and (a.method.lower() == "all" or "," in a.method):
+        raise InputError(
+            "methods are compared by the wrench", "--method", f"choose one of {METHODS}"
+        )
     recordings = [_part(a, _read(a, log)) for log in a.log]
     found = ByTorques.of(
         recordings,
@@ -82,10 +86,7 @@ def identified(
         torque_gains=_gains(a.torque_gains),
         gravity=_gravity(a),
     )
-    names = _methods(a.method, shape)
-    settings = hyperparameters_of(a)
-    every = [found.estimate(shape, name, **settings) for name in names]
-    return {each.method: each for each in every}, every[0].method
+    return found.estimate(shape, a.method, **hyperparameters_of(a))
 
 
 def calibrate(a: argparse.Namespace) -> list[str]:
@@ -165,18 +166,3 @@ def _gravity(a: argparse.Namespace) -> "Array":
             "give X,Y,Z in the axes of the robot's base",
         )
     return np.array(gravity_of(a).vector)
-
-
-def _methods(text: str | None, shape: "Shape | None") -> list[str | None]:
-    from hefting.estimators import METHODS
-
-    if text is None:
-        return [None]
-    if text.strip().lower() == "all":
-        return [
-            name
-            for name, kind in METHODS.items()
-            if name in ("Bayes", "GEO", "LMI", "OLS", "PMD")
-            and (shape is not None or kind.needs == "nothing")
-        ]
-    return [name.strip() for name in text.split(",")]

@@ -20,7 +20,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
@@ -213,11 +213,8 @@ def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
     """Pinocchio's model of these joints, the others fixed at zero."""
     try:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise InputError(
-            "joint torques need Pinocchio",
-            fix="pip install 'hefting[robot]' (package `pin`)",
-        ) from None
+    except ImportError as error:
+        raise MissingDependencyError("pinocchio", "robot") from error
     try:
         model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))
     except (ValueError, RuntimeError, UnicodeDecodeError) as error:

@@ -142,6 +142,12 @@ class TorqueFit:
             found[level] = before
         return found
 
+    @property
+    def slow_std(self) -> Array:
+        """(n,) standard deviation of the residuals at the two longest scales, where a
+        wrong model shows [N m]."""
+        return np.sqrt(self.variances[-2:].mean(axis=0))
+
     @cached_property
     def covariance(self) -> Array:
         """(10, 10) of the payload's parameters by noise of each scale's variance, where
