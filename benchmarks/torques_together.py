@@ -44,7 +44,9 @@ def compare(objects: int, seed: int) -> dict[str, float]:
             dynamics, (samples_of(loaded, dynamics),), (samples_of(empty, dynamics),)
         )
         torques = runs.fit().state
-        wrench = wrench_equations(with_poses(loaded, dynamics.robot), wrench="on-object")
+        wrench = wrench_equations(
+            with_poses(loaded, dynamics.robot), wrench="on-object"
+        )
         both = torques.stacked(wrench)
         rows.append([_errors(state, body) for state in (wrench, torques, both)])
     median = np.median(np.array(rows), axis=0)

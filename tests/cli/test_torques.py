@@ -7,9 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("pinocchio")
-pytest.importorskip("mujoco")
-
 from commands import refused
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
@@ -42,7 +39,9 @@ def folder(tmp_path_factory) -> Path:
                 log["joint_torques"].time, log["joint_torques"].values / GAINS
             ),
         }
-        write_log(Recording(changed, joint_names=log.joint_names), path / f"{name}A.csv")
+        write_log(
+            Recording(changed, joint_names=log.joint_names), path / f"{name}A.csv"
+        )
     return path
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
-pytest.importorskip("pinocchio")
 
 from benchmarks.torques_real import BareArm, identified, random_bodies
 

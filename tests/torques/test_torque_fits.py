@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
-pin = pytest.importorskip("pinocchio")
-pytest.importorskip("mujoco")
 
 from benchmarks.torques_simulated import dynamics_of, runs
 
@@ -78,7 +76,9 @@ def test_time_scales_together_are_all_rows():
     A = part.values * part.used[:, :, None]
     for j in range(7):
         # the transform is orthonormal
-        np.testing.assert_allclose(whole[j].T @ whole[j], A[:, j].T @ A[:, j], atol=1e-9)
+        np.testing.assert_allclose(
+            whole[j].T @ whole[j], A[:, j].T @ A[:, j], atol=1e-9
+        )
     np.testing.assert_allclose(scales.counts.sum(axis=0), part.used.sum(axis=0))
     assert scales.samples == 1000
 

@@ -123,7 +123,9 @@ def _refuse_wrench_options(a: argparse.Namespace) -> None:
     for name, default in WRENCH_ONLY.items():
         if getattr(a, name, default) != default:
             option = f"--{name.replace('_', '-')}"
-            raise InputError("is for a wrench, not for --torques", option, "leave it out")
+            raise InputError(
+                "is for a wrench, not for --torques", option, "leave it out"
+            )
 
 
 def _read(a: argparse.Namespace, log: str) -> "Recording":

@@ -205,7 +205,9 @@ def inverse_dynamics(
     """
     mujoco = _mujoco()
     screws = arm.robot.screws
-    if any(s.multiplier != 1.0 or s.offset or s.column != i for i, s in enumerate(screws)):
+    if any(
+        s.multiplier != 1.0 or s.offset or s.column != i for i, s in enumerate(screws)
+    ):
         raise InputError("a joint that mimics another has no torque of its own")
     with _warnings_as_errors(mujoco):
         try:

@@ -62,7 +62,7 @@ class TorqueRobot:
     """One robot of a kind: its true links, frictions and offsets follow from `seed`."""
 
     massive: MassiveArm
-    faults: TorqueFaults = TorqueFaults()  # noqa: RUF009 (immutable)
+    faults: TorqueFaults = TorqueFaults()
     seed: int = 0
 
     def record(

@@ -1,1 +1,1 @@
-"""What a robot is holding, from the torques of its own joints."""
+"""Torques: joint torques in place of a wrench: runs, loaded and empty, folded to equations of the payload."""

@@ -85,7 +85,9 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
     same = published.shape == dynamics.arm.shape
     if not (same and np.abs(published - dynamics.arm).max() <= scale):
         raise InputError(
-            "is of another robot: its URDF had other inertias", path, "calibrate this one"
+            "is of another robot: its URDF had other inertias",
+            path,
+            "calibrate this one",
         )
 
 
@@ -113,9 +115,7 @@ def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
         float(data["start"]),
         float(data["end"]),
     )
-    return EmptyRuns(
-        TorqueScales((*levels[:-1], last)), Load(load, np.zeros(PAYLOAD))
-    )
+    return EmptyRuns(TorqueScales((*levels[:-1], last)), Load(load, np.zeros(PAYLOAD)))
 
 
 def _packed(factors: Array) -> list[list[float]]:

@@ -48,7 +48,9 @@ class LiveTorques:
     def size(self) -> int:
         """Memory [bytes]."""
         own = self._values.nbytes + self._used.nbytes + self._time.nbytes
-        return own + sum(m.factors.nbytes + m.counts.nbytes for m in self._folded.levels)
+        return own + sum(
+            m.factors.nbytes + m.counts.nbytes for m in self._folded.levels
+        )
 
     @property
     def _rows(self) -> Rows:
