@@ -247,7 +247,7 @@ class Estimator:
             return as_one(first).merge(as_one(second), one_bias=True)
         if not one_bias:
             return join(first, second)
-        if isinstance(first, JointState) or isinstance(second, JointState):
+        if not (isinstance(first, SampleState) and isinstance(second, SampleState)):
             raise InputError(
                 "a state of several recordings has more than one bias",
                 fix="merge the parts of one recording before others join it",

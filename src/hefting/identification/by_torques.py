@@ -167,7 +167,7 @@ def wrench_equations(recording: Recording, **reading: Any) -> WhitenedState:
         likelihood.precision,
         likelihood.shift,
         round(found.samples),
-        found.duration,
+        found.duration or 0.0,
         noise,
     )
 

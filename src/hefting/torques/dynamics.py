@@ -136,7 +136,8 @@ class JointDynamics:
         """(b,) parameters of the `base` columns that give the torques of the URDF's
         arm."""
         W = self._drawn
-        return np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
+        found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
+        return np.asarray(found, dtype=float)
 
     @cached_property
     def payload(self) -> Array:

@@ -6,12 +6,12 @@ there.
         + L (p_j + d_j s(dq_j))
         + w_j' beta + y_j' phi
 
-with the offset o_j, Coulomb friction c_j and its part l_j that grows with the load, of
-which the measured torque tells enough, viscous friction v_j and the rotor's reflected
-inertia a_j. s is a smoothed sign; L is 1 in samples with the payload and 0 in those
-without, so that p_j and d_j are what has changed of offset and friction. The torque and every column pass the same linear filter: the average over some
-milliseconds. Where a joint hardly moves its friction has no law, so that its row is
-left out.
+with the offset o_j, Coulomb friction c_j and its part l_j that grows with the rigid
+bodies' torque, viscous friction v_j and the rotor's reflected inertia a_j. s is a
+smoothed sign; L is 1 in samples with the payload and 0 in those without, so that p_j
+and d_j are what has changed of offset and friction. The torque and every column pass
+the same linear filter: the average over some milliseconds. Where a joint hardly moves
+its friction has no law, so that its row is left out.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.samples import TorqueSamples
@@ -133,11 +133,11 @@ def columns(
     return found
 
 
-def _parts(starts: Array, samples: int) -> list[Array]:
+def _parts(starts: Indices, samples: int) -> list[Indices]:
     """Edges of whole bins, of at most `ROWS_TOGETHER` samples where bins are
     shorter."""
     edges = np.append(starts, samples)
-    parts: list[Array] = []
+    parts: list[Indices] = []
     first = 0
     while first < len(starts):
         last = int(np.searchsorted(edges, edges[first] + ROWS_TOGETHER, "right")) - 1
@@ -150,7 +150,7 @@ def _parts(starts: Array, samples: int) -> list[Array]:
 def _averages(
     dynamics: JointDynamics,
     samples: TorqueSamples,
-    edges: Array,
+    edges: Indices,
     loaded: bool,
     arm_known: bool,
     load: Load,

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Indices
 from hefting.motion.curve import Curve
 
 FEWEST = 20
@@ -74,7 +74,7 @@ class TorqueSamples:
             self.torque[part],
         )
 
-    def bins(self, rate: float) -> Array:
+    def bins(self, rate: float) -> Indices:
         """Index of the first sample of each 1 / `rate` seconds that has any; each
         sample's own, where they come no faster."""
         interval = float(np.median(np.diff(self.time)))
