@@ -33,7 +33,6 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import (
-    JointState,
     State,
     as_one,
     join,

@@ -159,8 +159,8 @@ def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
 def _payload_of(found: TorqueFit) -> Array:
     """(10,) the payload by a fit, small where that leaves it open."""
     R = np.vstack((found.payload, _payload_rows(0)))
-    found = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
-    return np.asarray(found, dtype=float)
+    body = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
+    return np.asarray(body, dtype=float)
 
 
 def _payload_rows(arm: int) -> Array:
