@@ -27,8 +27,7 @@ EXAMPLES = (
     "hefting calibrate empty.csv --output gripper.json",
     "hefting identify full.csv --tool gripper.json",
     "hefting identify full.csv --tool gripper.json --bias gripper.json",
-    "hefting calibrate empty.mcap --torques --urdf arm.urdf --sensor-frame flange "
-    "--output arm.json",
+    "hefting calibrate empty.mcap --torques --urdf arm.urdf --output arm.json",
 )
 
 
