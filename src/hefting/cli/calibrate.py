@@ -27,7 +27,6 @@ EXAMPLES = (
     "hefting calibrate empty.csv --output gripper.json",
     "hefting identify full.csv --tool gripper.json",
     "hefting identify full.csv --tool gripper.json --bias gripper.json",
-    "hefting calibrate empty.mcap --torques --urdf arm.urdf --output arm.json",
 )
 
 

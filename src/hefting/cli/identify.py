@@ -52,7 +52,7 @@ EXAMPLES = (
     "hefting identify log.bag --tool gripper.json --start 2 --duration 10",
     "hefting identify log.csv --map map.toml --method all --truth truth.json",
     "hefting identify monday.csv tuesday.csv",
-    "hefting identify held.mcap --torques --empty empty.mcap --urdf arm.urdf",
+    "hefting identify held.mcap --torques --urdf arm.urdf --sensor-frame tool",
     "zcat log.csv.gz | hefting identify - --json",
 )
 
