@@ -37,6 +37,8 @@ SAID = {
     "angular_acceleration": ("deg/s²", 180 / np.pi),
     "joint_positions": ("deg", 180 / np.pi),
     "joint_velocities": ("°/s", 180 / np.pi),
+    "joint_torques": ("N mm", 1e3),
+    "joint_currents": ("mA", 1e3),
     "wrench": (["kN", "N mm"], [1e-3] * 3 + [1e3] * 3),
     "gyroscope": ("deg/s", 180 / np.pi),
     "accelerometer": ("g", 1 / 9.80665),

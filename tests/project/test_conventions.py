@@ -18,7 +18,7 @@ LAYERS = [
     {"core"},
     {"jobs", "logs", "robots", "shapes", "motion"},
     {"estimators", "export"},
-    {"ingest"},
+    {"torques", "ingest"},
     {"identification", "prediction"},
     {"online"},
     {"sources"},

@@ -16,6 +16,7 @@ from hefting.cli.options import (
 )
 from hefting.cli.pages import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
+from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
 from hefting.request.settings import gravity_of, sensor_accuracy_of
 
@@ -40,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_report(parser)
     add_verbose(parser)
     log = add_recording(parser)
+    add_torques(parser.add_argument_group("the arm's own torques"))
     add_gravity(log)
     add_sensor_accuracy(log)
 
@@ -60,6 +62,12 @@ def run(arguments: argparse.Namespace) -> int:
         )
     check_output(a.output, a.log, a.map, a.urdf)
     check_report(a.report, a.log, a.map, a.urdf)
+    require_torques(a)
+    if a.torques:
+        with progress("calibrating"):
+            said = calibrate(a)
+        print_lines(list(map(Line, said)), render)
+        return 0
     with progress("calibrating"):
         found = calibration(
             read_recording(a),

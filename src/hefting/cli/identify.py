@@ -30,6 +30,7 @@ from hefting.cli.progress import progress
 from hefting.cli.report.pictures import draw_pictures, is_picture, write_pictures
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details
+from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
 from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
 from hefting.request.shape import shape_of
@@ -51,6 +52,7 @@ EXAMPLES = (
     "hefting identify log.bag --tool gripper.json --start 2 --duration 10",
     "hefting identify log.csv --map map.toml --method all --truth truth.json",
     "hefting identify monday.csv tuesday.csv",
+    "hefting identify held.mcap --torques --urdf arm.urdf --sensor-frame tool",
     "zcat log.csv.gz | hefting identify - --json",
 )
 
@@ -64,6 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_reading(log)
     _add_methods(parser.add_argument_group("methods"))
+    torques = parser.add_argument_group("joint torques in place of a wrench")
+    add_torques(torques)
+    add_empty(torques)
     results = parser.add_argument_group("results")
     add_sensor_pose(results)
     add_accept(results)
@@ -168,6 +173,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     a = arguments
     _check_outputs(a)
+    require_torques(a)
+    if a.torques:
+        return _run_torques(a)
     gravity = gravity_of(a)
     flange = _pose(a.sensor_pose_in_flange)
     known = _truth(a.truth) if a.truth else None
@@ -197,6 +205,41 @@ def run(arguments: argparse.Namespace) -> int:
     results = Results(
         estimates, best, comparison, truth, errors, written, (*pictures, *pages)
     )
+    if a.json:
+        print_json(results, render)
+    else:
+        print_results(results, render, a.verbose)
+    left_out = len(outputs) < len(a.output)
+    return exit_status(estimates[best].verdict) or (
+        STATUS_NOT_WRITTEN if left_out else 0
+    )
+
+
+def _run_torques(a: argparse.Namespace) -> int:
+    """The same from joint torques: results and texts, without pictures of a wrench."""
+    from hefting.cli.report.verdict import exit_status
+    from hefting.cli.torques import identified as by_torques
+
+    known = _truth(a.truth) if a.truth else None
+    with progress("identifying", a.json):
+        shape = shape_of(a)
+        fill = fill_inertia_of(a.fill_inertia, shape)
+        estimate = by_torques(a, shape)
+    best = estimate.method
+    estimates = _note_shape(a, {best: estimate})
+    outputs = wanted(a, estimates[best])
+    pictures = [path for path in outputs if is_picture(path)]
+    if pictures:
+        raise InputError("a picture shows a wrench", pictures[0], "leave it out")
+    truth = known.parameters if known else None
+    errors = (
+        {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
+        if known
+        else {}
+    )
+    flange = _pose(a.sensor_pose_in_flange)
+    written = write(outputs, estimates[best], flange, a.accept, fill)
+    results = Results(estimates, best, None, truth, errors, written, ())
     if a.json:
         print_json(results, render)
     else:

@@ -21,6 +21,8 @@ LARGEST: dict[str, float] = {
     "angular_acceleration": 1e10,
     "joint_positions": 1e8,
     "joint_velocities": 1e8,
+    "joint_torques": 1e10,
+    "joint_currents": 1e10,
     "wrench": 1e10,
     "gyroscope": 1e8,
     "accelerometer": 1e10,

@@ -28,15 +28,22 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "angular_acceleration": ("alx", "aly", "alz"),
     "joint_positions": ("q",),
     "joint_velocities": ("dq",),
+    "joint_torques": ("tau",),
+    "joint_currents": ("current",),
     "wrench": WRENCH,
     "gyroscope": ("gyro_x", "gyro_y", "gyro_z"),
     "accelerometer": ("accel_x", "accel_y", "accel_z"),
     "linear_accelerometer": ("linear_accel_x", "linear_accel_y", "linear_accel_z"),
 }
 """Columns of each stream in the canonical log, in order; of joint streams the prefix of
-q1..qn, dq1..dqn."""
+q1..qn, dq1..dqn, tau1..taun, current1..currentn."""
 
-JOINT_STREAMS = ("joint_positions", "joint_velocities")
+JOINT_STREAMS = (
+    "joint_positions",
+    "joint_velocities",
+    "joint_torques",
+    "joint_currents",
+)
 
 
 def all_finite(values: NDArray[Any]) -> bool:
@@ -132,6 +139,8 @@ class Recording:
     ``angular_acceleration`` 3     world axes [rad/s²]
     ``joint_positions``      n     [rad]
     ``joint_velocities``     n     [rad/s]
+    ``joint_torques``        n     by the motors on the links [N m]; [N] of joints that slide
+    ``joint_currents``       n     of the motors [A]
     ``wrench``               6     force [N], torque [N m] as recorded: sensor axes, sign undecided
     ``gyroscope``            3     sensor axes [rad/s]
     ``accelerometer``        3     specific force a - g, sensor axes [m/s²]
@@ -185,7 +194,8 @@ class Recording:
         }
         if len(widths) > 1:
             raise InputError(
-                "joint positions q and velocities dq differ in number",
+                "joint positions q, velocities dq, torques tau and currents differ in "
+                "number",
                 where=self.source,
             )
         if self.joint_names and widths and {len(self.joint_names)} != widths:

@@ -33,7 +33,6 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import (
-    JointState,
     State,
     as_one,
     join,
@@ -247,7 +246,7 @@ class Estimator:
             return as_one(first).merge(as_one(second), one_bias=True)
         if not one_bias:
             return join(first, second)
-        if isinstance(first, JointState) or isinstance(second, JointState):
+        if not (isinstance(first, SampleState) and isinstance(second, SampleState)):
             raise InputError(
                 "a state of several recordings has more than one bias",
                 fix="merge the parts of one recording before others join it",

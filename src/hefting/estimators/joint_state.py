@@ -22,6 +22,7 @@ from hefting.core.moments import Moments
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
+from hefting.estimators.whitened_state import WhitenedState
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class JointState:
         )
 
 
-State = SampleState | JointState
+State = SampleState | JointState | WhitenedState
 """What an estimator has seen."""
 
 
@@ -70,12 +71,17 @@ def join_all(states: Iterable[State]) -> State:
 
 
 def states_of(state: State) -> tuple[SampleState, ...]:
-    """State of each recording."""
+    """State of each recording. Raises `InputError` for equations without a wrench."""
+    if isinstance(state, WhitenedState):
+        raise _no_wrench()
     return state.states if isinstance(state, JointState) else (state,)
 
 
 def as_one(state: State) -> SampleState:
-    """The state of all samples, their bias taken for the same or none."""
+    """The state of all samples, their bias taken for the same or none. Raises
+    `InputError` for equations without a wrench."""
+    if isinstance(state, WhitenedState):
+        raise _no_wrench()
     return state.as_one if isinstance(state, JointState) else state
 
 
@@ -95,8 +101,17 @@ def full_without_bias(state: State) -> Moments:
 def motion_record(state: State) -> TimeRecord | None:
     """Time record that holds the errors of the motion in all recordings, and nothing
     else; None where a state has none."""
+    if isinstance(state, WhitenedState):
+        return None
     records = [each.record for each in states_of(state)]
     motions = [record.motion for record in records if record is not None]
     if len(motions) < len(records):
         return None
     return TimeRecord(motion=tuple(map(sum, zip(*motions, strict=True))))
+
+
+def _no_wrench() -> InputError:
+    return InputError(
+        "these equations have no samples of a wrench left",
+        fix="stack them (`WhitenedState.stacked`), and use Bayes, GEO, LMI, OLS or PMD",
+    )

@@ -22,6 +22,7 @@ from hefting.estimators.quadratic import (
     with_equation,
 )
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
+from hefting.estimators.whitened_state import WhitenedState
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +135,11 @@ def least_squares(
     and infinite variance. An `equation` (11,) of the parameters alone is one row more.
     Biases of several recordings are eliminated beforehand.
     """
-    if free_bias and isinstance(state, JointState):
+    whitened = isinstance(state, WhitenedState)
+    if whitened or (free_bias and isinstance(state, JointState)):
         problem = Quadratic.of(state, noise, True).with_equation(equation)
-        A, b, svd, eliminated = problem.A, problem.b, problem.svd, 6 * len(state.states)
+        eliminated = 6 * len(problem.bias_rows)
+        A, b, svd = problem.A, problem.b, problem.svd
         bias = problem.bias(svd.solve(b))
     else:
         R = stacked_factor(as_one(state), noise, free_bias)
@@ -152,7 +155,7 @@ def least_squares(
     slack = svd.U.T @ r  # zero at the exact minimum
     half = svd.V.T / svd.S / svd.scale[:, None]
     covariance = half @ half.T
-    if noise is None:
+    if noise is None and not whitened:
         covariance *= square / max(6 * state.samples - len(svd.S) - eliminated, 1)
     free = svd.open
     covariance[free], covariance[:, free] = 0.0, 0.0

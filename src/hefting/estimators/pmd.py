@@ -22,6 +22,7 @@ from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import with_equation
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
+from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
 
 ACCURACY = 1e-6
@@ -196,6 +197,8 @@ class _Rows:
         """Of all samples: first the rows that each bias couples, then those of the
         reduced and of the full model. An `equation` (11,) more of the parameters belongs
         to the model that has more of the samples."""
+        if isinstance(state, WhitenedState):
+            return cls._of_equations(state, equation)
         states = states_by_bias(state, free_bias)
         reduced, full = [s.reduced for s in states], [s.full for s in states]
         more_full = _weight(full) >= _weight(reduced)
@@ -214,6 +217,14 @@ class _Rows:
         rows = np.concatenate([_with_inertia(rows) for rows, _ in parts])
         K = np.concatenate([np.tile(K, (len(rows), 1)) for rows, K in parts]).T
         return cls(tuple(reduced), tuple(full), rows[:, :10], rows[:, 10], K, size)
+
+    @classmethod
+    def _of_equations(cls, state: WhitenedState, equation: Array | None) -> _Rows:
+        """Of equations of the full model without a bias, in their own unit."""
+        full = triangular(with_equation(state.noise * state.factor, equation))
+        K = np.tile((0.0, 1.0), (len(full), 1)).T
+        none = np.zeros((5, 5))
+        return cls((none,), (full,), full[:, :10], full[:, 10], K, _norm(full[:, 10]))
 
     def bias(self, vector: Array, scales: Array) -> Array:
         """(6,) bias that minimises the sum of both norms, given parameters (10,) and

@@ -20,6 +20,7 @@ from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array, Indices, frozen
 from hefting.estimators.joint_state import State, as_one, states_of
 from hefting.estimators.sample_state import SampleState
+from hefting.estimators.whitened_state import WhitenedState
 
 WrenchNoise = Noise | Array | None
 """Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None:
@@ -164,6 +165,8 @@ class Quadratic:
         cls, state: State, noise: WrenchNoise = None, free_bias: bool = False
     ) -> "Quadratic":
         """Of all samples in `state`."""
+        if isinstance(state, WhitenedState):
+            return cls(state.factor[:, :10], state.factor[:, 10], np.zeros((0, 6, 17)))
         if not free_bias:
             R = stacked_factor(as_one(state), noise, False)
             return cls(R[:, :10], R[:, 10], np.zeros((0, 6, 17)))

@@ -27,6 +27,7 @@ from hefting.estimators.joint_state import (
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
+from hefting.estimators.whitened_state import WhitenedState
 
 NOISE_PASSES = 2
 """Number of times the noise is found: its covariance depends on its colour."""
@@ -67,6 +68,8 @@ class StateSamples:
     ) -> Self | None:
         """Of a state; None where it has no time record, or no samples of any weight.
         For the other arguments see `NoiseSource.of`."""
+        if isinstance(state, WhitenedState):
+            return cls(NoiseSource.of(state, False, None, carried, None), False)
         seen = motion_record(state)
         if seen is None or not seen.motion[0]:
             return None

@@ -26,6 +26,7 @@ from hefting.estimators import (
     method_named,
     methods_with,
 )
+from hefting.estimators.base import Known
 from hefting.identification.answer import Answer
 from hefting.identification.checks import Checked, warnings_of
 from hefting.identification.known import known_of
@@ -277,7 +278,14 @@ def estimator_for(
     InputError
         If the method needs what is not given, or has no such hyperparameter.
     """
-    model = hyperparameters.get("model")
+    return estimator_knowing(kind, known_of(found, shape), hyperparameters)
+
+
+def estimator_knowing(
+    kind: type[Estimator], facts: Known, hyperparameters: dict[str, Any]
+) -> Estimator:
+    """The same for what is known before any method, from whatever sensor."""
+    shape, model = facts.shape, hyperparameters.get("model")
     known = kind.hyperparameters(model)
     for name in hyperparameters:
         if name not in known:
@@ -286,7 +294,7 @@ def estimator_for(
         name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
     ]
     _require_what_it_needs(kind, shape, hyperparameters, named_shape)
-    settings = kind.settings(known_of(found, shape), model)
+    settings = kind.settings(facts, model)
     if any(name in hyperparameters for name in kind.instead_of_shape):
         settings.pop("shape", None)
     return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))

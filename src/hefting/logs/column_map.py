@@ -62,6 +62,8 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
     "angular_acceleration": (("angular acceleration", 3),),
     "joint_positions": (("angle", 0),),
     "joint_velocities": (("angular speed", 0),),
+    "joint_torques": (("torque", 0),),
+    "joint_currents": (("current", 0),),
     "wrench": (("force", 3), ("torque", 3)),
     "force": (("force", 3),),
     "torque": (("torque", 3),),

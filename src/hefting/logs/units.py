@@ -75,6 +75,7 @@ UNITS: dict[str, dict[str, Unit]] = {
         "mm/s^2": Unit("mm/s^2", 1.0, 1e3),
         "g": Unit("g", GRAVITY),
     },
+    "current": _units(A=1.0, mA=(1.0, 1e3)),
     "angular acceleration": {
         "rad/s^2": Unit("rad/s^2"),
         "deg/s^2": Unit("deg/s^2", *DEGREE),

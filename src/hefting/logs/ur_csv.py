@@ -15,6 +15,7 @@ actual_TCP_force   in base axes; zeroed, and freed of the payload that is *confi
                    the flange on e-Series, about the TCP on CB3, which has no sensor and guesses from currents
 payload            configured mass [kg]
 actual_q, _qd      joint angles and velocities [rad, rad/s]
+actual_current     of the joints' motors [A]
 ================== ==================================================================================
 
 The recording's sensor frame is the flange where ``tcp_offset`` is recorded, and its
@@ -42,6 +43,7 @@ FIELDS = {
     "payload": 1,
     "actual_q": 6,
     "actual_qd": 6,
+    "actual_current": 6,
 }
 """Fields that are read, and how many columns each has."""
 
@@ -84,7 +86,11 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
             else f"{FORCE}, turned from base axes"
         )
         notes.append(note("wrench-source", f"wrench from {wrench}"))
-    joints = {"joint_positions": "actual_q", "joint_velocities": "actual_qd"}
+    joints = {
+        "joint_positions": "actual_q",
+        "joint_velocities": "actual_qd",
+        "joint_currents": "actual_current",
+    }
     found |= {
         stream: values[field] for stream, field in joints.items() if field in values
     }

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def recording_of(a: Any, path: str, wrench_needed: bool = True) -> "Recording":
     """The log at `path`, with poses by a URDF's kinematics where one is given, and of
     the sensor where it is said to be elsewhere. `InputError` as `hefting.read_log`."""
-    return placed(a, _logged(a, path, wrench_needed), path)
+    return placed(a, logged(a, path, wrench_needed), path)
 
 
 def placed(a: Any, recording: "Recording", path: str) -> "Recording":
@@ -41,7 +41,7 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
     return with_sensor_pose(recording, sensor_turned(str(turned)))
 
 
-def _logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
+def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
     """The recording as logged."""
     from hefting.logs import read_log
     from hefting.logs.registry import all_options

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
+from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
 START = tuple(UR5.start.tolist())
@@ -24,6 +24,9 @@ scaled to the wanted speed."""
 LARGEST_SCALE = 1e4
 """Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that
 starts from rest has no time to."""
+
+FASTEST_TURN = 1.5
+"""[rad/s] Mean angular speed of the sensor, where its origin's speed allows it."""
 
 BETWEEN = 0.999
 """Share of a speed limit that samples may reach, so that it is kept between them
@@ -92,6 +95,35 @@ def random_smooth(
         amplitude,
         frequency,
         phase,
+    )
+
+
+def wide_smooth(
+    duration: float = 30.0,
+    rate: float = 100.0,
+    seed: int = 0,
+    arm: Arm = UR5,
+    speed_limit: float = SPEED_LIMIT,
+) -> JointMotion:
+    """All joints follow sums of three random sinusoids, the last three of 15° to 30°
+    each and the others of 5° to 12°, starting from rest within a second: for joint
+    torques, which tell the centre of mass from how the wrist turns it.
+
+    It is as fast as the `speed_limit` [m/s] of the sensor's origin allows, and the same
+    for the same `seed`.
+    """
+    time = _instants(duration, rate, speed_limit)
+    rng = np.random.default_rng(seed)
+    shape = (3, arm.n)
+    wrist = np.arange(arm.n) >= arm.n - 3
+    low, high = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
+    amplitude = np.radians(rng.uniform(low, high, shape))
+    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
+    frequency = rng.uniform(0.05, 0.3, shape)
+    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
+    clock = _from_rest(time)
+    return _at_speed(
+        arm, FASTEST_TURN, speed_limit, time, clock, amplitude, frequency, phase
     )
 
 

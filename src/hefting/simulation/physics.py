@@ -1,7 +1,7 @@
 """Wielding in MuJoCo: the wrench and the motion of the sensor from a simulator that
 shares no formula with us."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -148,30 +148,84 @@ def wield_analytically(
 
 
 def mjcf(
-    arm: Arm, body: InertialParameters, gravity: ArrayLike = STANDARD_GRAVITY
+    arm: Arm,
+    body: InertialParameters | None,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    links: Sequence[InertialParameters] = (),
 ) -> str:
-    """The arm and the body at its end as MJCF, with the sensors this module reads.
+    """The arm and the body at its end, if any, as MJCF, with the sensors this module
+    reads.
 
-    Bodies stand in base axes where the arm's screws are at rest; the last is the held
-    body, in the sensor frame.
+    Bodies stand in base axes where the arm's screws are at rest, about a point of the
+    screw's axis: so do the `links`, one a screw, where they are known. The last is the
+    held body, in the sensor frame.
     """
-    J, robot = body.inertia_at_com, arm.robot
-    tensor = _numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
-    inertial = f'<inertial mass="{body.mass!r}" pos="{_numbers(*body.center_of_mass)}" fullinertia="{tensor}"/>'
+    robot = arm.robot
+    inertial = "" if body is None else _inertial(body)
+    masses = [_inertial(link) for link in links] or [LINK] * len(robot.screws)
     x, y, z, w = robot.home_orientation
     places = np.diff(
         [np.zeros(3), *(screw.point for screw in robot.screws), robot.home_position],
         axis=0,
     )
     chain = f'<body pos="{_numbers(*places[-1])}" quat="{_numbers(w, x, y, z)}"><site name="sensor"/>{inertial}</body>'
-    for screw, place in zip(reversed(robot.screws), places[-2::-1], strict=True):
+    for screw, place, own in zip(
+        reversed(robot.screws), places[-2::-1], reversed(masses), strict=True
+    ):
         joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{_numbers(*screw.axis)}"/>'
-        chain = f'<body pos="{_numbers(*place)}">{joint}{LINK}{chain}</body>'
+        chain = f'<body pos="{_numbers(*place)}">{joint}{own}{chain}</body>'
     shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in MOTION)
     return (
         f'<mujoco><option gravity="{_numbers(*np.asarray(gravity, dtype=float))}"/><worldbody>{chain}</worldbody>'
         f'<sensor><force site="sensor"/><torque site="sensor"/>{shown}</sensor></mujoco>'
     )
+
+
+def _inertial(body: InertialParameters) -> str:
+    J = body.inertia_at_com
+    tensor = _numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+    return (
+        f'<inertial mass="{body.mass!r}" pos="{_numbers(*body.center_of_mass)}" '
+        f'fullinertia="{tensor}"/>'
+    )
+
+
+def inverse_dynamics(
+    arm: Arm,
+    joints: JointMotion,
+    links: Sequence[InertialParameters],
+    body: InertialParameters | None,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+) -> Array:
+    """(K, n) torques [N m] by which the motors move an arm of these `links`, as of
+    `mjcf`, that holds `body` (given in the sensor frame), or nothing.
+
+    Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that MuJoCo
+    cannot hold, and for joints that mimic others.
+    """
+    mujoco = _mujoco()
+    screws = arm.robot.screws
+    if any(
+        s.multiplier != 1.0 or s.offset or s.column != i for i, s in enumerate(screws)
+    ):
+        raise InputError("a joint that mimics another has no torque of its own")
+    with _warnings_as_errors(mujoco):
+        try:
+            text = mjcf(arm, body, gravity, links)
+            model = mujoco.MjModel.from_xml_string(text)
+        except ValueError as error:
+            raise InputError(
+                f"MuJoCo cannot hold the body ({str(error)[:120]})"
+            ) from error
+        data = mujoco.MjData(model)
+        torques = np.empty_like(joints.position)
+        for k in range(len(torques)):
+            data.qpos[:] = joints.position[k]
+            data.qvel[:] = joints.velocity[k]
+            data.qacc[:] = joints.acceleration[k]
+            mujoco.mj_inverse(model, data)
+            torques[k] = data.qfrc_inverse
+    return torques
 
 
 def _mujoco() -> Any:

@@ -48,6 +48,7 @@ from hefting.estimators.sample_state import (
     require_common_covariance,
     require_weight,
 )
+from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
 
 MOST_PASSES = 6
@@ -282,7 +283,8 @@ class Bayes(Estimator):
         """
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
-        require_weight(states_of(state))
+        if not isinstance(state, WhitenedState):
+            require_weight(states_of(state))
         source = NoiseSource.of(
             state,
             free_bias,
@@ -363,7 +365,11 @@ def _largest(changes: Array) -> float:
 def _require_information(samples: Samples, state: State, free_bias: bool) -> None:
     """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
     is zero up to rounding."""
-    size = max(float(np.abs(each.full.full).max()) for each in states_of(state))
+    if isinstance(state, WhitenedState):
+        size = float(np.abs(state.factor[:, :10]).max())
+        size = max(size, np.finfo(float).tiny)
+    else:
+        size = max(float(np.abs(each.full.full).max()) for each in states_of(state))
     if float(np.abs(samples.A).max()) <= 1e-9 * size:
         beside = " beside a bias" if free_bias else ""
         raise NotIdentifiableError(

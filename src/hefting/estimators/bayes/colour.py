@@ -23,6 +23,7 @@ from hefting.estimators.bayes.groups import Groups, Scores
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, spectrum
 from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.sample_state import SampleState
+from hefting.estimators.whitened_state import WhitenedState
 
 FEWEST_SAMPLES_FOR_NOISE = 20
 """Number of samples from which on the noise counts as known: they have about a hundred
@@ -128,6 +129,8 @@ class TimeSamples:
 
         No time scale and no stretch spans two recordings.
         """
+        if isinstance(state, WhitenedState):
+            return None
         states = states_by_bias(state, free_bias)
         known = [_Grouped.of(each, free_bias) for each in states]
         groups = [each for each in known if each is not None]

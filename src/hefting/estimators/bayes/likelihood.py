@@ -28,6 +28,7 @@ from hefting.core.moments import triangular
 from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, states_by_bias
+from hefting.estimators.whitened_state import WhitenedState
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
@@ -80,6 +81,8 @@ class Samples:
     @classmethod
     def of(cls, state: State, free_bias: bool) -> Self:
         """Of all samples in `state`."""
+        if isinstance(state, WhitenedState):
+            return cls._of_equations(state)
         factors = [each.full.factor for each in states_by_bias(state, free_bias)]
         factors = [R for R in factors if R[:, ONE].any()] or factors[:1]
         each = np.array([R[:, ONE] @ R[:, ONE] for R in factors])
@@ -102,6 +105,27 @@ class Samples:
             full_rows(means),
             means[:, WRENCH],
             each / K,
+            state.duration / max(state.samples - 1, 1),
+        )
+
+    @classmethod
+    def _of_equations(cls, state: WhitenedState) -> Self:
+        """Equations of unit noise as channels of virtual samples: that of the mass
+        alone as a force, the nine others as torques; the rest is zero."""
+        rows = np.zeros((3, 6, 11))
+        rows[:, 3:] = state.mass_last[:9].reshape(3, 3, 11)
+        rows[0, 0] = state.mass_last[9]
+        d = np.zeros((3, 3))
+        d[0, 0] = rows[0, 0, 0]
+        return cls(
+            rows[..., :10],
+            rows[..., 10],
+            float(max(state.samples, 1)),
+            d,
+            np.full(6, 1e-12),
+            np.zeros((1, 6, 10)),
+            np.zeros((1, 6)),
+            np.ones(1),
             state.duration / max(state.samples - 1, 1),
         )
 

@@ -33,6 +33,7 @@ from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.sensor_errors import InStep, slow_variances
 from hefting.estimators.joint_state import State, motion_record
 from hefting.estimators.quadratic import WrenchNoise
+from hefting.estimators.whitened_state import WhitenedState
 
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
@@ -116,7 +117,10 @@ class NoiseSource:
         are not known, or there is nothing.
 
         Errors of the motion are those that the samples tell, else those of `noise`.
+        Equations that are whitened have unit noise, all errors in it.
         """
+        if isinstance(state, WhitenedState):
+            noise, sensor_accuracy = np.eye(6), EXACT
         record = motion_record(state)
         motion_noise = None if record is None else record.motion_noise
         given = None

@@ -200,6 +200,13 @@ def same_name(one: str, other: str) -> bool:
     return one.strip("/") == other.strip("/")
 
 
+JOINT_PATHS = {
+    "joint_positions": "position",
+    "joint_velocities": "velocity",
+    "joint_torques": "effort",
+}
+"""Field of a JointState that holds each stream."""
+
 Piece = tuple[Key, slice | NDArray, NDArray[np.int64], Array]
 """What k messages give: key, which of them, their stamps (k,) [ns], values (k, d)."""
 
@@ -214,26 +221,7 @@ def _read_pieces(
         return
     stamps = _read_stamps(layout, table, "header.stamp")
     if role == "joint":
-        names = [
-            layout.texts[f"name.{i}"]
-            for i in range(len(layout.texts))
-            if f"name.{i}" in layout.texts
-        ]
-        for what, path in (
-            ("joint_positions", "position"),
-            ("joint_velocities", "velocity"),
-        ):
-            if (
-                path in layout.numbers
-                and names
-                and layout.numbers[path][2] == len(names)
-            ):
-                yield (
-                    (what, *names),
-                    slice(None),
-                    stamps,
-                    layout.read(table, path).astype(float),
-                )
+        yield from _read_joints(layout, table, stamps)
         return
     frame = layout.texts.get("header.frame_id", "").strip("/")
     child = layout.texts.get("child_frame_id", "").strip("/")
@@ -255,6 +243,25 @@ def _read_pieces(
             [layout.read(table, path) for path in paths], axis=1
         ).astype(float)
         yield (what, frame, child), measured, stamps[measured], values[measured]
+
+
+def _read_joints(
+    layout: Layout, table: NDArray[np.uint8], stamps: NDArray[np.int64]
+) -> Iterator[Piece]:
+    count = sum(key.startswith("name.") for key in layout.texts)
+    names = [layout.texts[f"name.{i}"] for i in range(count)]
+    for what, path in JOINT_PATHS.items():
+        if path not in layout.numbers or not names:
+            continue
+        if layout.numbers[path][2] != len(names):
+            continue
+        values, chosen = layout.read(table, path).astype(float), slice(None)
+        # drivers without torques publish NaN
+        if what == "joint_torques" and not np.isfinite(values).all():
+            chosen = np.flatnonzero(np.isfinite(values).all(axis=1))
+            if not len(chosen):
+                continue
+        yield (what, *names), chosen, stamps[chosen], values[chosen]
 
 
 def _read_transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece]:

@@ -33,7 +33,11 @@ VECTORS = {
 """Streams of vectors: the field of the message that holds each, and the names of its
 components."""
 
-JOINT_FIELDS = {"joint_positions": "position", "joint_velocities": "velocity"}
+JOINT_FIELDS = {
+    "joint_positions": "position",
+    "joint_velocities": "velocity",
+    "joint_torques": "effort",
+}
 """Streams of joints, and the field of the message that holds each."""
 
 Times = dict[str, NDArray[np.int64]]
@@ -216,10 +220,7 @@ def streams_of(group: Messages) -> list[str]:
     if group.topic in ("/wrench", "/orientation"):
         return [group.topic[1:]]
     if group.topic == "/joint_states":
-        return [
-            f"joint_{'positions' if name == 'position' else 'velocities'}"
-            for name in group.fields
-        ]
+        return [name for name, field in JOINT_FIELDS.items() if field in group.fields]
     return [
         name for name, (place, _) in VECTORS.items() if f"{place}.x" in group.fields
     ]

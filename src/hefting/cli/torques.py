@@ -1,0 +1,170 @@
+"""Options and steps of commands that take joint torques in place of a wrench."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from hefting.core.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.core.estimate import Estimate
+    from hefting.core.recording import Recording
+    from hefting.core.spatial import Array
+    from hefting.shapes import Shape
+
+METHODS = "Bayes, GEO, LMI, OLS, PMD"
+"""Methods that need nothing but the parameters' equations."""
+WRENCH_ONLY = {
+    "tool": None,
+    "bias": "auto",
+    "wrench": "auto",
+    "motion": "auto",
+    "until": None,
+    "sensor_accuracy": None,
+    "report": None,
+    "sensor_pose_in_log": None,
+    "sensor_turned": None,
+}
+"""Options that joint torques have no use for, and their defaults."""
+
+
+def add_torques(group: argparse._ActionsContainer) -> None:
+    """Whether joint torques are meant, and their unit."""
+    group.add_argument(
+        "--torques",
+        action="store_true",
+        help="identify from joint torques; with --urdf and --sensor-frame",
+    )
+    group.add_argument(
+        "--torque-gains",
+        metavar="K[,K...]",
+        help="torque of each joint by the motor's current [N m/A], where currents were "
+        "recorded",
+    )
+
+
+def add_empty(group: argparse._ActionsContainer) -> None:
+    """What tells the arm."""
+    group.add_argument(
+        "--empty",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="recording of the same arm without the object, of any motion; repeatable",
+    )
+    group.add_argument(
+        "--arm",
+        metavar="FILE.json",
+        help="the same, as hefting calibrate --torques kept it",
+    )
+
+
+def require_torques(a: argparse.Namespace) -> None:
+    """`InputError` for options of torques without ``--torques``."""
+    for name in ("empty", "arm", "torque_gains"):
+        if not a.torques and getattr(a, name, None):
+            option = f"--{name.replace('_', '-')}"
+            raise InputError("is for joint torques", option, "give --torques as well")
+
+
+def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
+    """The estimate from joint torques."""
+    from hefting.identification.by_torques import ByTorques
+    from hefting.request.settings import hyperparameters_of
+
+    _refuse_wrench_options(a)
+    if a.method and (a.method.lower() == "all" or "," in a.method):
+        raise InputError(
+            "methods are compared by the wrench", "--method", f"choose one of {METHODS}"
+        )
+    recordings = [_part(a, _read(a, log)) for log in a.log]
+    found = ByTorques.of(
+        recordings,
+        a.urdf,
+        a.sensor_frame,
+        empty=[_read(a, log) for log in a.empty],
+        arm=a.arm,
+        torque_gains=_gains(a.torque_gains),
+        gravity=_gravity(a),
+    )
+    return found.estimate(shape, a.method, **hyperparameters_of(a))
+
+
+def calibrate(a: argparse.Namespace) -> list[str]:
+    """Write the arm's calibration; lines to print."""
+    from hefting.identification.by_torques import calibrate_arm
+    from hefting.torques.arm_file import save_arm
+
+    _refuse_wrench_options(a)
+    dynamics, runs = calibrate_arm(
+        [_read(a, a.log)],
+        a.urdf,
+        a.sensor_frame,
+        torque_gains=_gains(a.torque_gains),
+        gravity=_gravity(a),
+    )
+    save_arm(a.output, dynamics, runs)
+    noise = ", ".join(f"{value:.3g}" for value in runs.fit.std)
+    return [
+        f"arm of {dynamics.joints} joints, {len(dynamics.base)} base parameters, "
+        f"{runs.scales.samples} samples",
+        f"what its torques leave unexplained: {noise} N m",
+        f"wrote {a.output}: hefting identify LOG --torques --urdf {a.urdf} "
+        f"--sensor-frame {a.sensor_frame} --arm {a.output}",
+    ]
+
+
+def _refuse_wrench_options(a: argparse.Namespace) -> None:
+    if not a.urdf or not a.sensor_frame:
+        raise InputError(
+            "joint torques need the robot and the link that holds the object",
+            "--torques",
+            "give --urdf FILE and --sensor-frame NAME",
+        )
+    for name, default in WRENCH_ONLY.items():
+        if getattr(a, name, default) != default:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                "is for a wrench, not for --torques", option, "leave it out"
+            )
+
+
+def _read(a: argparse.Namespace, log: str) -> "Recording":
+    from hefting.cli.standard_input import input_file
+    from hefting.request.recording import logged
+
+    with input_file(log) as path:
+        return logged(a, path, wrench_needed=False)
+
+
+def _part(a: argparse.Namespace, recording: "Recording") -> "Recording":
+    if not a.start and a.duration is None:
+        return recording
+    return recording.slice(start=a.start, duration=a.duration)
+
+
+def _gains(text: str | None) -> "Array | None":
+    import numpy as np
+
+    if text is None:
+        return None
+    try:
+        values = np.array([float(word) for word in text.split(",")])
+    except ValueError:
+        raise InputError(
+            f"'{text[:80]}' are no numbers", "--torque-gains", "as in 10,10,9,8,8,8"
+        ) from None
+    return values
+
+
+def _gravity(a: argparse.Namespace) -> "Array":
+    import numpy as np
+
+    from hefting.request.settings import gravity_of
+
+    if a.gravity == "estimate":
+        raise InputError(
+            "is not found from joint torques",
+            "--gravity estimate",
+            "give X,Y,Z in the axes of the robot's base",
+        )
+    return np.array(gravity_of(a).vector)

@@ -1,0 +1,263 @@
+"""TorqueMoments: everything the estimators need of any number of samples of joint
+torques, in one triangular factor a joint.
+
+The torque of joint j is linear in what is unknown,
+
+    tau_j = u_j' nu_j + w_j' beta + y_j' phi + e_j
+
+with nuisances nu_j of its own (offset, friction, reflected inertia), parameters beta of
+the arm that all joints share, and the ten parameters phi of the payload. One factor R_j
+of the columns [u_j | w_j | y_j | tau_j] holds all that the samples tell of it. Its rows
+below those of the nuisances are the equations that are left when these take their best
+values, whatever the others; with the standard deviations of the joints' noise, which
+may be chosen after the samples are gone, those of all joints stand below one another,
+and the arm is taken out in the same way. What is left is an 11 x 11 factor, as a wrench
+leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.lapack import lapack
+from hefting.core.moments import REFLECTORS, triangular
+from hefting.core.spatial import Array, Indices, Mask
+
+PAYLOAD = 10
+"""Columns of the payload's parameters, the last but the torque's."""
+BLOCK = 2048
+"""Rows of a joint folded at once: bounds the memory."""
+WELL_CONDITIONED = 1e-7
+"""Reciprocal condition of unknowns, their columns scaled to one length, above which
+none is open, so that no singular value need be found."""
+OPEN = 1e-9
+"""Singular values below this, relative to 1, of unknowns whose columns are scaled to
+one length: the samples leave these open."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueMoments:
+    """Triangular factor of each joint's equations, of all samples seen.
+
+    Immutable: `fold` and `merge` return new values. Folding costs the same however many
+    samples went before.
+    """
+
+    factors: Array
+    """(n, c, c) upper triangular, of the columns [own | arm | payload 10 | torque]."""
+    own: int
+    """Number of nuisances that each joint has of its own."""
+    counts: Array
+    """(n,) Samples that count in each joint."""
+    samples: int = 0
+    """Samples folded in, whether a joint counts them or not."""
+    start: float = np.inf
+    """Time of the first sample [s]."""
+    end: float = -np.inf
+    """Time of the last sample [s]."""
+
+    @classmethod
+    def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
+        """No samples yet, of so many joints, nuisances of each, and parameters of the
+        arm."""
+        c = own + arm + PAYLOAD + 1
+        return cls(np.zeros((joints, c, c)), own, np.zeros(joints))
+
+    def __post_init__(self):
+        factors, counts = np.asarray(self.factors), np.asarray(self.counts)
+        c = self.own + PAYLOAD + 1
+        if (
+            factors.ndim != 3
+            or factors.shape[1] != factors.shape[2]
+            or factors.shape[1] < c
+            or counts.shape != factors.shape[:1]
+        ):
+            raise InputError(
+                f"factors of shape {factors.shape} are not those of {len(counts)} "
+                f"joints with {self.own} nuisances each"
+            )
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return len(self.factors)
+
+    @property
+    def arm(self) -> int:
+        """Number of unknown parameters of the arm."""
+        return self.factors.shape[1] - self.own - PAYLOAD - 1
+
+    @property
+    def duration(self) -> float:
+        """Time between the first and the last sample [s]."""
+        return max(0.0, self.end - self.start)
+
+    def fold(self, rows: Array, time: Array, used: Mask | None = None) -> Self:
+        """With samples added.
+
+        Parameters
+        ----------
+        rows : (K, n, c) equations of each joint, columns as of `factors`, in N m.
+        time : (K,) [s].
+        used : (K, n) which of them count; None for all.
+
+        Raises `InputError` where the shapes do not agree.
+        """
+        self._check(rows, time, used)
+        if not len(time):
+            return self
+        if used is not None:
+            rows = rows * used[:, :, None]
+        counts = len(time) if used is None else used.sum(axis=0)
+        return replace(
+            self.fold_rows(rows),
+            counts=self.counts + counts,
+            samples=self.samples + len(time),
+            start=min(self.start, float(time.min())),
+            end=max(self.end, float(time.max())),
+        )
+
+    def fold_rows(self, rows: Array) -> Self:
+        """With rows (K, n, c) that are no samples, as their averages or differences:
+        numbers and times stay as they are."""
+        factors = np.empty_like(self.factors)
+        for j, factor in enumerate(self.factors):
+            own = np.asfortranarray(factor)
+            for first in range(0, len(rows), BLOCK):
+                own = lapack.dtpqrt(0, REFLECTORS, own, rows[first : first + BLOCK, j])[
+                    0
+                ]
+            factors[j] = own
+        return replace(self, factors=factors)
+
+    def merge(self, other: TorqueMoments) -> Self:
+        """Of the samples of both, in whichever order and on whichever machine they were
+        folded: of one robot, and of one payload or none.
+
+        Raises `InputError` where their columns are not the same.
+        """
+        if self.factors.shape != other.factors.shape or self.own != other.own:
+            raise InputError(
+                f"moments of {self.joints} joints, {self.own} nuisances and {self.arm} "
+                f"parameters of the arm do not merge with those of {other.joints}, "
+                f"{other.own} and {other.arm}"
+            )
+        both = np.concatenate((self.factors, other.factors), axis=1)
+        return replace(
+            self,
+            factors=np.array([triangular(rows) for rows in both]),
+            counts=self.counts + other.counts,
+            samples=self.samples + other.samples,
+            start=min(self.start, other.start),
+            end=max(self.end, other.end),
+        )
+
+    def weighed(self, std: ArrayLike) -> Self:
+        """The same samples, the equations of each joint over `std` (n,), the standard
+        deviations of its noise [N m]."""
+        factors = self.factors / _positive(std, self.joints)[:, None, None]
+        return replace(self, factors=factors)
+
+    @cached_property
+    def without_nuisances(self) -> Array:
+        """(n, c, c - own) equations [arm | payload | torque] of each joint that are
+        left when its nuisances take their best values."""
+        left = np.zeros((self.joints, *self.factors.shape[1:]))[:, :, self.own :]
+        for j, factor in enumerate(self.factors):
+            rows = eliminated(factor, self.own)
+            left[j, : len(rows)] = rows
+        return left
+
+    def shared(self, std: ArrayLike = 1.0) -> Array:
+        """(m, m) factor [arm | payload | torque] of all joints, their noise `std` (n,)
+        [N m]; m = arm + 11."""
+        std = _positive(std, self.joints)
+        rows = self.without_nuisances / std[:, None, None]
+        return triangular(rows.reshape(-1, rows.shape[2]))
+
+    def payload(self, std: ArrayLike = 1.0) -> Array:
+        """(11, 11) triangular factor [A | b] of the payload's equations, whatever the
+        nuisances and the arm: |A phi - b|² is the least sum of squared residuals, those
+        of joint j over its `std` (n,) [N m]."""
+        return payload_factor(self.shared(std))
+
+    def _check(self, rows: Array, time: Array, used: Mask | None) -> None:
+        shape = (len(time), *self.factors.shape[:2])
+        if rows.shape != shape or (used is not None and used.shape != shape[:2]):
+            raise InputError(
+                f"rows of shape {rows.shape} are not those of {shape[0]} samples, "
+                f"{shape[1]} joints and {shape[2]} columns"
+            )
+
+
+def merged(several: Sequence[TorqueMoments]) -> TorqueMoments:
+    """Of the samples of all, see `TorqueMoments.merge`."""
+    found = several[0]
+    for other in several[1:]:
+        found = found.merge(other)
+    return found
+
+
+def payload_factor(shared: Array) -> Array:
+    """(11, 11) factor of a factor [others | payload | torque], the others at their
+    best."""
+    rows = eliminated(shared, shared.shape[1] - PAYLOAD - 1)
+    return triangular(rows)
+
+
+def eliminated(R: Array, first: int) -> Array:
+    """Rows that are left of an upper triangular factor R (c, c) when the unknowns of
+    its `first` columns take their best values, whatever the others: (c - first or more,
+    c - first).
+
+    They are the rows below the first ones; and, where the samples leave some of these
+    unknowns open, the combinations of the first rows in which none of them stands.
+    """
+    rest = R[first:, first:]
+    if not first:
+        return rest
+    N = R[:first, :first]
+    N, _ = scaled(N)
+    if float(lapack.dtrcon(N)[0]) > WELL_CONDITIONED:
+        return rest
+    U, S, _ = np.linalg.svd(N)
+    extra = U[:, OPEN > S].T @ R[:first, first:]
+    return np.vstack((rest, extra))
+
+
+def scaled(N: Array) -> tuple[Array, Array]:
+    """Columns of N (r, c) scaled to one length, and their lengths (c,); those that
+    vanish stay zero, of the length 1."""
+    lengths = np.sqrt((N * N).sum(axis=0))
+    vanish = lengths <= 1e-13 * lengths.max(initial=0.0)
+    lengths = np.where(vanish, 1.0, lengths)
+    return np.where(vanish, 0.0, N / lengths), lengths
+
+
+def own_columns(own: int, arm: int) -> tuple[Indices, Indices, Indices]:
+    """Indices of the nuisances', the arm's and the payload's columns."""
+    ends = np.cumsum((own, arm, PAYLOAD))
+    return np.arange(own), np.arange(own, ends[1]), np.arange(ends[1], ends[2])
+
+
+def _positive(std: ArrayLike, joints: int) -> Array:
+    values = np.broadcast_to(np.asarray(std, dtype=float), (joints,))
+    if not (np.isfinite(values).all() and (values > 0.0).all()):
+        raise InputError("the noise of every joint must be positive and finite")
+    return values
+
+
+def pseudo_inverse_half(A: Array) -> Array:
+    """X (c, k) with X X' = (A'A)^+ for A (r, c), its columns scaled to one length;
+    combinations that A leaves open are left out."""
+    N, lengths = scaled(A)
+    _, S, V = np.linalg.svd(N, full_matrices=False)
+    kept = S > OPEN
+    return (V[kept].T / S[kept]) / lengths[:, None]

@@ -1,0 +1,174 @@
+"""Arms with masses, for simulated joint torques: links of about the size of the maker's,
+the true ones and what a URDF says of them.
+
+The inertias that robots are published with predict their torques poorly. So the true
+links differ from those in the URDF that is written beside a simulated log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, tensor_to_vector
+from hefting.simulation.arm import UR5, XARM7, Arm
+
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+"""A URDF's names of the moments and products of inertia."""
+RADIUS = 0.06
+"""[m] of a link, a rod from one joint to the next."""
+LEAST_LENGTH = 0.05
+"""[m] of a link whose joints meet in a point."""
+WRONG_MASS, WRONG_COM, WRONG_INERTIA = 0.1, 0.008, 0.2
+"""Standard deviations of the true links from the published ones: of mass and moments of
+inertia relative to them, of the COM in metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class MassiveArm:
+    """An arm, with what its joints feel of themselves."""
+
+    arm: Arm
+    masses: tuple[float, ...]
+    """[kg] of the links, published"""
+    torque_noise: tuple[float, float]
+    """standard deviations [N m] of the first and the last joint's torque"""
+
+    def __post_init__(self):
+        if len(self.masses) != len(self.arm.robot.screws):
+            raise InputError(
+                f"{len(self.masses)} masses for {len(self.arm.robot.screws)} links"
+            )
+
+    @cached_property
+    def links(self) -> tuple[InertialParameters, ...]:
+        """As published: in base axes at rest, about a point of each joint's axis."""
+        robot = self.arm.robot
+        points = [screw.point for screw in robot.screws]
+        ends = [*points[1:], robot.home_position]
+        return tuple(
+            _rod(mass, end - point)
+            for mass, point, end in zip(self.masses, points, ends, strict=True)
+        )
+
+    def true_links(self, seed: int) -> tuple[InertialParameters, ...]:
+        """What the robot of a `seed` really has."""
+        rng = np.random.default_rng([seed, 41])
+        return tuple(_changed(link, rng) for link in self.links)
+
+    @property
+    def urdf(self) -> str:
+        """As text, with the published links; the flange is the link ``flange``."""
+        return urdf(self.arm, self.links)
+
+    def per_joint(self, first: float, last: float) -> Array:
+        """(n,) values that fall evenly, by their logarithm, from the base to the
+        end."""
+        return np.geomspace(first, last, self.arm.n)
+
+
+def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
+    """The URDF of an arm, its links in base axes at rest about a point of each joint's
+    axis."""
+    robot = arm.robot
+    lines = ['<robot name="arm">', '<link name="base"/>']
+    place, parent = np.zeros(3), "base"
+    for i, (screw, link) in enumerate(zip(robot.screws, links, strict=True), 1):
+        low, high = robot.limits[screw.column] or (-1.0, 1.0)
+        kind = "prismatic" if screw.slides else "revolute"
+        own = f"link{i}"
+        lines += [
+            f'<joint name="{robot.joints[screw.column]}" type="{kind}">'
+            f'<origin xyz="{_text(screw.point - place)}"/>'
+            f'<parent link="{parent}"/><child link="{own}"/>'
+            f'<axis xyz="{_text(screw.axis)}"/>'
+            f'<limit lower="{low!r}" upper="{high!r}" effort="1000" velocity="10"/>'
+            "</joint>",
+            f'<link name="{own}">{_inertial(link)}</link>',
+        ]
+        place, parent = screw.point, own
+    rpy = Rotation.from_quat(robot.home_orientation).as_euler("xyz")
+    lines += [
+        '<joint name="flange_joint" type="fixed">'
+        f'<origin xyz="{_text(robot.home_position - place)}" rpy="{_text(rpy)}"/>'
+        f'<parent link="{parent}"/><child link="flange"/></joint>',
+        '<link name="flange"/>',
+        "</robot>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _inertial(link: InertialParameters) -> str:
+    numbers = zip(INERTIA, tensor_to_vector(link.inertia_at_com).tolist(), strict=True)
+    inertia = " ".join(f'{name}="{value!r}"' for name, value in numbers)
+    return (
+        f'<inertial><origin xyz="{_text(link.center_of_mass)}"/>'
+        f'<mass value="{float(link.mass)!r}"/><inertia {inertia}/></inertial>'
+    )
+
+
+def _rod(mass: float, along: Array) -> InertialParameters:
+    """A cylinder from the origin `along` (3,) [m]."""
+    length = max(float(np.linalg.norm(along)), LEAST_LENGTH)
+    unit = along / length if np.linalg.norm(along) > 1e-6 else np.array((0.0, 0.0, 1.0))
+    across = mass * (3.0 * RADIUS**2 + length**2) / 12.0
+    spin = 0.5 * mass * RADIUS**2
+    J = across * np.eye(3) + (spin - across) * np.outer(unit, unit)
+    return InertialParameters.from_com(mass, 0.5 * along, J)
+
+
+def _changed(link: InertialParameters, rng: np.random.Generator) -> InertialParameters:
+    mass = link.mass * np.exp(WRONG_MASS * rng.standard_normal())
+    com = link.center_of_mass + WRONG_COM * rng.standard_normal(3)
+    J = link.inertia_at_com * np.exp(WRONG_INERTIA * rng.standard_normal())
+    return InertialParameters.from_com(float(mass), com, J)
+
+
+def _text(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+UR5E = Arm.from_dh(
+    "UR5e",
+    a=(0.0, -0.425, -0.3922, 0.0, 0.0, 0.0),
+    alpha=(np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0),
+    d=(0.1625, 0.0, 0.0, 0.1333, 0.0997, 0.0996),
+    start=UR5.start,
+    limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
+    joint_speeds=[np.pi] * 6,
+)
+"""Universal Robots UR5e; the maker's nominal values ("DH parameters for calculations of
+kinematics and dynamics", Universal Robots support)."""
+
+PANDA = Arm.from_dh(
+    "Panda",
+    a=(0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088, 0.0),
+    alpha=np.radians((-90.0, 90.0, 90.0, -90.0, 90.0, 90.0, 0.0)),
+    d=(0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.107),
+    start=np.radians((0.0, -30.0, 0.0, -120.0, 0.0, 110.0, 45.0)),
+    limits=(
+        (-2.8973, 2.8973),
+        (-1.7628, 1.7628),
+        (-2.8973, 2.8973),
+        (-3.0718, -0.0698),
+        (-2.8973, 2.8973),
+        (-0.0175, 3.7525),
+        (-2.8973, 2.8973),
+    ),
+    joint_speeds=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
+)
+"""Franka Emika Panda; Denavit-Hartenberg parameters and limits as in the maker's
+control interface documentation, in standard form."""
+
+TORQUE_ARMS = {
+    "ur5e": MassiveArm(UR5E, (3.7, 8.4, 2.3, 1.2, 1.2, 0.2), (0.1, 0.05)),
+    "panda": MassiveArm(PANDA, (3.1, 2.4, 3.2, 2.5, 3.4, 1.5, 0.7), (0.1, 0.05)),
+    "xarm7": MassiveArm(XARM7, (2.4, 1.9, 1.7, 1.8, 1.5, 1.1, 0.3), (0.1, 0.05)),
+}
+"""Arms with masses, by name: rounded, of the size of the makers'."""

@@ -1,0 +1,233 @@
+"""JointDynamics: the torques of an arm's joints as a linear map of the inertial
+parameters of its links and of the payload.
+
+    tau = W(q, dq, ddq) pi + Y(q, dq, ddq) phi
+
+W holds ten columns a link and comes from Pinocchio (extra `robot`). The payload is fixed
+to the last moving link, so Y is its ten columns times the constant map from the
+payload's parameters, in sensor axes about the sensor's origin, to those of that link.
+The arm is found only up to its base parameters: of W a set of columns is kept that
+spans the others in any motion (Gautier & Khalil 1990).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    Indices,
+    rotation_matrices,
+    skew,
+    tensor_to_vector,
+    vector_to_tensor,
+)
+from hefting.robots import Robot
+from hefting.robots.urdf import SCALAR, read_urdf
+
+DRAWS = 200
+"""Number of random states that tell which columns span the others: each gives n
+equations, and an arm of n joints has at most 10 n columns."""
+DEPENDENT = 1e-8
+"""Part of a column that those before leave, relative to its length, below which it is
+rounding."""
+ORDER = np.array((0, 1, 2, 3, 4, 5, 7, 6, 8, 9))
+"""Where Pinocchio, which has m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, keeps each of the
+project's parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointDynamics:
+    """Rigid-body columns of the n joints that move a sensor frame; all other joints of
+    the robot stay at zero."""
+
+    robot: Robot
+    """Kinematics by the project's own URDF reader."""
+    model: Any = field(repr=False)
+    """Pinocchio's, of these joints alone"""
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | Path,
+        sensor_frame: str,
+        gravity: ArrayLike = STANDARD_GRAVITY,
+    ) -> Self:
+        """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
+        the axes of its root [m/s²].
+
+        Raises `InputError` as `Robot.from_urdf`, without Pinocchio, for a frame that no
+        joint moves, and for a chain of other joints than revolute and prismatic ones
+        with a position of their own.
+        """
+        tree = read_urdf(path)
+        robot = Robot.from_tree(tree, sensor_frame)
+        chain = [j for j in tree.chain(sensor_frame) if j.kind != "fixed"]
+        if not chain:
+            raise InputError(
+                f"no joint moves the frame '{sensor_frame}'",
+                path,
+                "choose the link that holds the payload",
+            )
+        for joint in chain:
+            if joint.mimic is not None or joint.kind not in SCALAR:
+                raise InputError(
+                    "it has no torque of its own",
+                    f"{path}, joint '{joint.name}'",
+                    "choose a frame that revolute or prismatic joints alone move",
+                )
+        model = _reduced(Path(path), robot.joints)
+        model.gravity.linear = np.array(gravity, dtype=float)
+        return cls(robot, model)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return len(self.robot.joints)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the joints, from the base to the sensor frame."""
+        return self.robot.joints
+
+    def regressor(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """(K, n, 10 n) W: ten columns a link from the base on, each in the axes of its
+        joint; `q`, `dq` and `ddq` are (K, n) [rad, rad/s, rad/s²]."""
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
+
+        data = self.model.createData()
+        values = [self._full(each) for each in (q, dq, ddq)]
+        # joints that turn without end have two numbers, cosine and sine
+        values[0] = self._configurations(np.asarray(q, dtype=float))
+        W = np.empty((len(q), self.joints, 10 * self.joints))
+        for k, (a, b, c) in enumerate(zip(*values, strict=True)):
+            W[k] = pin.computeJointTorqueRegressor(self.model, data, a, b, c)
+        W = W.reshape(len(q), self.joints, self.joints, 10)[..., ORDER]
+        return W.reshape(len(q), self.joints, -1)
+
+    @cached_property
+    def arm(self) -> Array:
+        """(10 n,) the links' parameters as the URDF has them."""
+        inertias = list(self.model.inertias)[1:]
+        return np.concatenate([each.toDynamicParameters()[ORDER] for each in inertias])
+
+    @cached_property
+    def base(self) -> Indices:
+        """Indices of the columns of W that span the others in any motion."""
+        return independent_columns(self._drawn)
+
+    @cached_property
+    def _drawn(self) -> Array:
+        """(DRAWS n, 10 n) W in random states."""
+        rng = np.random.default_rng(0)
+        q, dq, ddq = rng.uniform(-1.5, 1.5, (3, DRAWS, self.joints))
+        return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
+
+    @cached_property
+    def base_parameters(self) -> Array:
+        """(b,) parameters of the `base` columns that give the torques of the URDF's
+        arm."""
+        W = self._drawn
+        found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
+        return np.asarray(found, dtype=float)
+
+    @cached_property
+    def payload(self) -> Array:
+        """(10, 10) map T of a payload's parameters, in sensor axes about the sensor's
+        origin, to those of the last link: Y = W[:, :, -10:] T."""
+        position, rotation = self._frame
+        return transfer(position, rotation)
+
+    @cached_property
+    def _frame(self) -> tuple[Array, Array]:
+        """Position (3,) [m] and orientation (3, 3) of the sensor frame in the axes of
+        the last joint; by the project's reader, beside Pinocchio's joint."""
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
+
+        zero = np.zeros((1, self.joints))
+        position, orientation = self.robot.poses(zero)
+        data = self.model.createData()
+        pin.forwardKinematics(self.model, data, self._configurations(zero)[0])
+        joint = data.oMi[self.joints]
+        R = np.asarray(joint.rotation)
+        own = R.T @ (position[0] - np.asarray(joint.translation))
+        return own, R.T @ rotation_matrices(orientation[0])
+
+    def _full(self, values: Array) -> Array:
+        found = np.asarray(values, dtype=float)
+        if found.ndim != 2 or found.shape[1] != self.joints:
+            raise InputError(
+                f"joint values have shape {found.shape}, not (K, {self.joints})",
+                self.robot.source,
+            )
+        return found
+
+    def _configurations(self, q: Array) -> Array:
+        """(K, nq) as Pinocchio wants them."""
+        if self.model.nq == self.joints:
+            return q
+        columns: list[Array] = []
+        for j, joint in enumerate(list(self.model.joints)[1:]):
+            own = q[:, j]
+            columns += [np.cos(own), np.sin(own)] if joint.nq == 2 else [own]
+        return np.column_stack(columns)
+
+
+def transfer(position: Array, rotation: Array) -> Array:
+    """(10, 10) map of a body's parameters in one frame to those in another, in which
+    the first has `position` (3,) [m] and `rotation` (3, 3)."""
+    unit, P = np.eye(10), skew(position)
+    m = unit[:, :1]
+    moment = unit[:, 1:4] @ rotation.T
+    H = skew(moment)
+    J = rotation @ vector_to_tensor(unit[:, 4:]) @ rotation.T
+    J = J - P @ H - H @ P - m[:, :, None] * (P @ P)
+    columns = (m, moment + m * position, tensor_to_vector(J))
+    return np.concatenate(columns, axis=1).T
+
+
+def independent_columns(A: Array) -> Indices:
+    """Indices, in order, of columns of A (r, c) that span the others: the later ones
+    are left out."""
+    lengths = np.sqrt((A * A).sum(axis=0))
+    lengths = np.where(lengths > DEPENDENT * lengths.max(), lengths, np.inf)
+    left, kept = A / lengths, []
+    for i in range(A.shape[1]):
+        length = float(np.sqrt(left[:, i] @ left[:, i]))
+        if length > DEPENDENT:
+            kept.append(i)
+            unit = left[:, i] / length
+            left = left - np.outer(unit, unit @ left)
+            left = left - np.outer(unit, unit @ left)
+    return np.array(kept)
+
+
+def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
+    """Pinocchio's model of these joints, the others fixed at zero."""
+    try:
+        import pinocchio as pin  # pyright: ignore[reportMissingImports]
+    except ImportError as error:
+        raise MissingDependencyError("pinocchio", "robot") from error
+    try:
+        model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))
+    except (ValueError, RuntimeError, UnicodeDecodeError) as error:
+        first = str(error).splitlines()[0] if str(error) else "no reason given"
+        raise InputError(f"Pinocchio does not read it: {first}", path) from None
+    others = [model.getJointId(name) for name in model.names[1:] if name not in joints]
+    if others:
+        model = pin.buildReducedModel(model, others, pin.neutral(model))
+    if tuple(model.names[1:]) != joints:
+        raise InputError(
+            f"Pinocchio has the joints {', '.join(model.names[1:])} on the way, not "
+            f"{', '.join(joints)}",
+            path,
+        )
+    return model

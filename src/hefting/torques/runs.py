@@ -1,0 +1,169 @@
+"""Runs of a robot, loaded and empty: from samples to the payload's equations.
+
+Offsets and frictions that a run without the payload shares with one that has it tell
+the small mass from the large offset. They change slowly as the gears warm up: how much
+of them may have changed between the runs is said by the standard deviations of two
+nuisances that the loaded samples alone have.
+
+How friction grows with the load depends on the torques of the rigid bodies, which are
+what is sought. So the samples are folded twice: first with the published arm's, then
+with those that were found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array
+from hefting.core.torque_moments import PAYLOAD
+from hefting.torques import equations
+from hefting.torques.dynamics import JointDynamics
+from hefting.torques.equations import OWN, Load, Rows
+from hefting.torques.noise import TorqueFit, fit
+from hefting.torques.samples import TorqueSamples
+from hefting.torques.scales import TorqueScales
+
+OFFSET_CHANGE = 0.2
+"""Standard deviation of an offset's change between two runs, over that of the joint's
+noise: 0.02 N m of a shoulder, by a minute of warm-up."""
+FRICTION_CHANGE = 1.0
+"""The same of the Coulomb friction."""
+FRICTION_BY_LOAD = 0.03
+"""Standard deviation of the friction over the torque that causes it: of strain wave
+gears some percent."""
+NO_CHANGE = 1e-3
+"""The same where there is none."""
+PUBLISHED_ERROR = 0.5
+"""Standard deviation of the arm's base parameters from the published ones, over their
+size: where the samples do not tell them better."""
+TYPICAL_PAYLOAD = np.repeat((5.0, 0.5, 0.1), (1, 3, 6))
+"""(10,) standard deviations of a payload's parameters [kg, kg m, kg m²]."""
+
+
+@dataclass(frozen=True, eq=False)
+class EmptyRuns:
+    """What an arm's runs without a payload tell of it: its calibration."""
+
+    scales: TorqueScales
+    load: Load
+    """by which the friction's columns were made"""
+
+    @classmethod
+    def of(cls, dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> EmptyRuns:
+        """Of one or more runs."""
+        found = fit(_folded(dynamics, (), runs, None, False), drifting)
+        load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
+        return cls(_folded(dynamics, (), runs, load, False), load)
+
+    @property
+    def fit(self) -> TorqueFit:
+        """Arm, frictions and noise by these runs alone."""
+        return fit(self.scales, drifting)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedRuns:
+    """Runs with the payload, beside what is known of the arm."""
+
+    dynamics: JointDynamics
+    loaded: tuple[TorqueSamples, ...]
+    empty: tuple[TorqueSamples, ...] = ()
+    calibration: EmptyRuns | None = None
+    """of other runs than `empty`"""
+    drift: bool = True
+    """whether offsets and frictions may differ between empty and loaded runs, which they
+    do not in parts of one recording"""
+
+    def __post_init__(self):
+        if not self.loaded:
+            raise InputError("there is no run with the payload")
+
+    @property
+    def arm_known(self) -> bool:
+        """Whether the URDF's inertias must serve for the arm's."""
+        return not self.empty and self.calibration is None
+
+    def fit(self) -> TorqueFit:
+        """Least squares of everything; its `state` holds the payload's equations."""
+        known = self.calibration
+        load = Load.published(self.dynamics) if known is None else known.load
+        prior = drifting if self.drift else steady
+        first = fit(self._scales(load), prior)
+        payload = _payload_of(first)
+        arm = load.arm
+        if not self.arm_known and known is None:
+            arm = _arm_of(self.dynamics, first)
+        return fit(self._scales(Load(arm, payload)), prior)
+
+    def _scales(self, load: Load) -> TorqueScales:
+        own = _folded(self.dynamics, self.loaded, self.empty, load, self.arm_known)
+        return own if self.calibration is None else own.merge(self.calibration.scales)
+
+
+def drifting(std: Array) -> Array:
+    """(own, n) standard deviations of the nuisances for those of the noise (n,), of runs
+    between which gears warm up."""
+    return _prior(std, OFFSET_CHANGE, FRICTION_CHANGE)
+
+
+def steady(std: Array) -> Array:
+    """The same of parts of one recording, between which nothing changes."""
+    return _prior(std, NO_CHANGE, NO_CHANGE)
+
+
+def _prior(std: Array, offset: float, friction: float) -> Array:
+    found = np.full((len(OWN), len(std)), np.inf)
+    found[equations.FRICTION_BY_LOAD] = FRICTION_BY_LOAD
+    found[equations.OFFSET_CHANGE] = offset * std
+    found[equations.FRICTION_CHANGE] = friction * std
+    return found
+
+
+def no_samples(dynamics: JointDynamics, arm_known: bool = False) -> TorqueScales:
+    """Moments before any sample."""
+    arm = 0 if arm_known else len(dynamics.base)
+    return TorqueScales.empty(dynamics.joints, len(OWN), arm)
+
+
+def _folded(
+    dynamics: JointDynamics,
+    loaded: Sequence[TorqueSamples],
+    empty: Sequence[TorqueSamples],
+    load: Load | None,
+    arm_known: bool,
+) -> TorqueScales:
+    scales = no_samples(dynamics, arm_known)
+    for runs, carries in ((empty, False), (loaded, True)):
+        for samples in runs:
+            scales = scales.fold(Rows.of(dynamics, samples, carries, arm_known, load))
+    return scales
+
+
+def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
+    """(10 n,) the arm by a fit, near the published one where that leaves it open."""
+    size = len(dynamics.base)
+    published = dynamics.base_parameters
+    scale = PUBLISHED_ERROR * (np.abs(published) + np.abs(published).mean() + 1e-6)
+    prior_rows = np.zeros((size, size + PAYLOAD + 1))
+    prior_rows[:, :size], prior_rows[:, -1] = np.diag(1.0 / scale), published / scale
+    R = np.vstack((found.shared, prior_rows, _payload_rows(size)))
+    arm = np.zeros(10 * dynamics.joints)
+    arm[dynamics.base] = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0][:size]
+    return arm
+
+
+def _payload_of(found: TorqueFit) -> Array:
+    """(10,) the payload by a fit, small where that leaves it open."""
+    R = np.vstack((found.payload, _payload_rows(0)))
+    body = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
+    return np.asarray(body, dtype=float)
+
+
+def _payload_rows(arm: int) -> Array:
+    rows = np.zeros((PAYLOAD, arm + PAYLOAD + 1))
+    rows[:, arm : arm + PAYLOAD] = np.diag(1.0 / TYPICAL_PAYLOAD)
+    return rows

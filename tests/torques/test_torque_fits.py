@@ -1,0 +1,151 @@
+"""Joint torques against Pinocchio and MuJoCo, and their moments by time scale."""
+
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+
+from benchmarks.torques_simulated import dynamics_of, runs
+
+from hefting.core.errors import InputError
+from hefting.core.inertia import InertialParameters
+from hefting.estimators import OLS
+from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.joints import wide_smooth
+from hefting.simulation.physics import inverse_dynamics
+from hefting.torques.dynamics import JointDynamics
+from hefting.torques.equations import OWN, Rows
+from hefting.torques.live import LiveTorques
+from hefting.torques.noise import fit
+from hefting.torques.runs import drifting
+from hefting.torques.scales import TorqueScales
+
+BODY = InertialParameters.from_com(
+    0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])
+)
+
+
+@cache
+def dynamics(name: str) -> JointDynamics:
+    return dynamics_of(name)
+
+
+@pytest.mark.parametrize("name", list(TORQUE_ARMS))
+def test_columns_are_those_of_mujoco(name):
+    massive, own = TORQUE_ARMS[name], dynamics(name)
+    joints = wide_smooth(2.0, 50.0, 3, massive.arm)
+    W = own.regressor(joints.position, joints.velocity, joints.acceleration)
+    bare = inverse_dynamics(massive.arm, joints, massive.links, None)
+    held = inverse_dynamics(massive.arm, joints, massive.links, BODY)
+    # rounding of some tens of N m
+    np.testing.assert_allclose(W @ own.arm, bare, atol=1e-11)
+    payload = W[..., -10:] @ own.payload @ BODY.vector
+    np.testing.assert_allclose(payload, held - bare, atol=1e-11)
+
+
+def test_base_columns_span_all_and_no_fewer_do():
+    """Their number is that known of a Panda, and of a UR arm."""
+    own = dynamics("panda")
+    assert len(own.base) == 43
+    assert len(dynamics("ur5e").base) == 36
+    rng = np.random.default_rng(9)
+    q, dq, ddq = rng.uniform(-2.0, 2.0, (3, 30, 7))
+    W = own.regressor(q, dq, ddq).reshape(-1, 70)
+    left = W - W[:, own.base] @ np.linalg.lstsq(W[:, own.base], W, rcond=None)[0]
+    # rounding, as the constant that makes the choice
+    assert np.abs(left).max() < 1e-7
+    torque = W[:, own.base] @ own.base_parameters
+    np.testing.assert_allclose(torque, W @ own.arm, atol=1e-8)
+
+
+def rows(count: int, seed: int = 0) -> Rows:
+    rng = np.random.default_rng(seed)
+    values = rng.standard_normal((count, 7, len(OWN) + 11))
+    return Rows(values, np.arange(count) / 100.0, rng.random((count, 7)) < 0.9)
+
+
+def test_time_scales_together_are_all_rows():
+    part = rows(1000)
+    scales = TorqueScales.empty(7, len(OWN)).fold(part)
+    whole = scales.whole.factors
+    A = part.values * part.used[:, :, None]
+    for j in range(7):
+        # the transform is orthonormal
+        np.testing.assert_allclose(
+            whole[j].T @ whole[j], A[:, j].T @ A[:, j], atol=1e-9
+        )
+    np.testing.assert_allclose(scales.counts.sum(axis=0), part.used.sum(axis=0))
+    assert scales.samples == 1000
+
+
+def test_live_rows_are_those_of_a_recording():
+    part = rows(300, seed=1)
+    live = LiveTorques.empty(7, len(OWN))
+    size = live.size
+    for value, time, used in zip(part.values, part.time, part.used, strict=True):
+        live.add(value, time, used)
+    want = TorqueScales.empty(7, len(OWN)).fold(part)
+    for one, other in zip(live.scales.levels, want.levels, strict=True):
+        square = one.factors.transpose(0, 2, 1) @ one.factors
+        expected = other.factors.transpose(0, 2, 1) @ other.factors
+        # 300 rows are two whole blocks and a part of one: the same pairs
+        np.testing.assert_allclose(square, expected, atol=1e-9)
+    assert live.size == size
+    assert live.scales.samples == 300
+
+
+def test_the_covariance_is_that_of_many_draws():
+    """Of noise that is slow, by least squares over 200 draws: 10 % is twice the
+    standard error of a standard deviation of them; the columns are drawn once."""
+    rng = np.random.default_rng(4)
+    count, draws = 2048, 200
+    x = np.cumsum(rng.standard_normal((count, 7, 10)), axis=0) / 30.0
+    values = np.zeros((count, 7, len(OWN) + 11))
+    values[..., 0], values[..., -11:-1] = 1.0, x
+    used = np.ones((count, 7), dtype=bool)
+    found, said = [], []
+    for _ in range(draws):
+        slow = rng.standard_normal((count // 16, 7)).repeat(16, axis=0)
+        values[..., -1] = 0.1 * slow + 0.02 * rng.standard_normal((count, 7))
+        part = Rows(values.copy(), np.arange(count) / 100.0, used)
+        own = fit(TorqueScales.empty(7, len(OWN)).fold(part), drifting)
+        found.append(own.common)
+        said.append(np.sqrt(own.covariance.diagonal()))
+    ratio = np.median(said, axis=0) / np.std(found, axis=0)
+    assert np.abs(np.median(ratio) - 1.0) < 0.15
+    assert ratio.min() > 0.7
+
+
+def test_an_empty_run_of_another_motion_tells_the_arm():
+    """One of the 120 simulated objects of the benchmark; its motion, frictions, rotors,
+    offsets and warm-up are not those of the fit."""
+    case = runs("ur5e", dynamics("ur5e"), BODY, 3)
+    found = OLS().estimate(case.fit().state)
+    # three times what 90 % of them keep to
+    assert abs(found.mass - 0.8) < 0.012
+    assert np.linalg.norm(found.center_of_mass - BODY.center_of_mass) < 6e-3
+    known = OLS().estimate(replace(case, empty=()).fit().state)
+    assert abs(known.mass - 0.8) > abs(found.mass - 0.8)
+
+
+def test_bad_robots_are_refused(tmp_path):
+    text = TORQUE_ARMS["ur5e"].urdf
+    path = tmp_path / "arm.urdf"
+    path.write_text(text)
+    with pytest.raises(InputError, match="no joint moves"):
+        JointDynamics.from_urdf(path, "base")
+    with pytest.raises(InputError, match="no frame is named"):
+        JointDynamics.from_urdf(path, "hand")
+
+
+def test_without_pinocchio_the_error_says_what_to_install(tmp_path, monkeypatch):
+    path = tmp_path / "arm.urdf"
+    path.write_text(TORQUE_ARMS["ur5e"].urdf)
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    with pytest.raises(Exception, match=r"pip install 'hefting\[robot\]'"):
+        JointDynamics.from_urdf(path, "flange")
