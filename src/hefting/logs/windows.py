@@ -20,10 +20,10 @@ from hefting.logs.registry import Format, find_format, suffix_of, table_formats
 from hefting.logs.table import Block, Table
 from hefting.logs.table_file import check_size, opened
 
-SECONDS = 50.0
-"""[s] Length of a window. A bias that drifts costs six unknowns a window: in 50 s of
+SECONDS = 45.0
+"""[s] Length of a window. A bias that drifts costs six unknowns a window: in 45 s of
 slow motion the object turns often enough to tell them."""
-ROWS = 50_000
+ROWS = 45_000
 """Most rows of a window. The last two share theirs where the last would have fewer than
 half as many."""
 FEWEST_ROWS = 1_000
