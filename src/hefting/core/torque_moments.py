@@ -243,8 +243,8 @@ def scaled(N: Array) -> tuple[Array, Array]:
 
 def own_columns(own: int, arm: int) -> tuple[Indices, Indices, Indices]:
     """Indices of the nuisances', the arm's and the payload's columns."""
-    ends = np.cumsum((own, arm, PAYLOAD))
-    return np.arange(own), np.arange(own, ends[1]), np.arange(ends[1], ends[2])
+    last = own + arm + PAYLOAD
+    return np.arange(own), np.arange(own, own + arm), np.arange(own + arm, last)
 
 
 def _positive(std: ArrayLike, joints: int) -> Array:

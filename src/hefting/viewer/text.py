@@ -78,18 +78,22 @@ def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> st
 
 
 def block(inner: str) -> str:
+    """What stands in the panel, with its margins."""
     return f'<div style="padding:0.4em 0.8em;font-size:13px;line-height:1.35">{inner}</div>'
 
 
 def bold(text: str, colour: str) -> str:
+    """A line in bold, of a colour; the text is escaped."""
     return f'<div style="font-weight:700;color:{colour}">{escape(text)}</div>'
 
 
 def line(text: str) -> str:
+    """A line; the text is escaped."""
     return f'<div style="overflow-wrap:anywhere">{escape(text)}</div>'
 
 
 def small(text: str) -> str:
+    """A line of small print; the text is escaped."""
     style = "font-size:85%;opacity:0.8;overflow-wrap:anywhere"
     return f'<div style="{style}">{escape(text)}</div>'
 
