@@ -29,6 +29,10 @@ DOMAIN = 50 + os.getpid() % 150
 """Of DDS; another one for each run."""
 
 
+GRACE = 2.0
+"""[s] After its peer has ended, what was sent is read."""
+
+
 @dataclass
 class Received:
     """What came of one stream or several, and when."""
@@ -99,8 +103,8 @@ def run(name: str, seconds: float, bad: int = 0) -> tuple[Received, Counter[str]
                 if len(received.first.get("wrench", ())) >= wrenches:
                     time.sleep(0.2)
                     break
-                if peer.poll() is not None:
-                    break
+                if peer.poll() is not None:  # what it sent is still to be read
+                    end = min(end, time.monotonic() + GRACE)
             if pump.error is not None:
                 raise pump.error
     finally:
