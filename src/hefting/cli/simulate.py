@@ -10,19 +10,24 @@ from typing import TYPE_CHECKING
 from hefting.cli import render
 from hefting.cli.options import POSE
 from hefting.cli.progress import progress
+from hefting.cli.simulated_files import check_outputs, truth_of
 from hefting.core.errors import InputError
 from hefting.request.numbers import numbers
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
+    from hefting.simulation.held import HeldObject
     from hefting.simulation.scenario import Scenario, Simulated
 
 EXAMPLES = (
     "hefting simulate log.csv --mesh hammer.stl",
     "hefting simulate held.mcap --object tee --arm xarm7 --motion random",
+    "hefting simulate held.csv --torques --arm panda",
     "hefting simulate bad.csv --bias 20 --offset 0.03 --spikes 0.02 --seed 3",
 )
 
+LASTS = 10.0
+"""[s] of a recording, where nothing else is said."""
 LEVER = 0.05
 """m: torque over force of a bias or a drift of which only the force is given."""
 
@@ -75,7 +80,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="slower, so that the sensor never exceeds this",
     )
     scene.add_argument(
-        "--duration", type=float, metavar="S", default=10.0, help="default %(default)s"
+        "--duration", type=float, metavar="S", help="default 10; with --torques 30"
+    )
+    scene.add_argument(
+        "--torques",
+        action="store_true",
+        help="joint torques in place of a wrench, of ur5e, panda or xarm7: an empty run "
+        "and a URDF beside the log",
     )
     scene.add_argument(
         "--tilt", type=float, metavar="DEG", default=0.0, help="of the robot's base"
@@ -214,15 +225,13 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.simulation.scenario import mujoco_version
 
     a = arguments
+    if a.torques:
+        _simulate_torques(a)
+        return
+    a.duration = LASTS if a.duration is None else a.duration
     output = Path(a.output)
-    truth = (
-        Path(a.truth)
-        if a.truth
-        else output.with_suffix("").with_name(
-            output.with_suffix("").name + ".truth.json"
-        )
-    )
-    _check_outputs(a, truth)
+    truth = truth_of(a)
+    check_outputs(a, truth)
     mujoco_version()  # say at once when it is missing
     scenario = _scenario(a)
     with progress("simulating", stages={"simulating": 1.0}):
@@ -245,26 +254,46 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"read it back: {_command(a, scenario, truth)}")
 
 
+def _simulate_torques(a: argparse.Namespace) -> None:
+    """Two runs with joint torques in place of a wrench."""
+    from hefting.cli.simulate_torques import beside, check_options, simulate_torques
+    from hefting.simulation.scenario import mujoco_version
+
+    fresh = argparse.ArgumentParser()
+    add_arguments(fresh)
+    check_options(a, fresh._actions)
+    truth = truth_of(a)
+    check_outputs(a, truth, *beside(Path(a.output)))
+    mujoco_version()  # say at once when it is missing
+    simulate_torques(a, _held(a), truth)
+
+
+def _held(a: argparse.Namespace) -> "HeldObject":
+    """What is held."""
+    from hefting.shapes import parse_pose
+    from hefting.simulation.scenario import named_object
+
+    count = a.density.count(",") + 1 if a.density else 0
+    densities = numbers(a.density, count, "--density") if a.density else ()
+    pose = parse_pose(a.object_pose) if a.object_pose else None
+    return named_object(a.object, densities, a.unit, pose)
+
+
 def _scenario(a: argparse.Namespace) -> "Scenario":
     import numpy as np
 
-    from hefting.shapes import parse_pose
     from hefting.simulation import tilted_gravity
-    from hefting.simulation.scenario import Scenario, named_arm, named_object
+    from hefting.simulation.scenario import Scenario, named_arm
 
     if a.seed < 0:
         raise InputError(f"'{a.seed}' is negative", where="--seed")
-    densities = (
-        numbers(a.density, a.density.count(",") + 1, "--density") if a.density else ()
-    )
-    pose = parse_pose(a.object_pose) if a.object_pose else None
     heading = float(np.random.default_rng([a.seed, 1]).uniform(-np.pi, np.pi))
     if not abs(a.tilt) <= 180.0:
         raise InputError(
             f"'{a.tilt}' is not an angle from -180 to 180 degrees", where="--tilt"
         )
     return Scenario(
-        held=named_object(a.object, densities, a.unit, pose),
+        held=_held(a),
         arm=named_arm(a.arm, a.sensor_frame),
         motion=a.motion,
         angular_speed=a.speed,
@@ -326,40 +355,6 @@ def _six(text: str | None, option: str, seed: list[int]) -> tuple:
         return tuple(numbers(text, 6, option))
     (force,) = numbers(text, 1, option)
     return tuple(random_six(force, LEVER * force, seed).tolist())
-
-
-def _check_outputs(a: argparse.Namespace, truth: Path) -> None:
-    """`InputError` for an output that cannot or must not be written."""
-    from hefting.core.files import check_replaceable
-    from hefting.logs import check_output
-    from hefting.shapes.reading import MESH_SUFFIXES
-
-    check_output(a.output)
-    if a.mesh and Path(a.mesh).suffix.lower() not in MESH_SUFFIXES:
-        raise InputError(
-            f"'{Path(a.mesh).suffix}' is not a mesh format",
-            a.mesh,
-            f"use {', '.join(MESH_SUFFIXES)}",
-        )
-    outputs = [str(path) for path in (a.output, truth, a.mesh) if path]
-    inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
-    for i, path in enumerate(outputs):
-        if not Path(path).absolute().parent.is_dir():
-            raise InputError("the folder does not exist", where=path)
-        if any(Path(path).resolve() == Path(name).resolve() for name in inputs):
-            raise InputError(
-                "is an input and would be overwritten",
-                where=path,
-                fix="choose another name",
-            )
-        if any(Path(path).resolve() == Path(name).resolve() for name in outputs[:i]):
-            raise InputError(
-                "two results would have this name",
-                where=path,
-                fix="choose another name",
-            )
-        if not Path(path).is_dir():  # the writer of a bag's folder refuses one
-            check_replaceable(path, *inputs)
 
 
 def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
