@@ -11,7 +11,7 @@ from benchmarks.transports import ADDRESSES, run
 
 from hefting.sources.limits import UNREADABLE
 
-SECONDS = 3.0
+SECONDS = 1.0
 MALFORMED = 100
 PEERS = {"ws": "foxglove", "zenoh": "zenoh", "dds": "cyclonedds"}
 CLIENTS = {"ws": "websockets"}
