@@ -20,6 +20,8 @@ NOT_COMMANDS = {
     "parser",
     "progress",
     "shapes",
+    "simulate_torques",
+    "simulated_files",
     "standard_input",
 }
 

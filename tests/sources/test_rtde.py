@@ -194,3 +194,22 @@ def test_packages_of_another_recipe_or_size_are_counted():
         "x": (2, 1),
         "y": (2, 6),
     }
+
+
+def test_data_that_come_with_the_answer_to_start_are_kept():
+    """Whole or in part, in one piece with the answer."""
+    import socket
+
+    from hefting.sources.rtde_protocol import DATA, HEAD, START, Dialogue
+
+    def package(kind, content):
+        return HEAD.pack(HEAD.size + len(content), kind) + content
+
+    mine, theirs = socket.socketpair()
+    with mine, theirs:
+        second = package(DATA, b"\1second")
+        theirs.sendall(package(START, b"\1") + package(DATA, b"\1first") + second[:4])
+        dialogue = Dialogue(mine, 1.0)
+        dialogue._agree(START, b"")
+        assert dialogue.data == [b"\1first"]
+        assert list(dialogue.packages.feed(second[4:])) == [(DATA, b"\1second")]

@@ -49,14 +49,16 @@ class RtdeSource:
         self._address = address_of(name, PORT, "rtde://192.168.0.2")
         self._socket: socket.socket | None = None
         self._packages, self._recipe = Packages(), Recipe(0, ("x",), ("DOUBLE",))
+        self._early: list[bytes] = []
 
     def open(self) -> None:
         """Connect; `InputError` where the host refuses, speaks something else, or has
         no wrench of its sensor."""
         connection = connected(self.name, self._address[:2])
         try:
-            self._packages = Packages()
-            recipe = Dialogue(connection, PATIENCE).start(WISHES, RATE)
+            dialogue = Dialogue(connection, PATIENCE)
+            recipe = dialogue.start(WISHES, RATE)
+            self._packages, self._early = dialogue.packages, dialogue.data
         except (RtdeError, OSError, ValueError) as error:
             connection.close()
             raise InputError(
@@ -84,9 +86,9 @@ class RtdeSource:
         """See `hefting.online.samples.Source`."""
         data = received(self._socket, self.name, timeout)
         try:
-            contents = [
-                body for kind, body in self._packages.feed(data) if kind == DATA
-            ]
+            came = self._packages.feed(data)
+            contents = [*self._early, *(body for kind, body in came if kind == DATA)]
+            self._early = []
         except RtdeError as error:
             raise SourceLostError(f"{self.name}: {error}") from error
         if not contents:

@@ -86,7 +86,9 @@ class Dialogue:
 
     def __init__(self, connection: socket.socket, patience: float):
         self._connection, self._patience = connection, patience
-        self._packages = Packages()
+        self.packages = Packages()
+        self.data: list[bytes] = []
+        """Of data packages that came with the last answer."""
 
     def start(self, wishes: Sequence[str], rate: float) -> Recipe:
         """Ask for those of the fields that the controller has, and start the data.
@@ -133,7 +135,9 @@ class Dialogue:
                 break
             if not data:
                 raise RtdeError("the controller closed the connection")
-            answers = [body for own, body in self._packages.feed(data) if own == kind]
+            came = list(self.packages.feed(data))
+            self.data += [body for own, body in came if own == DATA]
+            answers = [body for own, body in came if own == kind]
             if answers:
                 return answers[0]
         raise RtdeError("the controller does not answer")
