@@ -37,6 +37,7 @@ from hefting.request.shape import shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
+    from hefting.core.metrics import Errors
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.identification.compare import Comparison
@@ -169,8 +170,6 @@ def _formats() -> str:
 def run(arguments: argparse.Namespace) -> int:
     """Identify, save what was asked for, and print the result; returns the exit
     status."""
-    from hefting.cli.report.verdict import exit_status
-
     a = arguments
     _check_outputs(a)
     require_torques(a)
@@ -193,11 +192,7 @@ def run(arguments: argparse.Namespace) -> int:
     pictures = draw_pictures(outputs, measurements, estimates[best], shape, truth)
     with progress("drawing", a.json):
         page = identified(a.report, found, estimates[best], shape, truth, flange)
-    errors = (
-        {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
-        if known
-        else {}
-    )
+    errors = _errors(known, estimates, shape)
     texts = [path for path in outputs if path not in pictures]
     written = write(texts, estimates[best], flange, a.accept, fill)
     write_pictures(pictures)
@@ -205,21 +200,16 @@ def run(arguments: argparse.Namespace) -> int:
     results = Results(
         estimates, best, comparison, truth, errors, written, (*pictures, *pages)
     )
-    if a.json:
-        print_json(results, render)
-    else:
-        print_results(results, render, a.verbose)
-    left_out = len(outputs) < len(a.output)
-    return exit_status(estimates[best].verdict) or (
-        STATUS_NOT_WRITTEN if left_out else 0
-    )
+    return _told(a, results, outputs)
 
 
 def _run_torques(a: argparse.Namespace) -> int:
     """The same from joint torques: results and texts, without pictures of a wrench."""
-    from hefting.cli.report.verdict import exit_status
     from hefting.cli.torques import identified as by_torques
 
+    pictures = [path for path in a.output if is_picture(path)]
+    if pictures:
+        raise InputError("a picture shows a wrench", pictures[0], "leave it out")
     known = _truth(a.truth) if a.truth else None
     with progress("identifying", a.json):
         shape = shape_of(a)
@@ -228,26 +218,34 @@ def _run_torques(a: argparse.Namespace) -> int:
     best = estimate.method
     estimates = _note_shape(a, {best: estimate})
     outputs = wanted(a, estimates[best])
-    pictures = [path for path in outputs if is_picture(path)]
-    if pictures:
-        raise InputError("a picture shows a wrench", pictures[0], "leave it out")
     truth = known.parameters if known else None
-    errors = (
-        {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
-        if known
-        else {}
-    )
+    errors = _errors(known, estimates, shape)
     flange = _pose(a.sensor_pose_in_flange)
     written = write(outputs, estimates[best], flange, a.accept, fill)
     results = Results(estimates, best, None, truth, errors, written, ())
+    return _told(a, results, outputs)
+
+
+def _errors(
+    known: "Truth | None", estimates: "dict[str, Estimate]", shape: "Shape | None"
+) -> "dict[str, Errors]":
+    """Errors of the estimates, where the truth is known."""
+    if known is None:
+        return {}
+    return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
+
+
+def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
+    """Print results, of which `outputs` could be written; the exit status."""
+    from hefting.cli.report.verdict import exit_status
+
     if a.json:
         print_json(results, render)
     else:
         print_results(results, render, a.verbose)
-    left_out = len(outputs) < len(a.output)
-    return exit_status(estimates[best].verdict) or (
-        STATUS_NOT_WRITTEN if left_out else 0
-    )
+    is_left_out = len(outputs) < len(a.output)
+    status = exit_status(results.estimates[results.best].verdict)
+    return status or (STATUS_NOT_WRITTEN if is_left_out else 0)
 
 
 def _recordings(a: argparse.Namespace) -> "list[Recording]":
