@@ -181,6 +181,25 @@ def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypa
     assert row["hash"] is None
 
 
+def test_a_recording_that_changes_before_it_is_condensed_says_so(tmp_path, monkeypatch):
+    """Its hash is that of what was there; what is read may be another thing."""
+    from hefting.batches import attempt, group, one
+
+    data = recorded(tmp_path)
+    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    real = one.hash_of
+
+    def hash_of(log, options):
+        found = real(log, options)
+        with open(log, "a") as stream:
+            stream.write("\n")
+        return found
+
+    monkeypatch.setattr(one, "hash_of", hash_of)
+    told = group.condensed((Entry(str(data.whole[0])), []))
+    assert told.error["error"] == "ChangedError"
+
+
 def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path):
     data = recorded(tmp_path)
     with (

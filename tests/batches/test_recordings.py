@@ -169,6 +169,19 @@ def test_patterns_lists_and_dictionaries(tmp_path):
         recordings_of(str(tmp_path / "*.mcap"))
 
 
+def test_options_of_the_call_are_as_they_are_typed():
+    import numpy as np
+
+    from hefting.shapes import Shape
+
+    pose = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])
+    (entry,) = recordings_of("a.csv", {"pose": pose, "start": np.float64(2.0)})
+    text = "0.0,0.0,0.1,0.0,0.0,0.0,1.0"
+    assert entry.options == {"object_pose": text, "start": 2.0}
+    with pytest.raises(InputError, match="shape: is a Shape, not a text"):
+        recordings_of("a.csv", {"shape": Shape.from_box(0, 1, 0, 1, 0, 1)})
+
+
 def test_objects_by_a_column_or_by_folder(tmp_path):
     text = "recording,thing\nx/a.csv,mug\ny/b.csv,cup\nx/c.csv,mug\nx/d.csv,\n"
     path = written(tmp_path, "m.csv", text)

@@ -30,7 +30,7 @@ class Progress:
     kept: int = 0
     """of these, rows of an earlier run that stay"""
     failed: int = 0
-    """rows with an error, that stay or are new"""
+    """of these, new rows with an error"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -178,9 +178,10 @@ def condensed(task: Task) -> Condensed:
 
 
 def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
-    def do() -> list[Ingested]:
+    def do(key: str) -> tuple[str, list[Ingested]]:
         request = request_of(entry.options)
-        return list(parts_of(request, entry.recording, shape_once(request), told))
+        shape = shape_once(request)
+        return key, list(parts_of(request, entry.recording, shape, told))
 
     return read_unchanged(entry, do)
 

@@ -86,28 +86,31 @@ def lost(result: Lost) -> Row:
     return {"error": "WorkerDied", "error_text": text, "hash": None}
 
 
-def read_unchanged(entry: Entry, do: Callable[[], T]) -> tuple[str, T]:
-    """Hash of what a recording holds, and what is made of it.
+def read_unchanged(entry: Entry, do: Callable[[str], T]) -> T:
+    """What `do` makes of a recording; it is called with the hash of what that holds.
 
     Raises `InputError` where its row of the manifest is wrong or it cannot be read,
     `ChangedError` where it changes meanwhile, and what `do` raises.
     """
-    key, before = content_of(entry), signature(entry.recording)
-    made = do()
-    require_unchanged(entry, before)
-    return key, made
+    before = signature(entry.recording)
+    made = do(content_of(entry))
+    if signature(entry.recording) != before:
+        what = "was written while it was read; --resume takes it again"
+        raise ChangedError(f"{entry.recording}: {what}")
+    return made
 
 
 def _estimate(entry: Entry, kept: str | None, row: Row) -> Estimate | None:
     """The estimate; None where the row that is kept follows from the same."""
-    before = signature(entry.recording)
-    row["hash"] = content_of(entry)
-    if row["hash"] == kept:
-        return None
-    request = request_of(entry.options)
-    found = estimate_of(request, entry.recording, shape_once(request))
-    require_unchanged(entry, before)
-    return found
+
+    def do(key: str) -> Estimate | None:
+        row["hash"] = key
+        if key == kept:
+            return None
+        request = request_of(entry.options)
+        return estimate_of(request, entry.recording, shape_once(request))
+
+    return read_unchanged(entry, do)
 
 
 def content_of(entry: Entry) -> str:
@@ -120,13 +123,6 @@ def content_of(entry: Entry) -> str:
     except OSError as error:
         what = f"cannot be read ({error.strerror or error})"
         raise InputError(what, entry.recording) from error
-
-
-def require_unchanged(entry: Entry, before: Signature) -> None:
-    """`ChangedError` where a recording is not what it was."""
-    if signature(entry.recording) != before:
-        what = "was written while it was read; --resume takes it again"
-        raise ChangedError(f"{entry.recording}: {what}")
 
 
 def shape_once(request: SimpleNamespace) -> Shape | None:

@@ -7,6 +7,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
 from hefting.core.errors import InputError, nearest
 from hefting.identification.identify import Identification, identify
 from hefting.request.recording import recording_of
@@ -71,17 +73,22 @@ def said(options: Mapping[str, Any]) -> dict[str, Value]:
         if name not in kinds:
             what = f"there is no option '{written}'{nearest(name, kinds)}"
             raise InputError(what, fix="hefting identify --help lists them")
+        value = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
         if not _is_blank(value):
             given[name] = _typed(name, value, kinds[name])
     return given
 
 
 def _is_blank(value: Any) -> bool:
-    return value is None or value != value or (isinstance(value, str) and not value)
+    is_nan = isinstance(value, float) and value != value
+    return value is None or is_nan or value == ""
 
 
 def _typed(name: str, value: Any, kind: type) -> Value:
     """A value as the type of its option."""
+    if not isinstance(value, str | int | float | list | tuple):
+        what = f"is a {type(value).__name__}, not a text or a number"
+        raise InputError(what, name, "give it as it is typed: the name of a file, say")
     if kind is bool:
         word = str(value).strip().lower()
         if word in (*YES, *NO):
