@@ -167,6 +167,8 @@ def test_patterns_lists_and_dictionaries(tmp_path):
     assert (first.options, second.options) == ({"start": 1.0}, {})
     with pytest.raises(InputError, match="there are no recordings"):
         recordings_of(str(tmp_path / "*.mcap"))
+    with pytest.raises(InputError, match="does not exist"):
+        recordings_of(tmp_path / "manifset.csv")
 
 
 def test_options_of_the_call_are_as_they_are_typed():
@@ -175,11 +177,12 @@ def test_options_of_the_call_are_as_they_are_typed():
     from hefting.shapes import Shape
 
     pose = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])
-    (entry,) = recordings_of("a.csv", {"pose": pose, "start": np.float64(2.0)})
+    rows = [{"recording": "a.csv"}]
+    (entry,) = recordings_of(rows, {"pose": pose, "start": np.float64(2.0)})
     text = "0.0,0.0,0.1,0.0,0.0,0.0,1.0"
     assert entry.options == {"object_pose": text, "start": 2.0}
     with pytest.raises(InputError, match="shape: is a Shape, not a text"):
-        recordings_of("a.csv", {"shape": Shape.from_box(0, 1, 0, 1, 0, 1)})
+        recordings_of(rows, {"shape": Shape.from_box(0, 1, 0, 1, 0, 1)})
 
 
 def test_objects_by_a_column_or_by_folder(tmp_path):

@@ -214,6 +214,10 @@ def recordings_of(
         own = in_folder(said(given), folder) if given else {}
         return Recordings(table, folder, own | said(options or {}), group_by)
     logs = [log for path in paths for log in logs_at(path)]
+    if logs == [str(paths[0])] and not paths[0].exists():
+        raise InputError(
+            "does not exist", paths[0], "name a manifest, logs or a folder"
+        )
     if not logs:
         where = ", ".join(map(str, paths[:3])) or None
         raise InputError("there are no recordings", where, "name logs or a folder")
