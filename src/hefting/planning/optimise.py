@@ -16,10 +16,10 @@ from scipy.optimize import minimize
 from hefting.core.spatial import Array
 from hefting.planning.problem import Look, Problem
 
-AIM = 0.005
+AIM = 0.015
 """Share of each limit that is left free on the optimisation's grid, as the motion goes a
 little further between its instants."""
-FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 20.0, 3.0, 600.0
+FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 """mu of the first round, its growth from round to round, and its largest value. Found on
 motions of 4 and 10 s of three arms."""
 
