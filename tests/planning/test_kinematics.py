@@ -23,9 +23,11 @@ def random_joints(arm, seed=0, K=7):
 def test_it_is_the_motion_of_the_robots_forward_recursion(name):
     arm = ARMS[name]
     joints = random_joints(arm)
-    tip = Chain.of(arm.robot, GRAVITY).forward(
-        joints.position, joints.velocity, joints.acceleration
-    ).motion
+    tip = (
+        Chain.of(arm.robot, GRAVITY)
+        .forward(joints.position, joints.velocity, joints.acceleration)
+        .motion
+    )
     exact = arm.motion(joints)
     world = {
         "angular_velocity": exact.angular_velocity,
@@ -38,7 +40,9 @@ def test_it_is_the_motion_of_the_robots_forward_recursion(name):
         # rounding, of accelerations of some 100 m/s²
         np.testing.assert_allclose(getattr(tip, field), own, atol=1e-11)
     np.testing.assert_allclose(tip.position.T, exact.position, atol=1e-13)
-    np.testing.assert_allclose(np.moveaxis(tip.rotation, 2, 0), exact.rotation, atol=1e-13)
+    np.testing.assert_allclose(
+        np.moveaxis(tip.rotation, 2, 0), exact.rotation, atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("name", ARMS)
