@@ -4,7 +4,7 @@ object with each other."""
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,9 @@ SAMPLES = 200
 MOSTLY = 0.95
 """Share of random configurations; two solids that touch in more are taken to be drawn
 too large, and are not checked, as by MoveIt's setup assistant."""
+MARGIN = 0.01
+"""[m] between what a motion keeps clear of: some millimetres by which a cell, a grasp
+and a mesh are known."""
 FAR = 1.0
 """[m] No clearance is told beyond."""
 
@@ -58,6 +61,8 @@ class Space:
     """(8, 3) [m] of the object's box in the tip's frame"""
     messages: tuple[Message, ...] = field(default=())
     """What is not checked"""
+    margin: float = MARGIN
+    """[m] that a motion keeps clear of everything"""
 
     @classmethod
     def of(
@@ -98,7 +103,7 @@ class Space:
         links = read_links(tree, robot)
         box = None if corners is None else frozen(np.asarray(corners, dtype=float))
         solids, messages = _solids(tree, tip, links, box)
-        bounds = _bounds(robot) if position is None else np.asarray(position)
+        bounds = _finite(robot.limits if position is None else position)
         random = np.random.default_rng(seed).uniform(
             *bounds.T, size=(SAMPLES, len(bounds))
         )
@@ -114,6 +119,16 @@ class Space:
             box,
             (*messages, *more, *others),
         )
+
+    @property
+    def normals(self) -> Array:
+        """(p, 3) of the half-spaces."""
+        return np.array([half.normal for half in self.half_spaces]).reshape(-1, 3)
+
+    @property
+    def offsets(self) -> Array:
+        """(p,) [m] of the half-spaces."""
+        return np.array([half.offset for half in self.half_spaces])
 
     def clearance(self, q: Array) -> Array:
         """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
@@ -163,10 +178,10 @@ class Space:
         return distance, which, pair
 
 
-def _bounds(robot: Robot) -> Array:
-    """Ranges (n, 2) of a robot's joints: a turn where there is no limit."""
-    limits = [(0.0, 0.0) if own is None else own for own in robot.limits]
-    return np.clip(np.array(limits).reshape(-1, 2), -np.pi, np.pi)
+def _finite(limits: Any) -> Array:
+    """Ranges (n, 2) of joints: half a turn to each side where there is no limit."""
+    ends = [(0.0, 0.0) if own is None else own for own in limits]
+    return np.nan_to_num(np.array(ends, dtype=float), posinf=np.pi, neginf=-np.pi)
 
 
 def _poses(
