@@ -89,7 +89,7 @@ class Chain:
         """Of each joint K = [axis]x and K K, which turn vectors about it."""
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
-    def forward(self, q: Array, dq: Array, ddq: Array) -> "Passed":
+    def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
         """Motion of the tip for joint motions (K, n), and what the way back needs."""
         K = len(q)
         x = np.zeros((3, VECTORS, K))
