@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "hefting plan --urdf ur5e.urdf --tip tool0 --box 0.1,0.1,0.3 --output motion.csv",
-    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --until inertia=10% --output next.json",
-    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --keep 'x<=0.6' --output motion.script --output plan.png",
+    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --output next.json",
+    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --output plan.png",
 )
 
 
