@@ -1,0 +1,69 @@
+"""The objective and the limits of planning, and their gradients."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hefting.core.regressor import full_regressor
+from hefting.planning.optimise import _value
+from hefting.robots.joint_motion import JointMotion
+from hefting.simulation.arm_links import PANDA, UR5E
+from hefting.simulation.wield import wield
+from problems import BODY, problem
+
+WALL = SimpleNamespace(
+    normals=np.array(((0.0, 0.0, 1.0), (-0.6, 0.0, 0.8))),
+    offsets=np.array((0.6, -0.2)),
+    margin=0.01,
+)
+
+
+@pytest.mark.parametrize("arm", [PANDA, UR5E], ids=["panda", "ur5e"])
+@pytest.mark.parametrize("asked", [None, "mass=1%,com=2mm,inertia=20%"])
+def test_the_gradient_is_that_of_differences(arm, asked):
+    own = problem(arm, asked=asked, space=WALL, force=8.0, torque=0.5)
+    rng = np.random.default_rng(0)
+    x = 0.3 * rng.normal(size=own.size)
+    multipliers = {k: rng.random(g.shape) for k, g in own.look(x).excesses().items()}
+
+    def value(x):
+        return _value(own.look(x), multipliers, 30.0)
+
+    _, slope = value(x)
+    for _ in range(6):
+        way = rng.normal(size=own.size)
+        # the penalty's second derivative jumps: third-order errors are no smaller
+        step = 1e-6
+        difference = (value(x + step * way)[0] - value(x - step * way)[0]) / (2 * step)
+        assert slope @ way.ravel() == pytest.approx(difference, rel=1e-5, abs=1e-4)
+
+
+def test_the_information_is_the_sum_over_the_samples_of_what_mujocos_log_would_hold():
+    """By regressors of `hefting.core.regressor` along the recursion of
+    `hefting.robots`, less their mean."""
+    own = problem()
+    x = 0.2 * np.random.default_rng(1).normal(size=own.size)
+    look = own.look(x)
+    time = np.linspace(0.0, own.duration, len(look.states.position))
+    motion = PANDA.motion(JointMotion(time, *look.states[:3]))
+    A = full_regressor(wield(motion, BODY, own.chain.gravity))
+    A = A - A.mean(axis=0)
+    D = own.information.tensor.reshape(12, 12, 10, 10)
+    S_inverse = np.zeros((6, 6))
+    # D_a has the force of the mass along axis a: its block is that of S^-1
+    S_inverse = own_inverse(own)
+    expected = np.einsum("kip,ij,kjq->pq", A, S_inverse, A) * 400.0 / len(time)
+    np.testing.assert_allclose(
+        look.after - own.known, expected, atol=1e-9 * np.abs(expected).max()
+    )
+    assert D.shape == (12, 12, 10, 10)
+
+
+def own_inverse(own):
+    from hefting.core.measurements import MotionNoise
+    from hefting.planning.information import noise_covariance
+    from problems import NOISE
+
+    S = noise_covariance(NOISE, MotionNoise(0.01, 0.03, 0.15), BODY.vector, 100.0)
+    return np.linalg.inv(S)
