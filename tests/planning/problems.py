@@ -17,6 +17,7 @@ BODY = InertialParameters.from_com(
     0.8, (0.01, -0.02, 0.08), np.diag((0.004, 0.003, 0.002))
 )
 NOISE = Noise(0.1, 0.005)
+MOTION_NOISE = MotionNoise(0.01, 0.03, 0.15)
 
 
 def box_corners(sides=(0.12, 0.1, 0.2), centre=(0.0, 0.0, 0.1)):
@@ -34,8 +35,8 @@ def limits_of(arm, **others):
     )
 
 
-def problem(arm=PANDA, duration=4.0, asked=None, space=None, **others):
-    S = noise_covariance(NOISE, MotionNoise(0.01, 0.03, 0.15), BODY.vector, 100.0)
+def problem(arm=PANDA, duration=4.0, asked=None, walls=(), **others):
+    S = noise_covariance(NOISE, MOTION_NOISE, BODY.vector, 100.0)
     return Problem(
         Chain.of(arm.robot, np.array((0.0, 0.0, -9.81))),
         Basis.of(duration, pieces_of(duration), GRID),
@@ -43,5 +44,5 @@ def problem(arm=PANDA, duration=4.0, asked=None, space=None, **others):
         np.diag(np.repeat((1e-2, 1.0, 1e2), (1, 3, 6))),
         Information.of(S, 100.0),
         Objective.of(BODY, Accuracy.parse(asked) if asked else None),
-        Constraints.of(limits_of(arm, **others), box_corners(), BODY.vector, space),
+        Constraints.of(limits_of(arm, **others), box_corners(), BODY.vector, walls),
     )

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from hefting.core.spatial import Array, frozen
+from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
 from hefting.planning.limits import Limits
 
+CLEARANCE = 0.005
+"""[m] from walls, and of the links and the object from each other: what a corner moves
+at 0.25 m/s in a fiftieth of a second."""
 CLEARANCE_SCALE = 0.1
 """[m] into a wall that counts as much as going a whole limit beyond it."""
-
-
-class HalfSpaces(Protocol):
-    """Walls and a table: points x with normals @ x >= offsets + margin are free."""
-
-    @property
-    def normals(self) -> Array: ...  # (p, 3) unit vectors in root axes
-    @property
-    def offsets(self) -> Array: ...  # (p,) [m]
-    @property
-    def margin(self) -> float: ...  # [m]
 
 
 class JointStates(NamedTuple):
@@ -34,17 +28,6 @@ class JointStates(NamedTuple):
     speed: Array
     acceleration: Array
     jerk: Array
-
-
-class TipSlopes(NamedTuple):
-    """Derivatives by the motion of the tip, each (3, K), and by the features (12,
-    K)."""
-
-    velocity: Array
-    angular_velocity: Array
-    force: Array
-    torque: Array
-    features: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +47,15 @@ class Constraints:
 
     @classmethod
     def of(
-        cls, limits: Limits, corners: Array, body: Array, space: HalfSpaces | None
+        cls,
+        limits: Limits,
+        corners: Array,
+        body: Array,
+        half_spaces: Sequence[HalfSpace] = (),
     ) -> Self:
-        """With the half-spaces of `space`, if any."""
-        normals, offsets = np.zeros((0, 3)), np.zeros(0)
-        if space is not None:
-            normals, offsets = space.normals, space.offsets + space.margin
+        """With the half-spaces that the corners keep to."""
+        normals = np.array([each.normal for each in half_spaces]).reshape(-1, 3)
+        offsets = CLEARANCE + np.array([each.offset for each in half_spaces])
         return cls(
             limits, frozen(corners), frozen(body), frozen(normals), frozen(offsets)
         )

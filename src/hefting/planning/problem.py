@@ -12,10 +12,12 @@ from scipy.interpolate import BSpline
 
 from hefting.core.spatial import Array
 from hefting.planning.constraints import (
+    CLEARANCE,
     CLEARANCE_SCALE,
     Constraints,
     JointStates,
 )
+from hefting.planning.cuts import Cuts
 from hefting.planning.information import Information, feature_gradient, features
 from hefting.planning.kinematics import Chain, Passed, TipGradient, TipMotion
 from hefting.planning.objective import Objective
@@ -91,6 +93,8 @@ class Problem:
     information: Information
     objective: Objective
     constraints: Constraints
+    cuts: Cuts | None = None
+    """clearances, linear about the motion of the last round"""
 
     @property
     def duration(self) -> float:
@@ -141,6 +145,9 @@ class Look:
             found["wrench+"], found["wrench-"] = share - 1.0, -share - 1.0
         if len(own.normals):
             found["clearance"] = -own.clearances(self.tip) / CLEARANCE_SCALE
+        if self.problem.cuts is not None:
+            clear = self.problem.cuts.at(self.states.position)
+            found["contact"] = (CLEARANCE - clear) / CLEARANCE_SCALE
         return found
 
     def gradient(self, by_after: Array, by: dict[str, Array]) -> Array:

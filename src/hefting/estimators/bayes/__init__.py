@@ -275,6 +275,14 @@ class Bayes(Estimator):
         placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
         return prior_mixture(placed.prior, mass).intervals(INTERVAL_LEVEL)
 
+    def prior_covariance(self, mass: float) -> Array:
+        """Covariance (10, 10) of what the shape, or the neighbourhood of the sensor,
+        says of the parameters of a body of about such a mass [kg], which it leaves next
+        to free."""
+        prior = self._prior.about(np.zeros(len(self._prior.distortions.shifts))).prior
+        free = replace(prior_mixture(prior, mass), factors=mass * prior.spread)
+        return free.covariance
+
     def posterior(self, state: State, start: Estimate | None = None) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any
         level.
