@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from problems import BODY, MOTION_NOISE, NOISE, problem
 
 from hefting.core.regressor import full_regressor
 from hefting.planning.half_spaces import HalfSpace
@@ -10,7 +11,6 @@ from hefting.planning.optimise import _value
 from hefting.robots.joint_motion import JointMotion
 from hefting.simulation.arm_links import PANDA, UR5E
 from hefting.simulation.wield import wield
-from problems import BODY, MOTION_NOISE, NOISE, problem
 
 WALLS = tuple(HalfSpace.parse(text) for text in ("z>=0.6", "-0.6,0,0.8>=-0.2"))
 
