@@ -211,6 +211,7 @@ def _plan(a: argparse.Namespace) -> "Plan":
         "gravity": numbers(a.gravity, 3, "--gravity"),
         "rate": rate,
         "effort": "quick" if a.quick else "full",
+        "stop_and_go": a.stop_and_go,
         "seed": a.seed,
     }
     return plan(a.urdf, a.tip, **given)

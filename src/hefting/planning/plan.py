@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
+from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.result import Plan
 from hefting.shapes import Shape
 
@@ -31,10 +33,12 @@ def plan(
     jerk: Any = None,
     force: float | None = None,
     torque: float | None = None,
-    space: Any = None,
+    keep: Sequence[str | HalfSpace] = (),
+    srdf: str | Path | None = None,
     gravity: Any = STANDARD_GRAVITY,
     rate: float = 100.0,
     effort: str = "full",
+    stop_and_go: bool = False,
     seed: int = 0,
 ) -> Plan:
     """The joint motion, at rest at both ends, that leaves the least of what is still
@@ -55,10 +59,14 @@ def plan(
         recording, else moderate ones.
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
     force, torque : range of the sensor along each axis [N], [N m].
-    space : walls, table and self-collision to stay clear of.
+    keep : half-spaces that links and object stay in, in the axes of the robot's root,
+        as in ``["z>=0.05", "x<=0.6"]``.
+    srdf : file that says which links not to check against each other.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
     effort : ``"full"``, or ``"quick"`` for a plan within two seconds.
+    stop_and_go : rests in a few poses with moves between, for mass and COM alone
+        (`hefting.planning.poses`).
     seed : the same seed gives the same plan.
 
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range

@@ -21,7 +21,7 @@ from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory
 
 COUNTS = (4, 5, 6)
 """Poses that are tried. Mass, COM and a free bias need three at least."""
-STEPS = 300
+STEPS = 600
 """Of the search for the poses of each count."""
 FIRST_STEP = 0.5
 """[rad] by which poses are moved in the first step, one standard deviation."""
