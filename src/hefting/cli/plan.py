@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "hefting plan --urdf ur5e.urdf --tip tool0 --box 0.1,0.1,0.3 --output motion.csv",
-    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --until inertia=10% --output next.json",
-    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --keep 'x<=0.6' --output motion.script --output plan.png",
+    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --output next.json",
+    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --output plan.png",
 )
 
 
@@ -211,6 +211,7 @@ def _plan(a: argparse.Namespace) -> "Plan":
         "gravity": numbers(a.gravity, 3, "--gravity"),
         "rate": rate,
         "effort": "quick" if a.quick else "full",
+        "stop_and_go": a.stop_and_go,
         "seed": a.seed,
     }
     return plan(a.urdf, a.tip, **given)

@@ -33,6 +33,7 @@ from hefting.planning.reach import require_in_reach, time_needed
 from hefting.planning.result import Plan
 from hefting.planning.search import Found, Searcher, effort_named
 from hefting.planning.space import Space
+from hefting.planning.tours import asked_of_tour, planned_tour
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
@@ -68,6 +69,7 @@ def plan(
     gravity: ArrayLike = STANDARD_GRAVITY,
     rate: float = 100.0,
     effort: str = "full",
+    stop_and_go: bool = False,
     seed: int = 0,
 ) -> Plan:
     """The joint motion, at rest at both ends, that leaves the least of what is still
@@ -89,13 +91,15 @@ def plan(
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
     force, torque : range of the sensor along each axis [N], [N m], which the expected
         wrench of the object keeps.
-    keep : half-spaces in which links and object stay, in the axes of the robot's root,
-        as in ``z>=0.05``.
+    keep : half-spaces that links and object stay in, in the axes of the robot's root,
+        as in ``["z>=0.05", "x<=0.6"]``.
     srdf : file that says which links not to check against each other.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
     effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
         long; or ``"quick"`` for a plan within some two seconds.
+    stop_and_go : rests in a few poses with moves between, for mass and COM alone
+        (`hefting.planning.poses`).
     seed : the same seed gives the same plan.
 
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range
@@ -121,11 +125,16 @@ def plan(
     space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
     levels, told = _noise(noise, estimate)
     chain = Chain.of(robot, g)
-    problem = _problem(chain, limits, held, space, levels, rate, duration, asked)
+    aim = asked_of_tour(asked) if stop_and_go else asked
+    problem = _problem(chain, limits, held, space, levels, rate, duration, aim)
     rng = np.random.default_rng([seed, 7])
     searcher = Searcher(robot.joints, space, effort_named(effort), rng)
     starts = _starts(problem, searcher, start)
-    best = searcher.best(problem, starts)
+    best = (
+        planned_tour(searcher, problem, starts[0])
+        if stop_and_go
+        else searcher.best(problem, starts)
+    )
     forecaster = Forecaster(robot, chain, held, levels, rate, seed)
     forecast = forecaster.forecast(best.trajectory, INSTANTS[effort])
     if asked is not None:

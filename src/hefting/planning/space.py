@@ -31,9 +31,6 @@ SAMPLES = 200
 MOSTLY = 0.95
 """Share of random configurations; two solids that touch in more are taken to be drawn
 too large, and are not checked, as by MoveIt's setup assistant."""
-MARGIN = 0.01
-"""[m] between what a motion keeps clear of: some millimetres by which a cell, a grasp
-and a mesh are known."""
 FAR = 1.0
 """[m] No clearance is told beyond."""
 
@@ -61,8 +58,6 @@ class Space:
     """(8, 3) [m] of the object's box in the tip's frame"""
     messages: tuple[Message, ...] = field(default=())
     """What is not checked"""
-    margin: float = MARGIN
-    """[m] that a motion keeps clear of everything"""
 
     @classmethod
     def of(
@@ -119,16 +114,6 @@ class Space:
             box,
             (*messages, *more, *others),
         )
-
-    @property
-    def normals(self) -> Array:
-        """(p, 3) of the half-spaces."""
-        return np.array([half.normal for half in self.half_spaces]).reshape(-1, 3)
-
-    @property
-    def offsets(self) -> Array:
-        """(p,) [m] of the half-spaces."""
-        return np.array([half.offset for half in self.half_spaces])
 
     def clearance(self, q: Array) -> Array:
         """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
