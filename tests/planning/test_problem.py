@@ -7,7 +7,7 @@ from problems import BODY, MOTION_NOISE, NOISE, problem
 from hefting.core.regressor import full_regressor
 from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.information import noise_covariance
-from hefting.planning.optimise import _value
+from hefting.planning.optimise import lagrangian
 from hefting.robots.joint_motion import JointMotion
 from hefting.simulation.arm_links import PANDA, UR5E
 from hefting.simulation.wield import wield
@@ -24,7 +24,7 @@ def test_the_gradient_is_that_of_differences(arm, asked):
     multipliers = {k: rng.random(g.shape) for k, g in own.look(x).excesses().items()}
 
     def value(x):
-        return _value(own.look(x), multipliers, 30.0)
+        return lagrangian(own.look(x), multipliers, 30.0, 0.01)
 
     _, slope = value(x)
     for _ in range(6):

@@ -66,7 +66,7 @@ def fill_share(used: Callable[[float], float], first: float = 0.3) -> float:
             low = scale
         else:
             high = scale
-        if low and share > 1.0 - FILLED or high < SMALLEST:
+        if (low and share > 1.0 - FILLED) or high < SMALLEST:
             break
         guess = scale * (1.0 - 0.5 * FILLED) / max(share, 0.2)
         scale = guess if low < guess < high else 0.5 * (low + high)

@@ -6,16 +6,47 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from hefting.core.accuracy import Accuracy
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import Noise
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
+from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
+from hefting.core.messages import Message, note
+from hefting.core.spatial import (
+    SPEED_LIMIT,
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+)
+from hefting.planning.constraints import Constraints
+from hefting.planning.forecast import GAIN, INSTANTS, Forecaster
 from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.held import Held
+from hefting.planning.information import Information, noise_covariance
+from hefting.planning.kinematics import Chain
+from hefting.planning.limits import ACCELERATION, JERK, Limits
+from hefting.planning.objective import Objective
+from hefting.planning.poses import best_tour
+from hefting.planning.problem import GRID, Basis, Problem, pieces_of
+from hefting.planning.reach import require_in_reach, time_needed
 from hefting.planning.result import Plan
+from hefting.planning.search import Found, Searcher, effort_named
+from hefting.planning.space import Space
+from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
 DURATION = 10.0
 """[s] of a plan, where nothing is said."""
+SHORTEST, LONGEST = 1.0, 120.0
+"""[s] of a plan."""
+MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
+"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
+0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
+bandwidth is some 36 rad/s. Those of slower motions are smaller."""
+RANDOM_STARTS = 12
+"""Places to start from that are tried where none is given."""
 
 
 def plan(
@@ -23,19 +54,19 @@ def plan(
     tip: str,
     *,
     estimate: Estimate | str | Path | None = None,
-    shape: Shape | str | Path | None = None,
+    shape: Shape | None = None,
     until: Accuracy | str | None = None,
     duration: float = DURATION,
     speed: float = SPEED_LIMIT,
-    start: Any = None,
+    start: ArrayLike | None = None,
     noise: Noise | None = None,
-    acceleration: Any = None,
-    jerk: Any = None,
+    acceleration: ArrayLike | None = None,
+    jerk: ArrayLike | None = None,
     force: float | None = None,
     torque: float | None = None,
     keep: Sequence[str | HalfSpace] = (),
     srdf: str | Path | None = None,
-    gravity: Any = STANDARD_GRAVITY,
+    gravity: ArrayLike = STANDARD_GRAVITY,
     rate: float = 100.0,
     effort: str = "full",
     stop_and_go: bool = False,
@@ -46,7 +77,7 @@ def plan(
 
     Parameters
     ----------
-    urdf : path of the robot's URDF.
+    urdf : path of the robot's URDF, which has limits of position and speed.
     tip : link whose frame is the sensor's.
     estimate : what is known now: an `Estimate` with covariance, or its JSON file.
     shape : what is known of the object's shape, in the sensor frame.
@@ -58,13 +89,15 @@ def plan(
     noise : standard deviations of the sensor's noise; by default those of the estimate's
         recording, else moderate ones.
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
-    force, torque : range of the sensor along each axis [N], [N m].
-    keep : half-spaces that links and object stay in, in the axes of the robot's root,
-        as in ``["z>=0.05", "x<=0.6"]``.
+    force, torque : range of the sensor along each axis [N], [N m], which the expected
+        wrench of the object keeps.
+    keep : half-spaces in which links and object stay, in the axes of the robot's root,
+        as in ``z>=0.05``.
     srdf : file that says which links not to check against each other.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
-    effort : ``"full"``, or ``"quick"`` for a plan within two seconds.
+    effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
+        long; or ``"quick"`` for a plan within some two seconds.
     stop_and_go : rests in a few poses with moves between, for mass and COM alone
         (`hefting.planning.poses`).
     seed : the same seed gives the same plan.
@@ -72,5 +105,157 @@ def plan(
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range
     or touches something, no feasible motion, and an accuracy out of reach within
     `duration`.
+
+    Examples
+    --------
+    >>> first = hefting.plan("arm.urdf", "tool", duration=4.0)  # doctest: +SKIP
+    >>> first.motion.position.shape  # doctest: +SKIP
+    (401, 6)
     """
-    raise NotImplementedError
+    _check_numbers(duration, rate)
+    if effort == "full" and estimate is not None:
+        effort = "next"
+    asked = Accuracy.parse(until) if isinstance(until, str) else until
+    robot = Robot.from_urdf(urdf, tip)
+    limits = Limits.from_urdf(urdf, robot, acceleration, jerk, speed, force, torque)
+    if estimate is not None and not isinstance(estimate, Estimate):
+        estimate = Estimate.load(estimate)
+    held = Held.of(estimate, shape)
+    g = check_gravity(gravity)
+    space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
+    levels, told = _noise(noise, estimate)
+    chain = Chain.of(robot, g)
+    problem = _problem(chain, limits, held, space, levels, rate, duration, asked)
+    rng = np.random.default_rng([seed, 7])
+    searcher = Searcher(robot.joints, space, effort_named(effort), rng)
+    starts = _starts(problem, searcher, start)
+    if stop_and_go:
+        best = best_tour(problem, searcher, starts, asked)
+    else:
+        best = searcher.best(problem, starts)
+    forecaster = Forecaster(robot, chain, held, levels, rate, seed)
+    forecast = forecaster.forecast(best.trajectory, INSTANTS[effort])
+    if asked is not None:
+        require_in_reach(best, forecast, asked)
+    return Plan(
+        joints=robot.joints,
+        tip=tip,
+        source=str(urdf),
+        trajectory=best.trajectory,
+        limits=limits,
+        corners=problem.constraints.corners,
+        forecast=forecast,
+        asked=asked,
+        reached=None if asked is None else asked.met_by(forecast.accuracy[-1]),
+        time_needed=None if asked is None else time_needed(forecast, asked),
+        usage=best.usage.shares,
+        clearance=best.usage.clearance,
+        binding=best.usage.binding,
+        notes=(*held.notes, *told, *_assumed(acceleration, jerk), *_of(space, "note")),
+        warnings=_of(space, "warning"),
+        settings=_settings(held, levels, g, rate, effort, seed, best),
+    )
+
+
+def _check_numbers(duration: float, rate: float) -> None:
+    if not SHORTEST <= duration <= LONGEST:
+        what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
+        raise InputError(what, fix="give another `duration`")
+    if not 10.0 <= rate <= 10_000.0:
+        raise InputError(f"a rate of {rate:g} Hz is not of 10 to 10,000 Hz")
+
+
+def _noise(noise: Noise | None, estimate: Estimate | None):
+    """Levels of the wrench's noise, and a note where they were not given."""
+    if noise is not None:
+        if not (noise.force > 0.0 and noise.torque > 0.0):
+            raise InputError("the noise of force and torque must be positive")
+        return noise, ()
+    found = {} if estimate is None else estimate.provenance.get("noise")
+    if isinstance(found, dict) and {"force", "torque"} <= set(found):
+        force, torque = float(found["force"]), float(found["torque"])
+        if force > 0.0 and torque > 0.0:
+            what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
+            return Noise(force, torque), (note("plan-noise-assumed", what, "noise"),)
+    levels = NOISE_LEVELS["moderate"]
+    what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
+    return levels, (note("plan-noise-assumed", what, "noise"),)
+
+
+def _problem(
+    chain: Chain,
+    limits: Limits,
+    held: Held,
+    space: Space,
+    noise: Noise,
+    rate: float,
+    duration: float,
+    asked: Accuracy | None,
+) -> Problem:
+    """The problem, from no place to start yet."""
+    vector = held.body.vector
+    corners = np.vstack((np.zeros(3), held.corners))
+    covariance = noise_covariance(noise, MOTION_NOISE, vector, rate)
+    return Problem(
+        chain,
+        Basis.of(duration, pieces_of(duration), GRID),
+        np.zeros(len(limits.speed)),
+        held.information,
+        Information.of(covariance, rate),
+        Objective.of(held.body, asked, GAIN),
+        Constraints.of(limits, corners, vector, space.half_spaces),
+    )
+
+
+def _starts(problem: Problem, searcher: Searcher, start: ArrayLike | None) -> Array:
+    """(s, n) places to start from."""
+    if start is None:
+        return searcher.free_starts(problem, RANDOM_STARTS)
+    try:
+        own = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("the start is not made of numbers") from None
+    n = len(problem.start)
+    if own.shape != (n,) or not np.isfinite(own).all():
+        what = f"the start is not {n} finite joint positions [rad]"
+        raise InputError(what, fix=f"give {', '.join(searcher.joints)}")
+    searcher.require_free(problem, own)
+    return own[None]
+
+
+def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
+    """What no URDF has."""
+    parts = []
+    if acceleration is None:
+        parts.append(f"{ACCELERATION:g} rad/s²")
+    if jerk is None:
+        parts.append(f"{JERK:g} rad/s³")
+    if not parts:
+        return ()
+    what = f"no URDF limits it: every joint keeps {' and '.join(parts)}"
+    argument = "acceleration" if acceleration is None else "jerk"
+    return (note("plan-acceleration-assumed", what, argument),)
+
+
+def _of(space: Space, severity: str) -> tuple[Message, ...]:
+    return tuple(own for own in space.messages if own.severity == severity)
+
+
+def _settings(
+    held: Held,
+    noise: Noise,
+    gravity: Array,
+    rate: float,
+    effort: str,
+    seed: int,
+    best: Found,
+) -> dict[str, Any]:
+    return {
+        "noise": {"force": noise.force, "torque": noise.torque},
+        "gravity": gravity.tolist(),
+        "body": held.body.vector.tolist(),
+        "rate": rate,
+        "effort": effort,
+        "seed": seed,
+        "objective": best.value,
+    }

@@ -106,7 +106,7 @@ class Problem:
         """Free control points and joints."""
         return self.basis.free, len(self.start)
 
-    def look(self, x: Array) -> "Look":
+    def look(self, x: Array) -> Look:
         """At the motion of free control points (P, n)."""
         states = self.basis.states(self.start, x)
         passed = self.chain.forward(*states[:3])

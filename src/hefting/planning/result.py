@@ -80,8 +80,10 @@ class Plan:
     """[s] after which it is expected to be reached; None where nothing was asked"""
     usage: dict[str, float] = field(default_factory=dict[str, float])
     """largest share of each limit that is used, by its name: ``position``, ``speed``,
-    ``acceleration``, ``jerk``, ``corner_speed``, ``force``, ``torque``,
-    ``clearance``"""
+    ``acceleration``, ``jerk``, ``corner_speed``, ``force``, ``torque``"""
+    clearance: float | None = None
+    """[m] least of links and object from each other and from the bounds of half-spaces;
+    None where nothing is checked"""
     binding: tuple[Message, ...] = ()
     """which limits bind, and where"""
     notes: tuple[Message, ...] = ()
@@ -129,6 +131,7 @@ class Plan:
                 "reached": self.reached,
                 "time_needed": self.time_needed,
                 "usage": self.usage,
+                "clearance": self.clearance,
                 "messages": [message.to_dict() for message in messages],
                 "settings": self.settings,
             }
