@@ -129,7 +129,7 @@ def plan(
     rng = np.random.default_rng([seed, 7])
     searcher = Searcher(robot.joints, space, effort_named(effort), rng)
     starts = _starts(problem, searcher, start)
-    if stop_and_go:
+    if stop_and_go:  # for mass and COM alone
         best = best_tour(problem, searcher, starts, asked)
     else:
         best = searcher.best(problem, starts)
