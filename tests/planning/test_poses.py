@@ -5,7 +5,7 @@ import pytest
 from problems import problem
 
 from hefting.core.spatial import rotation_matrices
-from hefting.planning.poses import Tour, minimum_jerk, search_tour, timed
+from hefting.planning.poses import Tour, best_tour, minimum_jerk, timed
 from hefting.robots.joint_motion import sensor_motion
 from hefting.simulation.arm_links import PANDA
 
@@ -19,7 +19,7 @@ def anywhere(q):
 
 @pytest.fixture(scope="module")
 def tour():
-    found = search_tour(
+    found = best_tour(
         problem(duration=10.0, asked=ASKED), np.random.default_rng(0), anywhere
     )
     assert found is not None
@@ -108,7 +108,7 @@ def test_poses_turn_gravity_more_than_random_ones_that_take_as_long(tour):
 def test_the_same_seed_gives_the_same_tour():
     own = problem(duration=6.0, asked=ASKED)
     first, second = (
-        search_tour(own, np.random.default_rng(3), anywhere, steps=30) for _ in range(2)
+        best_tour(own, np.random.default_rng(3), anywhere, steps=30) for _ in range(2)
     )
     np.testing.assert_array_equal(first.poses, second.poses)
 
@@ -120,10 +120,10 @@ def test_poses_and_moves_stay_where_it_is_free():
     def is_free(q):
         return bool((q[:, column] < most).all())
 
-    tour = search_tour(own, np.random.default_rng(4), is_free, steps=100)
+    tour = best_tour(own, np.random.default_rng(4), is_free, steps=100)
     time = np.linspace(0.0, 8.0, 801)
     assert tour.trajectory().at(time).position[:, column].max() < most + 1e-9
-    blocked = search_tour(own, np.random.default_rng(4), lambda q: False, steps=5)
+    blocked = best_tour(own, np.random.default_rng(4), lambda q: False, steps=5)
     assert blocked is None
 
 

@@ -28,12 +28,12 @@ from hefting.planning.information import Information, noise_covariance
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Limits
 from hefting.planning.objective import Objective
-from hefting.planning.poses import best_tour
 from hefting.planning.problem import GRID, Basis, Problem, pieces_of
 from hefting.planning.reach import require_in_reach, time_needed
 from hefting.planning.result import Plan
 from hefting.planning.search import Found, Searcher, effort_named
 from hefting.planning.space import Space
+from hefting.planning.tours import asked_of_tour, planned_tour
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
@@ -91,8 +91,8 @@ def plan(
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
     force, torque : range of the sensor along each axis [N], [N m], which the expected
         wrench of the object keeps.
-    keep : half-spaces in which links and object stay, in the axes of the robot's root,
-        as in ``z>=0.05``.
+    keep : half-spaces that links and object stay in, in the axes of the robot's root,
+        as in ``["z>=0.05", "x<=0.6"]``.
     srdf : file that says which links not to check against each other.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
@@ -112,7 +112,7 @@ def plan(
     >>> first.motion.position.shape  # doctest: +SKIP
     (401, 6)
     """
-    _check_numbers(duration, rate)
+    _check_numbers(duration, speed, rate, seed)
     if effort == "full" and estimate is not None:
         effort = "next"
     asked = Accuracy.parse(until) if isinstance(until, str) else until
@@ -125,14 +125,16 @@ def plan(
     space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
     levels, told = _noise(noise, estimate)
     chain = Chain.of(robot, g)
-    problem = _problem(chain, limits, held, space, levels, rate, duration, asked)
+    aim = asked_of_tour(asked) if stop_and_go else asked
+    problem = _problem(chain, limits, held, space, levels, rate, duration, aim)
     rng = np.random.default_rng([seed, 7])
     searcher = Searcher(robot.joints, space, effort_named(effort), rng)
     starts = _starts(problem, searcher, start)
-    if stop_and_go:  # for mass and COM alone
-        best = best_tour(problem, searcher, starts, asked)
-    else:
-        best = searcher.best(problem, starts)
+    best = (
+        planned_tour(searcher, problem, starts[0])
+        if stop_and_go
+        else searcher.best(problem, starts)
+    )
     forecaster = Forecaster(robot, chain, held, levels, rate, seed)
     forecast = forecaster.forecast(best.trajectory, INSTANTS[effort])
     if asked is not None:
@@ -157,12 +159,16 @@ def plan(
     )
 
 
-def _check_numbers(duration: float, rate: float) -> None:
+def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> None:
     if not SHORTEST <= duration <= LONGEST:
         what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
         raise InputError(what, fix="give another `duration`")
+    if not 0.0 < speed < np.inf:
+        raise InputError(f"a speed of {speed:g} m/s is not positive", "`speed`")
     if not 10.0 <= rate <= 10_000.0:
-        raise InputError(f"a rate of {rate:g} Hz is not of 10 to 10,000 Hz")
+        raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
+    if seed < 0:
+        raise InputError(f"{seed} is negative", "`seed`", "give 0 or more")
 
 
 def _noise(noise: Noise | None, estimate: Estimate | None):

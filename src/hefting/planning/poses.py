@@ -9,27 +9,16 @@ duration: what is travelled is lost for resting.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.accuracy import Accuracy
-from hefting.core.errors import InputError
-from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, frozen
-from hefting.planning.check import Usage
 from hefting.planning.constraints import Constraints
-from hefting.planning.forecast import GAIN
 from hefting.planning.information import features
-from hefting.planning.objective import Objective
-from hefting.planning.problem import GRID, Problem
-from hefting.planning.search import Found, Searcher
+from hefting.planning.problem import Problem
 from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory
 
-DEFAULT = Accuracy(mass=0.01, center_of_mass=0.002)
-"""What counts where nothing is asked for: a share of the mass as a length of the COM."""
-MOST_STARTS = 3
-"""Places to start from that are tried."""
 COUNTS = (4, 5, 6)
 """Poses that are tried. Mass, COM and a free bias need three at least."""
 STEPS = 600
@@ -73,67 +62,19 @@ class Tour:
 
 
 def best_tour(
-    problem: Problem, searcher: Searcher, starts: Array, asked: Accuracy | None
-) -> Found:
-    """The tour of the problem's duration from one of the places `starts` (s, n) that
-    leaves the least uncertainty of mass and COM, by their tolerances.
-
-    Raises `InputError` where an inertia is asked for, which rests do not tell, and
-    where no tour keeps the limits.
-    """
-    asked = DEFAULT if asked is None else asked
-    if asked.inertia is not None:
-        what = "rests in poses tell mass and COM, not the inertia that is asked for"
-        raise InputError(what, fix="leave `inertia` out of `until`, or `stop_and_go`")
-    body = InertialParameters(problem.constraints.body)
-    problem = replace(problem, objective=Objective.of(body, asked, GAIN))
-    found = []
-    for start in starts[:MOST_STARTS]:
-        own = replace(problem, start=start)
-        tour = search_tour(own, searcher.rng, searcher.is_clear)
-        kept = None if tour is None else _kept(own, searcher, tour)
-        found += [] if kept is None else [kept]
-    if not found:
-        what = (
-            f"no poses with rests between fit {problem.duration:g} s within the limits"
-        )
-        raise InputError(what, fix="give a longer `duration`, or relax a limit")
-    return min(found, key=lambda each: each.value)
-
-
-def search_tour(
     problem: Problem,
     rng: np.random.Generator,
     is_free: Callable[[Array], bool],
     steps: int = STEPS,
 ) -> Tour | None:
-    """The tour from the problem's start that leaves the least uncertainty by its
-    objective; None where none was found.
+    """The tour from the problem's start, of its duration, that leaves the least
+    uncertainty by its objective; None where none was found.
 
     `is_free` tells of joint positions (K, n) whether they touch nothing.
     """
     found = [_search(problem, rng, is_free, count, steps) for count in COUNTS]
     known = [each for each in found if each is not None]
     return min(known, key=lambda each: each[0])[1] if known else None
-
-
-def _kept(problem: Problem, searcher: Searcher, tour: Tour) -> Found | None:
-    """A tour with what it uses of the limits; None where it does not keep them."""
-    trajectory = tour.trajectory()
-    usage = Usage.of(
-        trajectory,
-        problem.chain,
-        problem.constraints,
-        searcher.joints,
-        searcher.solid,
-    )
-    if usage.largest > 1.0:
-        return None
-    motion = trajectory.sampled(GRID)
-    tip = problem.chain.forward(motion.position, motion.velocity, motion.acceleration)
-    gained = problem.information.of_features(features(tip.motion), problem.duration)
-    after = problem.known + gained
-    return Found(problem, trajectory, usage, problem.objective.value(after)[0], after)
 
 
 def minimum_jerk(share: Array) -> tuple[Array, Array, Array]:

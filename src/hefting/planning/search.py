@@ -189,14 +189,12 @@ class Searcher:
                 break
             if self._is_within(problem, draws[k]):
                 found.append(draws[k])
+        if not found and room.max() >= CLEARANCE:
+            raise self._infeasible(problem, draws[[int(np.argmax(room))]])
         if not found:
             what = f"none of {DRAWS} random places to start from is clear of everything"
             raise InputError(what, fix="give `start`, or relax `keep`")
         return np.array(found)
-
-    def is_clear(self, q: Array) -> bool:
-        """Whether joint positions (K, n) keep their clearance."""
-        return self.solid is None or bool(self.solid.clearance(q).min() >= CLEARANCE)
 
     def require_free(self, problem: Problem, start: Array) -> None:
         """`InputError` for a place to start from (n,) that is out of range or touches
