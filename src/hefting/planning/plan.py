@@ -220,10 +220,10 @@ def _starts(problem: Problem, searcher: Searcher, start: ArrayLike | None) -> Ar
     try:
         own = np.asarray(start, dtype=float)
     except (TypeError, ValueError):
-        raise InputError("the start is not made of numbers") from None
+        raise InputError("`start` is not made of numbers") from None
     n = len(problem.start)
     if own.shape != (n,) or not np.isfinite(own).all():
-        what = f"the start is not {n} finite joint positions [rad]"
+        what = f"`start` is not {n} finite joint positions [rad]"
         raise InputError(what, fix=f"give {', '.join(searcher.joints)}")
     searcher.require_free(problem, own)
     return own[None]

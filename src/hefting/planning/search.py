@@ -209,8 +209,8 @@ class Searcher:
         if self.solid is not None:
             clear, names = self.solid.nearest(start[None])
             if clear < 0.0:
-                what = f"the start is {-1e3 * clear:.0f} mm inside: {names}"
-                raise InputError(what, fix="give another `start`, or relax `keep`")
+                what = f"the start is in collision by {-1e3 * clear:.0f} mm: {names}"
+                raise InputError(what, fix="give another `start`")
         own = self.found(replace(problem, start=start), np.zeros(problem.size))
         if own.usage.largest > 1.0:
             what = f"{own.usage.worst} is beyond its limit at the start already"

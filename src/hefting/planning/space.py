@@ -210,8 +210,8 @@ def _solids(
     messages = []
     if names:
         what = (
-            f"of {listed(names, 6)} no geometry could be read: only the origins of "
-            "their frames are kept in the half-spaces"
+            f"no geometry could be read of {listed(names, 6)}: collisions with them are "
+            "not checked, and of half-spaces they keep the origins of their frames"
         )
         messages.append(warning("plan-links-without-geometry", what))
     if corners is not None:
