@@ -10,32 +10,12 @@ from folding_arm import folding_arm
 from hefting.core.errors import InputError
 from hefting.logs import read_log
 from hefting.planning.files import FORMATS, write_plan
-from hefting.planning.limits import Limits
-from hefting.planning.result import Plan
-from hefting.planning.trajectory import Trajectory, knots_of
 from hefting.robots import Robot, with_poses
-
-
-def plan_of(n, duration=2.0, source="arm.urdf"):
-    """A plan of n joints between random positions, at rest at both ends."""
-    knots = knots_of(duration, 8)
-    points = np.random.default_rng(n).uniform(-2, 2, (len(knots) - 6, n))
-    points[:3], points[-3:] = points[0], points[-1]
-    every = np.ones(n)
-    limits = Limits(3.0 * np.array([[-1, 1]] * n), every, every, every)
-    return Plan(
-        joints=tuple(f"joint_{i + 1}" for i in range(n)),
-        tip="tool",
-        source=source,
-        trajectory=Trajectory(knots, points),
-        limits=limits,
-        corners=np.zeros((1, 3)),
-        forecast=None,
-    )
+from plans import random_plan
 
 
 def test_csv_holds_time_and_positions(tmp_path):
-    plan = plan_of(7)
+    plan = random_plan(7)
     write_plan(plan, tmp_path / "m.csv")
     with open(tmp_path / "m.csv") as stream:
         assert stream.readline() == "time,q1,q2,q3,q4,q5,q6,q7\n"
@@ -49,7 +29,7 @@ def test_csv_holds_time_and_positions(tmp_path):
 def test_csv_is_a_log(tmp_path):
     """The joint log that `hefting view` and `hefting predict` take."""
     path = folding_arm(tmp_path)
-    plan = plan_of(4, source=str(path))
+    plan = random_plan(4, source=str(path))
     write_plan(plan, tmp_path / "m.csv")
     robot = Robot.from_urdf(path, "tool")
     recording = with_poses(read_log(tmp_path / "m.csv", wrench_needed=False), robot)
@@ -59,7 +39,7 @@ def test_csv_is_a_log(tmp_path):
 
 
 def test_json_is_a_joint_trajectory(tmp_path):
-    plan = plan_of(6)
+    plan = random_plan(6)
     write_plan(plan, tmp_path / "m.json")
     message = json.loads((tmp_path / "m.json").read_text())
     assert list(message) == ["header", "joint_names", "points"]
@@ -96,7 +76,7 @@ def test_mcap_holds_the_same_message(tmp_path):
     from mcap.reader import make_reader
     from rosbags.typesys import Stores, get_typestore
 
-    plan = plan_of(7)
+    plan = random_plan(7)
     write_plan(plan, tmp_path / "m.mcap")
     write_plan(plan, tmp_path / "m.json")
     wanted = json.loads((tmp_path / "m.json").read_text())
@@ -117,7 +97,7 @@ def test_mcap_holds_the_same_message(tmp_path):
 
 
 def test_urscript_streams_the_positions(tmp_path):
-    plan = plan_of(6, duration=1.001)
+    plan = random_plan(6, duration=1.001)
     write_plan(plan, tmp_path / "m.script")
     lines = (tmp_path / "m.script").read_text().splitlines()
     code = [line.strip() for line in lines if not line.startswith("#")]
@@ -147,7 +127,7 @@ def test_urscript_streams_the_positions(tmp_path):
 
 def test_names_cannot_leave_their_comment(tmp_path):
     """A URDF's names are hostile: a line break in one would be code."""
-    plan = plan_of(6, source="x\nset_digital_out(0, True)\n.urdf")
+    plan = random_plan(6, source="x\nset_digital_out(0, True)\n.urdf")
     write_plan(plan, tmp_path / "m.script")
     lines = (tmp_path / "m.script").read_text().splitlines()
     assert not any(line.startswith("set_digital_out") for line in lines)
@@ -155,18 +135,18 @@ def test_names_cannot_leave_their_comment(tmp_path):
 
 def test_urscript_is_for_six_joints(tmp_path):
     with pytest.raises(InputError, match="6 joints, and the plan moves 7; write"):
-        write_plan(plan_of(7), tmp_path / "m.script")
+        write_plan(random_plan(7), tmp_path / "m.script")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_the_same_plan_gives_the_same_bytes(tmp_path, suffix):
     for name in "ab":
-        write_plan(plan_of(6), tmp_path / f"{name}{suffix}")
+        write_plan(random_plan(6), tmp_path / f"{name}{suffix}")
     first, second = ((tmp_path / f"{name}{suffix}").read_bytes() for name in "ab")
     assert first == second
 
 
 def test_other_suffixes_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"'\.txt'.*use \.csv, \.json, \.mcap"):
-        write_plan(plan_of(6), tmp_path / "m.txt")
+        write_plan(random_plan(6), tmp_path / "m.txt")

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "hefting plan --urdf ur5e.urdf --tip tool0 --box 0.1,0.1,0.3 --output motion.csv",
     "hefting plan --urdf arm.urdf --tip flange --estimate now.json --output next.json",
-    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --output plan.png",
+    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --output plan.html",
 )
+PLAYER = ".html"
+"""Suffix of a page that plays the motion."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help=f"write the motion ({', '.join(FORMATS)}), or a picture "
-        f"({', '.join(PICTURES)}); repeatable",
+        help=f"write the motion ({', '.join(FORMATS)}), a picture "
+        f"({', '.join(PICTURES)}), or a page that plays it ({PLAYER}); repeatable",
     )
     add_json(parser)
     add_verbose(parser)
@@ -178,11 +180,12 @@ def _check_outputs(a: argparse.Namespace) -> None:
     from hefting.plots.style import picture_suffix
 
     inputs = a.urdf, a.estimate, a.shape, a.object_pose, a.srdf, a.noise_from
+    known = (*FORMATS, *PICTURES, PLAYER)
     for path in a.output:
         suffix = Path(path).suffix.lower()
-        if suffix not in (*FORMATS, *PICTURES):
+        if suffix not in known:
             what = f"'{suffix}' is not an output format"
-            raise InputError(what, path, f"use {', '.join((*FORMATS, *PICTURES))}")
+            raise InputError(what, path, f"use {', '.join(known)}")
         if is_picture(path):
             picture_suffix(path)
         check_output(path, *inputs)
@@ -224,13 +227,18 @@ def _start(text: str | None) -> list[float] | None:
     return numbers(text, text.count(",") + 1, "--start")
 
 
-def _content(found: "Plan", path: str) -> bytes:
+def _content(found: "Plan", path: str) -> str | bytes:
     """The plan as a file of a suffix."""
     from hefting.cli.report.pictures import is_picture
     from hefting.planning.files import format_of
 
-    if not is_picture(path):
-        return format_of(path).content(found)
-    from hefting.plots import picture_of, plot_plan
+    suffix = Path(path).suffix.lower()
+    if is_picture(path):
+        from hefting.plots import picture_of, plot_plan
 
-    return picture_of(plot_plan(found, render), Path(path).suffix.lower())
+        return picture_of(plot_plan(found, render), suffix)
+    if suffix == PLAYER:
+        from hefting.viewer.plan_player import plan_player
+
+        return plan_player(found)
+    return format_of(path).content(found)

@@ -108,11 +108,11 @@ def plan(
 
     Examples
     --------
-    >>> first = hefting.plan("arm.urdf", "tool", duration=4.0)  # doctest: +SKIP
-    >>> first.motion.position.shape  # doctest: +SKIP
-    (401, 6)
+    >>> found = hefting.plan("arm.urdf", "tool", duration=2.0, effort="quick")
+    >>> found.joints, found.motion.position.shape
+    (('turn',), (201, 1))
     """
-    _check_numbers(duration, rate)
+    _check_numbers(duration, speed, rate, seed)
     if effort == "full" and estimate is not None:
         effort = "next"
     asked = Accuracy.parse(until) if isinstance(until, str) else until
@@ -159,12 +159,16 @@ def plan(
     )
 
 
-def _check_numbers(duration: float, rate: float) -> None:
+def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> None:
     if not SHORTEST <= duration <= LONGEST:
         what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
         raise InputError(what, fix="give another `duration`")
+    if not 0.0 < speed < np.inf:
+        raise InputError(f"a speed of {speed:g} m/s is not positive", "`speed`")
     if not 10.0 <= rate <= 10_000.0:
-        raise InputError(f"a rate of {rate:g} Hz is not of 10 to 10,000 Hz")
+        raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
+    if seed < 0:
+        raise InputError(f"{seed} is negative", "`seed`", "give 0 or more")
 
 
 def _noise(noise: Noise | None, estimate: Estimate | None):
@@ -216,10 +220,10 @@ def _starts(problem: Problem, searcher: Searcher, start: ArrayLike | None) -> Ar
     try:
         own = np.asarray(start, dtype=float)
     except (TypeError, ValueError):
-        raise InputError("the start is not made of numbers") from None
+        raise InputError("`start` is not made of numbers") from None
     n = len(problem.start)
     if own.shape != (n,) or not np.isfinite(own).all():
-        what = f"the start is not {n} finite joint positions [rad]"
+        what = f"`start` is not {n} finite joint positions [rad]"
         raise InputError(what, fix=f"give {', '.join(searcher.joints)}")
     searcher.require_free(problem, own)
     return own[None]

@@ -55,7 +55,16 @@ class Forecast:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A joint motion, at rest at both ends, and what is expected of it."""
+    """A joint motion, at rest at both ends, and what is expected of it.
+
+    Examples
+    --------
+    >>> found = hefting.plan("arm.urdf", "tool", duration=2.0, effort="quick")
+    >>> max(found.usage.values()) <= 1.0
+    True
+    >>> found.at([0.0, 2.0]).velocity.round(6).tolist()
+    [[0.0], [0.0]]
+    """
 
     joints: tuple[str, ...]
     """n names, in the order of the columns"""

@@ -13,6 +13,7 @@ from hefting.core.progress import report
 from hefting.core.spatial import Array
 from hefting.planning.candidates import fill_share, random_motion
 from hefting.planning.check import Usage
+from hefting.planning.constraints import CLEARANCE
 from hefting.planning.optimise import Search
 from hefting.planning.problem import Problem
 from hefting.planning.space import Space
@@ -29,7 +30,7 @@ STARTS_A_START = 4
 DRAWS = 400
 """Random places that are tried for one that is free."""
 ELBOW_ROOM = 0.03
-"""[m] that a place to start from is free of everything."""
+"""[m] that a random place to start from is free of everything, where there is one."""
 
 
 class Found(NamedTuple):
@@ -178,13 +179,18 @@ class Searcher:
         """
         ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
-        found: list[Array] = []
         draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
-        for start in draws:
-            if self._is_free(problem, start, ELBOW_ROOM):
-                found.append(start)
-            if len(found) == number:
+        room = np.full(DRAWS, np.inf)
+        if self.solid is not None:
+            room = self.solid.clearance(draws)
+        found: list[Array] = []
+        for k in np.argsort(-np.minimum(room, ELBOW_ROOM), kind="stable"):
+            if room[k] < CLEARANCE or len(found) == number:
                 break
+            if self._is_within(problem, draws[k]):
+                found.append(draws[k])
+        if not found and room.max() >= CLEARANCE:
+            raise self._infeasible(problem, draws[[int(np.argmax(room))]])
         if not found:
             what = f"none of {DRAWS} random places to start from is clear of everything"
             raise InputError(what, fix="give `start`, or relax `keep`")
@@ -203,16 +209,15 @@ class Searcher:
         if self.solid is not None:
             clear, names = self.solid.nearest(start[None])
             if clear < 0.0:
-                what = f"the start is {-1e3 * clear:.0f} mm inside: {names}"
-                raise InputError(what, fix="give another `start`, or relax `keep`")
+                what = f"the start is in collision by {-1e3 * clear:.0f} mm: {names}"
+                raise InputError(what, fix="give another `start`")
         own = self.found(replace(problem, start=start), np.zeros(problem.size))
         if own.usage.largest > 1.0:
             what = f"{own.usage.worst} is beyond its limit at the start already"
             raise InputError(what, fix="give another `start`, or relax that limit")
 
-    def _is_free(self, problem: Problem, start: Array, room: float) -> bool:
-        if self.solid is not None and self.solid.clearance(start[None])[0] < room:
-            return False
+    def _is_within(self, problem: Problem, start: Array) -> bool:
+        """Whether a place to start from (n,) is within all limits."""
         own = replace(problem, start=start)
         excesses = own.look(np.zeros(own.size)).excesses()
         return max(float(g.max()) for g in excesses.values()) < 0.0

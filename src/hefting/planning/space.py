@@ -31,6 +31,8 @@ SAMPLES = 200
 MOSTLY = 0.95
 """Share of random configurations; two solids that touch in more are taken to be drawn
 too large, and are not checked, as by MoveIt's setup assistant."""
+SAME = 1e-9
+"""[m] Distances that differ by less are the same."""
 FAR = 1.0
 """[m] No clearance is told beyond."""
 
@@ -208,8 +210,8 @@ def _solids(
     messages = []
     if names:
         what = (
-            f"of {listed(names, 6)} no geometry could be read: only the origins of "
-            "their frames are kept in the half-spaces"
+            f"no geometry could be read of {listed(names, 6)}: collisions with them are "
+            "not checked, and of half-spaces they keep the origins of their frames"
         )
         messages.append(warning("plan-links-without-geometry", what))
     if corners is not None:
@@ -224,13 +226,16 @@ def _outside(
     solids: Sequence[Solid],
     poses: tuple[Array, Array],
 ) -> tuple[tuple[tuple[int, int], ...], list[Message]]:
-    """Solids and half-spaces to check: not those that reach out wherever the arm is."""
+    """Solids and half-spaces to check: not those that reach out wherever the arm is, nor
+    those that are inside and do not come nearer."""
     kept, never = [], []
     for s, solid in enumerate(solids):
         if not links[solid.link].columns:
             continue
         for h, half in enumerate(half_spaces):
             own = _inside(solid, half, (poses[0][:, s], poses[1][:, s]))
+            if own.min() >= 0.0 and np.ptp(own) < SAME:
+                continue  # it turns about the half-space's normal, as a shoulder does
             if own.max() >= 0.0:
                 kept.append((s, h))
             elif solid.name == OBJECT:

@@ -43,8 +43,8 @@ HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
 """Of the rows [in]."""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
 """A limit."""
-MOST_COLUMNS = 4
-"""Entries of the legend of joints that fit a line."""
+LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
+"""Characters of a line of the legend, of what stands beside a name, and of a name."""
 
 
 def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
@@ -56,7 +56,7 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
     `MissingDependencyError` without matplotlib, and `InputError` as `corner_speeds`.
     """
     lines = lines_of(_headline(plan), say=say)
-    names = -(-len(plan.joints) // MOST_COLUMNS)
+    names = -(-len(plan.joints) // _columns(plan.joints))
     with style():
         height = 0.9 + sum(HEIGHTS.values()) + LINE * (len(lines) + names)
         figure = figure_of(height)
@@ -83,7 +83,7 @@ def _headline(plan: Plan) -> Headline:
         for name, (label, unit, factor, _) in QUANTITIES.items()
         if (value := getattr(after, name)) is not None
     ]
-    said = [f"expected after it: {', '.join(numbers)}"]
+    said = [f"expected: {', '.join(numbers)}"]
     if plan.asked is not None:
         verdict = "expected to be reached" if plan.reached else "out of reach"
         said.append(f"asked {str(plan.asked).replace(',', ', ')}: {verdict}")
@@ -180,14 +180,20 @@ def _of(accuracy: tuple, name: str) -> Array:
     return np.array([np.inf if value is None else value for value in values])
 
 
+def _columns(names: tuple[str, ...]) -> int:
+    """How many names fit a line of the legend."""
+    longest = max(min(len(name), LONGEST_NAME) for name in names)
+    return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
+
+
 def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
     """Names of the joints, below the picture."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles,
-        [label[:24] for label in labels],
+        [label[:LONGEST_NAME] for label in labels],
         loc="outside lower center",
-        ncols=min(MOST_COLUMNS, len(labels)),
+        ncols=_columns(tuple(labels)),
         handlelength=1.2,
     )
 

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
 RATE = 100.0
 """[Hz] of the samples that will be recorded, where nothing is said."""
-FASTEST = 1e5
-"""[Hz] No force-torque sensor is faster."""
 FEWEST = 2
 """Joints of which a list is one: a single number is for all."""
 
@@ -21,14 +19,11 @@ def noise_of(a: Any) -> "tuple[Noise | None, float]":
     samples there will be a second [Hz]; None where neither was given."""
     from hefting.core.measurements import Noise
 
-    if not (a.rate is None or 0.0 < a.rate <= FASTEST):
-        what = f"{a.rate:g} is no rate up to {FASTEST:g} Hz"
-        raise InputError(what, "--rate", "as in 100")
     if a.sensor_noise is None and a.noise_from is not None:
         noise, rate = _noise_of_recording(a)
-        return noise, a.rate or rate
+        return noise, rate if a.rate is None else a.rate
     if a.sensor_noise is None:
-        return None, a.rate or RATE
+        return None, RATE if a.rate is None else a.rate
     if a.noise_from is not None:
         what = "is given beside --noise-from"
         raise InputError(what, "--sensor-noise", "leave one of them out")
@@ -37,7 +32,7 @@ def noise_of(a: Any) -> "tuple[Noise | None, float]":
     if not min(force, torque) > 0.0:
         what = f"'{a.sensor_noise}' has no noise, and every sensor has some"
         raise InputError(what, "--sensor-noise", "as in 0.1N,5mNm")
-    return Noise(force, torque), a.rate or RATE
+    return Noise(force, torque), RATE if a.rate is None else a.rate
 
 
 def sensor_range_of(text: str | None) -> tuple[float | None, float | None]:

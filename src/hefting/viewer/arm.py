@@ -11,7 +11,6 @@ from hefting.robots.visuals import Geometry
 from hefting.scene.link_surfaces import LinkSurfaces
 from hefting.scene.surface import coarser
 from hefting.viewer.colours import GREY, SURFACE, rgb
-from hefting.viewer.playback import Playback
 
 if TYPE_CHECKING:
     from viser import SceneApi
@@ -32,14 +31,13 @@ class ArmDrawing:
         Where they are drawn.
     arm : Arm
         The links.
-    playback : Playback
-        Whose recording has the joint positions.
+    joints : (N, n)
+        Joint positions at each frame, in the columns that the arm's links name [rad],
+        [m].
     """
 
-    def __init__(self, api: "SceneApi", arm: Arm, playback: Playback):
+    def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
         self.arm = arm
-        joints = playback.at("joint_positions")
-        assert joints is not None  # `Arm.from_urdf` asks for them
         self.position, self.orientation = arm.poses(joints)
         self.frames: list[Any] = []
         self._surfaces = LinkSurfaces()
@@ -60,7 +58,7 @@ class ArmDrawing:
             )
 
     def show(self, index: int) -> None:
-        """Move the links to a frame of the playback."""
+        """Move the links to a frame."""
         for i, node in enumerate(self.frames):
             node.position = self.position[index, i]
             node.wxyz = self.orientation[index, i, [3, 0, 1, 2]]
