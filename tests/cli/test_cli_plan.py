@@ -218,7 +218,11 @@ def test_a_start_in_collision_names_what_touches(run, tmp_path):
     path = folding_arm(tmp_path)
     start = ("--start", "0,0,2.9,0")
     result = run(*words(path, *SHAPE, *start, tip="tool"))
-    assert refused(result, "the start is in collision by 40 mm: link 'base' and the object", "--start")
+    assert refused(
+        result,
+        "the start is in collision by 40 mm: link 'base' and the object",
+        "--start",
+    )
 
 
 def test_an_estimate_without_covariance_is_refused(run, arm, tmp_path):
