@@ -31,7 +31,7 @@ SEEDS = 4
 def main() -> None:
     """Run the parts that are asked for and print tables."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.planning", description=__doc__.split("\n")[0]
+        prog="python -m benchmarks.planning", description=main.__doc__
     )
     parser.add_argument("--objects", type=int, default=20, metavar="N")
     parser.add_argument("--random", type=int, default=60, metavar="M")

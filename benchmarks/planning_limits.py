@@ -36,7 +36,7 @@ class Case:
     """Random limits for one plan."""
 
     arm: str
-    box: tuple[float, ...]
+    box: tuple[float, float, float, float, float, float]
     """x0, x1, y0, y1, z0, z1 [m] of the object in the tip's frame"""
     keep: tuple[str, ...]
     """a table and a wall"""
@@ -49,13 +49,8 @@ class Case:
         """The same for the same seed."""
         rng = np.random.default_rng([seed, 52])
         sides = rng.uniform((0.04, 0.04, 0.05), (0.2, 0.2, 0.35))
-        aside = rng.uniform(-0.04, 0.04, 2)
-        box = (
-            *(aside[0] + 0.5 * sides[0] * np.array((-1, 1))),
-            *(aside[1] + 0.5 * sides[1] * np.array((-1, 1))),
-            0.0,
-            sides[2],
-        )
+        (x, y), (a, b, height) = rng.uniform(-0.04, 0.04, 2), 0.5 * sides
+        box = (x - a, x + a, y - b, y + b, 0.0, 2.0 * height)
         heading = rng.uniform(-np.pi, np.pi)
         wall = np.cos(heading), np.sin(heading), 0.0
         factors = ",".join(f"{-x:.4f}" for x in wall)
@@ -70,7 +65,7 @@ class Case:
             "jerk": np.exp(rng.uniform(np.log(15.0), np.log(300.0))),
         }
         own = {name: float(value) for name, value in numbers.items()}
-        return cls(arms[seed % len(arms)], tuple(map(float, box)), keep, own, seed)
+        return cls(arms[seed % len(arms)], box, keep, own, seed)
 
     def plan(self, folder: Path) -> Plan:
         """The plan, of a short search. Raises `InputError` where there is none."""

@@ -10,6 +10,7 @@ import numpy as np
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import HeftingError
 from hefting.core.estimate import NORMAL_95, com_jacobian
+from hefting.core.gravity import ON_EARTH
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
@@ -112,9 +113,9 @@ class Forecaster:
         now where that part tells nothing."""
         shape = None if self.held.estimate is not None else self.held.shape
         standard = np.array_equal(self.chain.gravity, STANDARD_GRAVITY)
-        gravity = {} if standard else {"gravity": self.chain.gravity}
+        gravity = ON_EARTH if standard else self.chain.gravity
         try:
-            found = identify(recording, shape, duration=duration, **gravity)
+            found = identify(recording, shape, duration=duration, gravity=gravity)
         except HeftingError:
             return before
         C = found.estimate.covariance
@@ -122,7 +123,7 @@ class Forecaster:
             return C if self.held.estimate is None else before
         shared = GAIN * self.held.body.vector
         both = _without(self.held.information, shared)
-        both = both + _without(np.linalg.inv(C), shared)
+        both = both + _without(np.asarray(np.linalg.inv(C), float), shared)
         return np.linalg.inv(both) + np.outer(shared, shared)
 
 

@@ -57,7 +57,8 @@ class Limits:
             shape = () if field.name in NUMBERS else (n,)
             if value is None and field.default is None:
                 continue
-            if np.shape(value) != shape or not (np.asarray(value, float) > 0.0).all():
+            own = np.asarray(value, dtype=float)
+            if own.shape != shape or not (own > 0.0).all():
                 what = "a positive number" + (
                     f" of each of {n} joints" if shape else ""
                 )
