@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import pytest
-from project.environments import ROOT
 
 import hefting
+from project.environments import ROOT
 
 GATE = ROOT / ".github" / "changelog.py"
 
