@@ -1,56 +1,94 @@
-"""From a sample to an estimate with it, of a stream at its own speed: 500 wrenches and
-100 poses a second. ``python -m benchmarks.live_latency [SECONDS]``."""
+"""From a sample to an estimate with it: 500 wrenches and 100 poses a second, sent by
+another process through each transport. ``python -m benchmarks.live_latency [SECONDS
+[NAME ...]]``."""
 
+import gc
 import sys
 import time
 
 import numpy as np
 
+from benchmarks.peers import RATE
+from benchmarks.transports import ADDRESSES, DOMAIN, free_port, start_peer
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.online import LiveIdentifier
+from hefting.online.samples import Samples
 from hefting.simulation import UR5, hammer, simulate, sinusoids
-from hefting.sources.played_log import PlayedLog
 from hefting.sources.pump import Pump
-from hefting.sources.request import Request
+from hefting.sources.registry import source_of
 
-RATIO = 5
-"""Wrenches to each pose."""
+STREAMS = ("wrench", "position", "orientation")
+"""What the hammer has; a controller sends joint positions, too."""
+PATIENCE = 5.0
+"""[s] Longest wait for an estimate once there was one: then the peer has ended."""
 
 
 def recording_of(seconds: float) -> Recording:
-    """A hammer that is wielded."""
+    """A hammer that is wielded: wrenches and poses at 500 Hz."""
     noise = {"noise": Noise(0.1, 0.005), "pose_noise": (1e-4, 3.5e-4), "seed": 3}
-    motion = UR5.motion(sinusoids(seconds, 500.0, 1.5))
-    log = simulate(motion, hammer().parameters, **noise)
-    poses = {name: log[name][::RATIO] for name in ("position", "orientation")}
-    return Recording({"wrench": log["wrench"], **poses})
+    motion = UR5.motion(sinusoids(seconds, RATE, 1.5))
+    return simulate(motion, hammer().parameters, **noise)
+
+
+class Wielded:
+    """The samples of a transport with the values of a hammer at their stamps."""
+
+    def __init__(self, seconds: float):
+        self._recording = recording_of(seconds + 1.0)
+        self._begin: float | None = None
+        """[s] stamp at which the hammer begins to move"""
+
+    def __call__(self, samples: Samples) -> Samples:
+        """The same stamps, other values."""
+        name, stamps, _ = samples
+        if self._begin is None:
+            self._begin = float(stamps[0])
+        stream, at = self._recording[name], stamps - self._begin
+        columns = [np.interp(at, stream.time, column) for column in stream.values.T]
+        return Samples(name, stamps, np.column_stack(columns))
+
+
+def delays(name: str, seconds: float) -> list[float]:
+    """[s] From the newest sample of each estimate to when that is told."""
+    port = DOMAIN if name == "dds" else free_port()
+    wielded, found, newest = Wielded(seconds), list[float](), 0.0
+    peer = start_peer(name, port, seconds)
+    gc.collect()
+    gc.freeze()  # as hefting live does
+    try:
+        with LiveIdentifier() as identifier:
+
+            def deliver(samples: Samples) -> None:
+                if samples.stream in STREAMS:
+                    identifier.add(wielded(samples))
+
+            source = source_of(ADDRESSES[name].format(port))
+            with Pump(source, deliver) as pump:
+                while not pump.wait(0.0):
+                    told = identifier.wait(PATIENCE)
+                    if told is None or peer.poll() is not None:
+                        break
+                    if told.estimate is not None and told.time > newest:
+                        found.append(time.time() - told.time)
+                    newest = told.time
+    finally:
+        peer.kill()
+        peer.communicate()
+    return found
 
 
 def main() -> None:
-    """Print percentiles."""
-    recording = recording_of(float(sys.argv[1]) if len(sys.argv) > 1 else 30.0)
-    delays: list[float] = []
-    begin: list[float] = []
-
-    with LiveIdentifier() as identifier:
-
-        def deliver(samples):
-            begin.append(time.monotonic() - (samples.time[-1] - recording.start))
-            identifier.add(samples)
-
-        source = PlayedLog("a simulated log", Request(), recording)
-        with Pump(source, deliver) as pump:
-            while not pump.wait(0.0):
-                found = identifier.wait(0.2)
-                if found is not None and found.estimate is not None:
-                    # the clock of the log is the least late delivery
-                    passed = time.monotonic() - min(begin)
-                    delays.append(passed - (found.time - recording.start))
-    if not delays:
-        raise SystemExit("there was no estimate: play it for longer")
-    values = " ".join(f"{x:.1f}" for x in 1e3 * np.percentile(delays, (50, 99, 100)))
-    print(f"{len(delays)} estimates, newest sample to estimate [ms]: {values}")
+    """Print a table."""
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
+    print("transport  estimates  median  90 %  99 %  most [ms]")
+    for name in sys.argv[2:] or list(ADDRESSES):
+        found = delays(name, seconds)
+        if not found:
+            raise SystemExit(f"{name}: there was no estimate: send for longer")
+        values = 1e3 * np.percentile(found, (50, 90, 99, 100))
+        columns = "  ".join(f"{x:6.1f}" for x in values)
+        print(f"{name:9}  {len(found):9}  {columns}", flush=True)
 
 
 if __name__ == "__main__":

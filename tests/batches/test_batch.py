@@ -15,7 +15,7 @@ import pytest
 from recorded import recorded
 
 import hefting
-from hefting.batches import batch
+from hefting.batches import batch, lock
 from hefting.batches.columns import columns, flat, table_of
 from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
@@ -208,6 +208,23 @@ def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path):
     ):
         batch(data.whole, tmp_path / "r", jobs=1)
     assert batch(data.whole[:1], tmp_path / "r", jobs=1).progress.done == 1
+
+
+def test_a_lock_on_a_file_that_was_taken_away_is_none(tmp_path, monkeypatch):
+    """Another run ends, and takes its file away, between opening and locking."""
+    path, opened = tmp_path / lock.LOCK, []
+
+    def locks(handle):
+        opened.append(handle)
+        if len(opened) == 1:
+            path.unlink()
+        return True
+
+    monkeypatch.setattr(lock, "_lock", locks)
+    with lock.locked(tmp_path):
+        assert len(opened) == 2
+        assert path.read_text().startswith(f"process {os.getpid()} ")
+    assert not path.exists()
 
 
 def test_half_files_of_a_run_that_was_killed_are_gone(tmp_path):

@@ -208,3 +208,37 @@ def test_spectra_of_known_noise_are_found():
         found = spectrum(v[:-1] * d, d, 4000.0)[0]
         assert (np.abs(np.log2(found[:-1] / v[:-1])) < 1.0).all(), rho
         assert found[-1] > 0.7 * v[-1]
+
+
+@pytest.mark.parametrize("pose_std", [(0.0, 0.0), None])
+def test_an_estimate_that_is_continued_is_that_from_the_start(pose_std):
+    """Passes end where they change next to nothing, on whichever way: by 2 % of a
+    variance, so 1 % of a width, and by 0.1 deviations of the shape's place."""
+    z = coloured(4, 0.5, 1200)
+    estimator = Bayes(shape(), pose_std=pose_std, bias="estimate")
+    state, before = estimator.update(estimator.start(), z[:300]), None
+    for first in range(300, 1200, 20):
+        state = estimator.update(state, z[first : first + 20])
+        found, before = estimator.continued(state, before)
+        if first % 300:
+            continue
+        whole = estimator.estimate(state)
+        deviation = np.sqrt(whole.covariance.diagonal())
+        off = np.abs(found.parameters.vector - whole.parameters.vector) / deviation
+        assert off.max() < 0.1
+        width = np.sqrt(found.covariance.diagonal()) / deviation
+        np.testing.assert_allclose(width, 1.0, atol=0.03)
+
+
+def test_an_estimate_that_is_continued_takes_one_pass():
+    """Twenty samples more change the noise by less than 2 %."""
+    z, estimator = coloured(4, 0.5, 1200), Bayes(shape(), bias="estimate")
+    state, last = estimator.update(estimator.start(), z[:600]), None
+    passes = []
+    for first in range(600, 1200, 20):
+        state = estimator.update(state, z[first : first + 20])
+        posterior = estimator.posterior(state, last)
+        last = posterior.last
+        passes.append(posterior.passes)
+    assert passes[0] > 1
+    assert np.mean(passes[1:]) < 1.3

@@ -72,6 +72,30 @@ def test_a_mesh_in_the_folder_is_found(folder, name):
 
 
 @pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("package://arms/meshes/b.stl", True),
+        ("package://arms/../secret.stl", False),
+        ("package://arms/out.stl", False),  # a link that leads out of the package
+        ("package://other/meshes/b.stl", False),
+        ("package://no_package/secret.stl", False),  # a folder above, no package
+    ],
+)
+def test_a_mesh_of_the_package_that_holds_the_urdf_is_found(tmp_path, name, found):
+    """As in ROS: the URDF in ``arms/robots/ur/urdf``, its meshes elsewhere in arms."""
+    package = tmp_path / "no_package" / "arms"
+    folder = package / "robots" / "ur" / "urdf"
+    for each in (folder, package / "meshes"):
+        each.mkdir(parents=True)
+    for each in (package / "meshes" / "b.stl", tmp_path / "no_package" / "secret.stl"):
+        each.write_bytes(b"solid")
+    (package / "package.xml").write_text("<package/>")
+    (package / "out.stl").symlink_to(tmp_path / "no_package" / "secret.stl")
+    expected = (package / "meshes" / "b.stl").resolve() if found else None
+    assert mesh_file(name, folder) == expected
+
+
+@pytest.mark.parametrize(
     "name",
     [
         "../secret.stl",

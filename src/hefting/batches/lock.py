@@ -21,14 +21,10 @@ def locked(folder: Path) -> Generator[None, None, None]:
     """
     path = folder / LOCK
     try:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        handle = _opened(path)
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror})", folder) from error
     try:
-        if not _lock(handle):
-            who = os.pread(handle, 200, 0).decode(errors="replace") or "another run"
-            what = f"{who} is writing there"
-            raise InputError(what, folder, "wait for it, or choose another folder")
         with suppress(OSError):  # a full disk
             os.ftruncate(handle, 0)
             os.pwrite(handle, f"process {os.getpid()} of {_host()}".encode(), 0)
@@ -37,6 +33,33 @@ def locked(folder: Path) -> Generator[None, None, None]:
             path.unlink()
     finally:
         os.close(handle)
+
+
+def _opened(path: Path) -> int:
+    """The file, locked by this process.
+
+    Raises `InputError` when another one has it, and `OSError` when it cannot be
+    written.
+    """
+    while True:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        if not _lock(handle):
+            who = os.pread(handle, 200, 0).decode(errors="replace") or "another run"
+            os.close(handle)
+            what = f"{who} is writing there"
+            fix = "wait for it, or choose another folder"
+            raise InputError(what, path.parent, fix)
+        if _is_there(path, handle):
+            return handle
+        os.close(handle)  # who had it has ended meanwhile, and took the file away
+
+
+def _is_there(path: Path, handle: int) -> bool:
+    """Whether the file that is open is still the one of this path."""
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(handle))
+    except FileNotFoundError:
+        return False
 
 
 def _host() -> str:

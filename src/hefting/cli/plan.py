@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from hefting.planning import Plan
 
 EXAMPLES = (
-    "hefting plan --urdf ur5e.urdf --tip tool0 --box 0.1,0.1,0.3 --output motion.csv",
-    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --output next.json",
-    "hefting plan --urdf arm.urdf --tip flange --keep 'z>=0.05' --output plan.html",
+    "hefting plan --urdf ur5e.urdf --tip tool0 --output motion.csv",
+    "hefting plan --urdf arm.urdf --tip flange --keep 'x<=0.6' --output plan.html",
+    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --quick",
 )
 PLAYER = ".html"
 """Suffix of a page that plays the motion."""

@@ -270,6 +270,13 @@ class Estimator:
         over the same shape."""
         return self.estimate(state)
 
+    def continued(self, state: Any, before: Any) -> tuple[Estimate, Any]:
+        """The estimate, and what the next one, of more samples, begins with to save
+        time: `before` of the next call. At first that is an earlier estimate over the
+        same shape, or None."""
+        estimate = self.estimate_from(state, before)
+        return estimate, estimate
+
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
         """What was known of a body of such a mass [kg] before any sample, as in
         `Estimate.intervals`; None for methods without a prior that has intervals."""

@@ -4,7 +4,7 @@ is known since then and added one by one."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -81,23 +81,26 @@ class Follower:
         return z if len(z) else None
 
 
-def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
-    """The estimate with new samples; that of before where there are none."""
+def folded(
+    known: Understanding, z: Measurements | None, last: Any = None
+) -> tuple[Estimate | None, Any]:
+    """The estimate with new samples, that of before where there are none; and what the
+    next one begins with, as `last` (`Estimator.continued`)."""
     before, estimator = known.estimate, known.estimator
     if z is None or not len(z) or before is None:
-        return before
+        return before, last
     if estimator is None or known.recent is None:
-        return before
+        return before, last
     z = without_spikes(known, z)
     if not len(z):
-        return before
+        return before, last
     seen = estimator.update(known.recent, z)  # type: ignore[arg-type]
     try:
         state = estimator.merge_all([*known.others, seen])
-        estimate = estimator.estimate_from(state, before)
+        estimate, last = estimator.continued(state, last or before)
     except (NotIdentifiableError, np.linalg.LinAlgError):
-        return before
-    return replace(
+        return before, None
+    estimate = replace(
         estimate,
         warnings=before.warnings,
         provenance=before.provenance,
@@ -106,6 +109,7 @@ def folded(known: Understanding, z: Measurements | None) -> Estimate | None:
         samples=before.samples + len(z),
         duration=(before.duration or 0.0) + float(z.time[-1]) - known.end,
     )
+    return estimate, last
 
 
 def without_spikes(known: Understanding, z: Measurements) -> Measurements:

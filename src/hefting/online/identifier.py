@@ -36,6 +36,9 @@ from hefting.shapes import as_shape
 
 QUEUE = 20_000
 """Most batches of samples that wait; then the oldest are dropped, and counted."""
+FOLLOWED_EVERY = 0.02
+"""[s] Between two looks at what came, at most: little is then left to be filtered when
+an estimate is due."""
 RATES = (0.1, 100.0)
 """[Hz] Lowest and highest rate of estimates."""
 
@@ -183,6 +186,7 @@ class LiveIdentifier:
         if self._pipeline.history.samples == 0 and not self._lost:
             return self._latest
         self._tell(self._pipeline.step())
+        self._pipeline.look()
         return self._latest
 
     def close(self, log: Recording | str | Path | None = None) -> LiveEstimate | None:
@@ -235,10 +239,17 @@ class LiveIdentifier:
         self.close()
 
     def _run(self) -> None:
-        """Tell what is known at the rate asked for."""
+        """Tell what is known at the rate asked for, and filter what came between."""
         due = time.monotonic()
         try:
-            while not self._stop.wait(max(due - time.monotonic(), 0.0)):
+            while True:
+                left = due - time.monotonic()
+                if self._stop.wait(min(max(left, 0.0), FOLLOWED_EVERY)):
+                    break
+                if left > FOLLOWED_EVERY:
+                    self._take()
+                    self._pipeline.follow()
+                    continue
                 self.step()
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:

@@ -4,7 +4,7 @@ clock."""
 from __future__ import annotations
 
 from collections import deque
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -72,6 +72,10 @@ class Pipeline:
         self._watch = Watch()
         self._last_asked = -np.inf
         self._estimate: Estimate | None = None
+        self._last: Any = None
+        """What the next estimate begins with."""
+        self._folded: tuple[Understanding, float] | None = None
+        """Understanding and last sample [s] of the estimate."""
 
     def take(self, samples: Samples) -> None:
         """Take samples of one stream."""
@@ -93,18 +97,20 @@ class Pipeline:
         self._messages.append(message)
 
     def step(self) -> LiveEstimate:
-        """What is known now."""
+        """What is known now. `look` is to follow, once that is told."""
         self._receive(self._asker.answer())
-        older = self.history.overflow()
-        self._older += [] if older is None else [older]
-        self._follow()
-        self._look_for_change()
-        self._ask()
-        self._receive(self._asker.answer())  # of an asker that answers at once
+        self.follow()
         return self.told()
 
+    def look(self) -> None:
+        """What can wait until the estimate is told: see whether it is another object,
+        and have the history understood, where it is time."""
+        self._look_for_change()
+        self._ask()
+
     def _ask(self) -> None:
-        """Have the history understood, where it is time."""
+        older = self.history.overflow()
+        self._older += [] if older is None else [older]
         if self._asker.busy or self._watch.onset is not None:
             return
         if not self.history.latest - self._last_asked >= EVERY:
@@ -134,7 +140,7 @@ class Pipeline:
         if follows and self._follower is None and found.pose_filter is not None:
             self._follower = Follower.of(found.pose_filter)
 
-    def _follow(self) -> None:
+    def follow(self) -> None:
         """Filter the new poses."""
         if self._follower is None:
             return
@@ -197,7 +203,8 @@ class Pipeline:
             until = self._watch.trusted_until
             if z is not None and until is not None:
                 z = z[: int(np.searchsorted(z.time, until))]
-            self._estimate = folded(known, z)
+            if self._is_new(known, z):
+                self._estimate, self._last = folded(known, z, self._last)
         said: list[Message] = list(self._messages)
         state = self._state(said)
         return LiveEstimate(
@@ -210,6 +217,12 @@ class Pipeline:
             tuple(said),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
+
+    def _is_new(self, known: Understanding, z: Measurements | None) -> bool:
+        """Whether the estimate is not yet that with these samples."""
+        until = known.end if z is None or not len(z) else float(z.time[-1])
+        before, self._folded = self._folded, (known, until)
+        return before is None or before[0] is not known or before[1] != until
 
     def _state(self, said: list[Message]) -> LiveStateName:
         """The state; what is to be said of it is added."""

@@ -1,6 +1,7 @@
 """Distances between pairs of convex solids, by coal (extra ``robot``)."""
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,10 @@ class Contacts:
 
     def __init__(self, solids: Sequence[Solid], pairs: Indices):
         try:
-            import coal
+            coal: Any = import_module("coal")
         except ImportError as error:
             raise MissingDependencyError("coal", "robot") from error
-        self._coal: Any = coal
+        self._coal = coal
         self.solids, self.pairs = tuple(solids), np.asarray(pairs).reshape(-1, 2)
         self._shapes = [_convex(coal, solid) for solid in solids]
         self._request = coal.DistanceRequest()

@@ -11,14 +11,28 @@ from hefting.core.spatial import Array, Indices
 SMALLER = 0.9
 """Share of the hull's volume that the hulls of two parts may have together for a
 surface to be cut in two."""
-DEEPEST = 3
-"""How often a part is cut, so that there are eight at most. Base and upper
-arm of a UR5 then touch in 10 % of random configurations, uncut in 33 %, and their
-meshes in 4 %."""
+DEEPEST = 2
+"""How often a part is cut, so that there are four at most. Base and upper
+arm of a UR5 then touch in 7 % of random configurations, uncut in 33 %, and their
+meshes in 5 %."""
 MOST_TRIANGLES = 50_000
 """Triangles of a surface that is cut at most; collision meshes have some thousands."""
 PLACES = (0.2, 0.4, 0.6, 0.8)
 """Where it is cut, as shares of its extent."""
+
+
+def _directions(count: int) -> Array:
+    """Unit vectors (count, 3), evenly over the sphere by the golden angle."""
+    i = np.arange(count)
+    z = (2.0 * i + 1.0) / count - 1.0
+    turn = i * np.pi * (3.0 - np.sqrt(5.0))
+    ring = np.sqrt(1.0 - z**2)
+    return np.column_stack((ring * np.cos(turn), ring * np.sin(turn), z))
+
+
+DIRECTIONS = _directions(100)
+"""In which the farthest points of a large surface stand for all: volumes are a few
+hundredths too small, of the whole as of the parts, and take a fifth of the time."""
 
 
 def convex_parts(
@@ -79,7 +93,10 @@ def _cut(
 
 
 def _volume(points: Array) -> float:
-    """Volume [m³] of the hull of points; zero where they are in a plane."""
+    """Volume [m³] of the hull of points, of those that are farthest in `DIRECTIONS`;
+    zero where they are in a plane."""
+    if len(points) > len(DIRECTIONS):
+        points = points[np.unique((DIRECTIONS @ points.T).argmax(axis=1))]
     try:
         return float(ConvexHull(points).volume)
     except (QhullError, ValueError):

@@ -50,13 +50,12 @@ class Held:
             body = _body(shape)
             known = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
             information = np.linalg.inv(known)
-            what = f"planned for a body of {body.mass:g} kg"
-            of = (
-                "evenly spread in the box"
-                if shape is None
-                else "evenly spread in the shape"
+            where = "box" if shape is None else "shape"
+            what = (
+                f"planned for a body of {body.mass:g} kg that is evenly spread in the "
+                f"{where}"
             )
-            notes.append(note("plan-body-assumed", f"{what} {of}", "estimate"))
+            notes.append(note("plan-body-assumed", what, "estimate"))
         else:
             body, information = _known(estimate)
         if shape is None:

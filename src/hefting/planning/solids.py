@@ -54,7 +54,7 @@ class MovingLink:
     """Place of each of its robot's joints in the joint positions of the tip; -1 of one
     that does not move the tip"""
     group: int
-    """Links of one group do not move against each other"""
+    """Links of one group do not move against each other while the tip moves"""
     neighbour: int | None
     """Group that bears this one; None of the root's"""
 
@@ -78,21 +78,22 @@ def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
     those that bear others first; at most `MOST_LINKS`."""
     group = {tree.root: 0}
     bearer: dict[int, int | None] = {0: None}
+    moved = {tree.root: 0}
     links = []
-    for name, joint in _in_order(tree)[:MOST_LINKS]:
-        if joint is not None:
-            own = group[joint.parent]
-            if joint.kind != "fixed":
-                own, bearer[len(bearer)] = len(bearer), own
-            group[name] = own
+    for name, parent in _in_order(tree)[:MOST_LINKS]:
         if (robot := _robot(tree, name)) is None:
             continue
-        columns = (
+        columns = tuple(
             tip.joints.index(moving) if moving in tip.joints else -1
             for moving in robot.joints
         )
-        own = group[name]
-        links.append(MovingLink(name, robot, tuple(columns), own, bearer[own]))
+        moved[name] = sum(columns[screw.column] >= 0 for screw in robot.screws)
+        if parent is not None:
+            own = group[parent]
+            if moved[name] > moved[parent]:
+                own, bearer[len(bearer)] = len(bearer), own
+            group[name] = own
+        links.append(MovingLink(name, robot, columns, group[name], bearer[group[name]]))
     return links
 
 
@@ -122,14 +123,14 @@ def solid_of(name: str, link: int, points: Array) -> Solid:
     return Solid(name, link, frozen(points), faces, frozen(center), radius)
 
 
-def _in_order(tree: Tree):
-    """Each link with the joint that bears it, parents first."""
-    children = {link: [] for link in tree.links}
+def _in_order(tree: Tree) -> list[tuple[str, str | None]]:
+    """Each link with the one that bears it, parents first."""
+    children: dict[str, list[str]] = {link: [] for link in tree.links}
     for joint in tree.joints.values():
-        children[joint.parent].append(joint)
-    order: list = [(tree.root, None)]
+        children[joint.parent].append(joint.child)
+    order: list[tuple[str, str | None]] = [(tree.root, None)]
     for link, _ in order:  # grows on the way
-        order += [(joint.child, joint) for joint in children[link]]
+        order += [(child, link) for child in children[link]]
     return order
 
 

@@ -33,8 +33,9 @@ MOSTLY = 0.95
 too large, and are not checked, as by MoveIt's setup assistant."""
 SAME = 1e-9
 """[m] Distances that differ by less are the same."""
-FAR = 1.0
-"""[m] No clearance is told beyond."""
+FAR = 0.1
+"""[m] No clearance is told beyond: what is farther away need not be looked at, which
+takes most of the time."""
 
 
 @dataclass(frozen=True, eq=False)

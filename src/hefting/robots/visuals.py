@@ -84,30 +84,40 @@ def tag_of(parts: "list[_Element]") -> str:
 
 
 def mesh_file(name: str, folder: Path) -> Path | None:
-    """The file of a mesh that a URDF names, in the URDF's `folder` or below it.
+    """The file of a mesh that a URDF names, in the URDF's `folder` or below it, or in
+    the ROS package that holds the URDF.
 
     ``package://PACKAGE/meshes/x.stl`` is looked for as ``meshes/x.stl`` and as
-    ``PACKAGE/meshes/x.stl``. None for an absolute path, another address, a path or a
-    link that leads out of the folder, and where there is no such file.
+    ``PACKAGE/meshes/x.stl``, then in the nearest folder above that is called PACKAGE
+    and has a ``package.xml``. None for an absolute path, another address, a path or a
+    link that leads out of these folders, and where there is no such file.
     """
     text = unquote(name)
     if "\0" in text:
         return None
-    candidates = [text]
+    root = folder.resolve()
+    places = [(root, text)]
     if text.startswith("package://"):
         whole = text.removeprefix("package://")
-        candidates = [whole.partition("/")[2], whole]
+        package, _, inside = whole.partition("/")
+        places = [(root, inside), (root, whole)]
+        places += [(above, inside) for above in _packages(root, package)]
     elif "://" in text or text.startswith("/"):
         return None
-    root = folder.resolve()
-    for candidate in candidates:
+    for place, path in places:
         try:
-            file = (root / candidate).resolve()
-            if candidate and file.is_relative_to(root) and file.is_file():
+            file = (place / path).resolve()
+            if path and file.is_relative_to(place) and file.is_file():
                 return file
         except (OSError, RuntimeError, ValueError):  # too long, or links in a circle
             continue
     return None
+
+
+def _packages(folder: Path, name: str) -> list[Path]:
+    """The nearest folder above that is a ROS package of this name, if any is."""
+    above = (each for each in (folder, *folder.parents) if each.name == name)
+    return [each for each in above if (each / "package.xml").is_file()][:1]
 
 
 @dataclass

@@ -73,8 +73,9 @@ class Viewer:
         self.drawing = ObjectDrawing(server.scene, first.scene)
         self.arrows = WrenchArrows(server.scene, playback, self.drawing.size)
         joints = playback.at("joint_positions")  # an arm asks for them
-        is_drawn = arm is not None and joints is not None
-        self.arm = ArmDrawing(server.scene, arm, joints) if is_drawn else None
+        self.arm: ArmDrawing | None = None
+        if arm is not None and joints is not None:
+            self.arm = ArmDrawing(server.scene, arm, joints)
         self._draw_path()
         self._aim()
         self._make_panel(settings, first)

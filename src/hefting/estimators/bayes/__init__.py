@@ -32,7 +32,7 @@ from hefting.estimators.bayes.mixture import (
 )
 from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
-from hefting.estimators.bayes.passes import Passes
+from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
     CONTRADICTING_LIKELIHOOD_DISTANCE,
     Posterior,
@@ -218,6 +218,13 @@ class Bayes(Estimator):
         as for `estimate`."""
         return self.estimate(state, start)
 
+    def continued(
+        self, state: State, before: Estimate | Pass | None
+    ) -> tuple[Estimate, Pass]:
+        """The estimate, and the last pass to it, with which the next one begins."""
+        posterior = self.posterior(state, before)
+        return self._summary(state, posterior), posterior.last
+
     @cached_property
     def _size(self) -> float:
         """Half the diagonal of the bounding box [m]."""
@@ -238,7 +245,10 @@ class Bayes(Estimator):
         Raises `NotIdentifiableError` when there are no samples, or they determine
         nothing beside a bias.
         """
-        posterior = self.posterior(state, start)
+        return self._summary(state, self.posterior(state, start))
+
+    def _summary(self, state: State, posterior: Posterior) -> Estimate:
+        """The estimate by its posterior."""
         mixture = posterior.mixture
         nearest = nearest_body(
             posterior.prior, posterior.move, posterior.mixture, self.shape
@@ -283,11 +293,14 @@ class Bayes(Estimator):
         free = replace(prior_mixture(prior, mass), factors=mass * prior.spread)
         return free.covariance
 
-    def posterior(self, state: State, start: Estimate | None = None) -> Posterior:
+    def posterior(
+        self, state: State, start: Estimate | Pass | None = None
+    ) -> Posterior:
         """The posterior that `estimate` summarises; its mixture gives intervals of any
         level.
 
-        Arguments and errors are those of `estimate`.
+        Arguments and errors are those of `estimate`; `start` may also be the last pass
+        to the posterior of fewer samples, which most often leaves one to be done.
         """
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
@@ -304,28 +317,20 @@ class Bayes(Estimator):
         _require_information(samples, state, free_bias)
         reading = MassReading.of(self.mass)
         steps = Passes(source, self._prior, self.systematic, reading)
-        found = steps.first(start)
-        scores = found.scores
-        most = MOST_PASSES_UNCERTAIN_SHAPE if len(scores) else MOST_PASSES
+        last: Pass | None = None
+        if isinstance(start, Pass):
+            last, found = start, steps.continued(start)
+        else:
+            found = steps.first(start)
+        most = MOST_PASSES_UNCERTAIN_SHAPE if len(found.scores) else MOST_PASSES
         passes = 1
-        while passes < most:
+        while passes < most and not (last and self._is_settled(last, found)):
+            scores = found.scores
+            if passes > 1:
+                scores = 0.5 * (found.placed.scores + scores)
             passes, last = passes + 1, found
             found = steps.next(last, scores)
-            before, now = (
-                last.noise.equations.covariance,
-                found.noise.equations.covariance,
-            )
-            variance_change = np.abs(now.diagonal() / before.diagonal() - 1.0).max()
-            scores = found.scores
-            distortion_change = _largest(scores - found.placed.scores)
-            com_change = float(np.linalg.norm(found.center - found.com)) / self._size
-            if (
-                variance_change < NEGLIGIBLE_VARIANCE_CHANGE
-                and distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
-                and com_change < NEGLIGIBLE_COM_CHANGE
-            ):
-                break
-            scores = 0.5 * (found.placed.scores + scores)
+        final = found
         distortion_change = _largest(found.scores - found.placed.scores)
         found, disagreement = steps.settled(found)
         misfit = found.likelihood.misfit(found.mixture.mean)
@@ -343,6 +348,7 @@ class Bayes(Estimator):
         colour = noise.colour
         return Posterior(
             mixture=mixture,
+            last=final,
             prior=found.placed.prior,
             move=found.placed.move,
             residual_covariance=noise.equations.covariance,
@@ -362,6 +368,19 @@ class Bayes(Estimator):
             passes=passes,
             bias=samples.bias(sensed) if free_bias else None,
             sensor_gain=gain,
+        )
+
+    def _is_settled(self, last: Pass, found: Pass) -> bool:
+        """Whether a pass changed next to nothing."""
+        before, now = (
+            each.noise.equations.covariance.diagonal() for each in (last, found)
+        )
+        com_change = float(np.linalg.norm(found.center - found.com)) / self._size
+        return (
+            float(np.abs(now / before - 1.0).max()) < NEGLIGIBLE_VARIANCE_CHANGE
+            and _largest(found.scores - found.placed.scores)
+            < NEGLIGIBLE_DISTORTION_CHANGE
+            and com_change < NEGLIGIBLE_COM_CHANGE
         )
 
 

@@ -90,6 +90,11 @@ class Passes:
         placed = self.prior.about(scores, last.center)
         return self._pass(placed, last.center, last.mixture.mean, last.noise)
 
+    def continued(self, last: Pass) -> Pass:
+        """The first pass, from the last one by fewer samples of the same object."""
+        noise = replace(last.noise, expected=None)  # of other time scales
+        return self.next(replace(last, noise=noise), last.scores)
+
     def settled(self, last: Pass) -> tuple[Pass, float]:
         """The last pass, its noise larger where stretches of the record disagree by
         more than all errors that are allowed for, and by how much they do beside the

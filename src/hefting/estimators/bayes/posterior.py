@@ -12,6 +12,7 @@ from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
+from hefting.estimators.bayes.passes import Pass
 from hefting.estimators.bayes.prior import Prior
 
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
@@ -29,6 +30,8 @@ class Posterior:
     """Posterior of the parameters and of the noise after the samples of a state."""
 
     mixture: Mixture
+    last: Pass
+    """the last pass to it"""
     """of the ten parameters: the estimate is its mean, the intervals its quantiles"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""

@@ -1,0 +1,81 @@
+"""Clean environments: a wheel, and of what is installed here only what it asks for."""
+
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from email.message import Message
+from email.parser import Parser
+from importlib.metadata import distribution
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+
+
+def metadata_of(wheel: Path) -> Message:
+    """What a wheel says of itself."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (n for n in archive.namelist() if n.endswith("dist-info/METADATA"))
+        return Parser().parsestr(archive.read(name).decode())
+
+
+def needed(requires: list[str], extra: str = "") -> set[str]:
+    """Names of the distributions that are asked for, and those that they ask for."""
+    found: set[str] = set()
+    waiting = [(text, frozenset((extra,))) for text in requires]
+    while waiting:
+        text, extras = waiting.pop()
+        asked = Requirement(text)
+        wanted = [{"extra": each} for each in (*extras, "")]
+        if asked.marker is not None and not any(map(asked.marker.evaluate, wanted)):
+            continue
+        name = canonicalize_name(asked.name)
+        if name not in found or asked.extras:
+            found.add(name)
+            own = distribution(name).requires or ()
+            waiting += [(each, frozenset(asked.extras)) for each in own]
+    return found
+
+
+class Environment:
+    """An environment in a folder with a wheel, and links to what it needs with an
+    extra."""
+
+    def __init__(self, folder: Path, wheel: Path, extra: str = ""):
+        venv.create(folder, symlinks=True)
+        self.python = folder / "bin" / "python"
+        (packages,) = folder.glob("lib/python*/site-packages")
+        requires = metadata_of(wheel).get_all("Requires-Dist", [])
+        for name in needed(requires, extra):
+            for entry in entries(name):
+                link = packages / entry.name
+                if not link.exists():
+                    link.symlink_to(entry)
+        with zipfile.ZipFile(wheel) as archive:  # of Python alone: this installs it
+            archive.extractall(packages)
+
+    def check(self) -> str:
+        """What ``pip check`` says."""
+        command = [sys.executable, "-m", "pip", "--python", str(self.python), "check"]
+        return subprocess.run(command, capture_output=True, text=True).stdout
+
+    def run(self, *words: object, cwd: Path) -> "subprocess.CompletedProcess[str]":
+        """Python with these words, and nothing from outside the environment."""
+        kept = ("PATH", "HOME", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+        own = {name: os.environ[name] for name in kept if name in os.environ}
+        command = [str(self.python), "-I", *map(str, words)]
+        return subprocess.run(
+            command, cwd=cwd, env=own, capture_output=True, text=True, timeout=100
+        )
+
+
+def entries(name: str) -> set[Path]:
+    """The files and folders of a distribution at the top of where packages are."""
+    own = distribution(name)
+    place = Path(str(own.locate_file("")))
+    tops = {file.parts[0] for file in own.files or ()} - {"..", "__pycache__"}
+    return {place / top for top in tops}
