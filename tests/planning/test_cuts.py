@@ -21,7 +21,7 @@ def test_they_are_the_clearance_and_its_slope_where_it_is_near():
     near = Ball().clearance(q) < NEAR
     assert 5 < near.sum() < 35
     moved = q + 1e-4 * rng.normal(size=q.shape)
-    # second order: (2e-4)² over a radius of 0.4
+    # second order: 2e-4 times 2e-4, or the step of 1e-4, over a radius of 0.4
     change = np.abs(cuts.at(moved) - Ball().clearance(moved))
     assert change[near].max() < 3e-7
     np.testing.assert_array_equal(cuts.slope[~near], 0.0)

@@ -9,7 +9,12 @@ import numpy as np
 
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
-from hefting.planning.constraints import CLEARANCE, Constraints, JointStates
+from hefting.planning.constraints import (
+    CLEARANCE,
+    CLEARANCE_SCALE,
+    Constraints,
+    JointStates,
+)
 from hefting.planning.information import features
 from hefting.planning.kinematics import Chain
 from hefting.planning.space import Space
@@ -32,6 +37,14 @@ NAMES = {
     "torque": "the sensor's range of torque",
 }
 """How limits are called in a sentence."""
+
+EXCESSES = {
+    **{name: (f"{name}+", f"{name}-") for name in JointStates._fields},
+    "corner_speed": ("corner",),
+    "force": ("wrench+", "wrench-"),
+    "torque": ("wrench+", "wrench-"),
+}
+"""How each limit is called on the optimisation's grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +112,21 @@ class Usage:
         if self.clearance is not None:
             clear = 1.0 + (0.5 * CLEARANCE - self.clearance) / CLEARANCE
         return max(*self.shares.values(), clear)
+
+    @property
+    def beyond(self) -> dict[str, float]:
+        """How far each limit is broken that is, by its names in `Look.excesses`."""
+        found = {
+            name: share - 1.0
+            for kind, share in self.shares.items()
+            if share > 1.0
+            for name in EXCESSES[kind]
+        }
+        lacking = 0.0 if self.clearance is None else 0.5 * CLEARANCE - self.clearance
+        if lacking > 0.0:
+            share = lacking / CLEARANCE_SCALE
+            found |= dict.fromkeys(("contact", "clearance"), share)
+        return found
 
     @property
     def worst(self) -> str:

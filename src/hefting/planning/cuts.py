@@ -10,9 +10,9 @@ import numpy as np
 
 from hefting.core.spatial import Array
 
-NEAR = 0.05
+NEAR = 0.03
 """[m] Clearances below are followed; what is farther does not get near in one round."""
-STEP = 1e-3
+STEP = 1e-4
 """[rad] of the differences that tell how clearances change."""
 
 
@@ -41,10 +41,9 @@ class Cuts:
         near = np.flatnonzero(clearance < NEAR)
         if len(near):
             n = position.shape[1]
-            steps = STEP * np.concatenate((np.eye(n), -np.eye(n)))
-            moved = position[near, None] + steps
-            own = space.clearance(moved.reshape(-1, n)).reshape(len(near), 2, n)
-            slope[near] = (own[:, 0] - own[:, 1]) / (2.0 * STEP)
+            moved = (position[near, None] + STEP * np.eye(n)).reshape(-1, n)
+            own = space.clearance(moved).reshape(len(near), n)
+            slope[near] = (own - clearance[near, None]) / STEP
         return cls(position, clearance, slope)
 
     def at(self, position: Array) -> Array:

@@ -37,7 +37,8 @@ class Search:
     """lambda of each limit at each instant"""
     weight: float = FIRST_WEIGHT
     """mu"""
-    aim: float = AIM
+    aims: dict[str, float] = field(default_factory=dict[str, float])
+    """share of each limit that is left free, where it is not `AIM`"""
 
     def next(self, steps: int) -> Search:
         """After one more round of so many steps of L-BFGS."""
@@ -51,7 +52,7 @@ class Search:
         }
         found = minimize(
             lambda flat: lagrangian(
-                problem.look(flat.reshape(shape)), multipliers, self.weight, self.aim
+                problem.look(flat.reshape(shape)), multipliers, self.weight, self.aims
             ),
             self.x.ravel(),
             jac=True,
@@ -60,7 +61,9 @@ class Search:
         )
         x = found.x.reshape(shape)
         after = {
-            name: np.maximum(0.0, multipliers[name] + self.weight * (g + self.aim))
+            name: np.maximum(
+                0.0, multipliers[name] + self.weight * (g + self.aims.get(name, AIM))
+            )
             for name, g in problem.look(x).excesses().items()
         }
         weight = min(GROWTH * self.weight, LARGEST_WEIGHT)
@@ -73,6 +76,11 @@ class Search:
             own = own.next(steps)
         return own
 
+    def freer(self, more: dict[str, float]) -> Search:
+        """With more of some limits left free."""
+        raised = {name: self.aims.get(name, AIM) + own for name, own in more.items()}
+        return replace(self, aims=self.aims | raised)
+
     @property
     def value(self) -> float:
         """Logarithm of the deviation that is made least."""
@@ -80,7 +88,10 @@ class Search:
 
 
 def lagrangian(
-    look: Look, multipliers: dict[str, Array], weight: float, aim: float
+    look: Look,
+    multipliers: dict[str, Array],
+    weight: float,
+    aims: dict[str, float],
 ) -> tuple[float, Array]:
     """The augmented Lagrangian and its gradient, flat."""
     value, by_after = look.problem.objective.value(look.after)
@@ -88,7 +99,7 @@ def lagrangian(
     instants = look.features.shape[1]
     for name, g in look.excesses().items():
         own = multipliers[name]
-        push = np.maximum(0.0, own + weight * (g + aim))
+        push = np.maximum(0.0, own + weight * (g + aims.get(name, AIM)))
         value += float(np.sum(push**2 - own**2)) / (2.0 * weight * instants)
         by[name] = push / instants
     return value, look.gradient(by_after, by).ravel()

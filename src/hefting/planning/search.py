@@ -26,6 +26,8 @@ MOST_REPAIRS = 5
 MOST_REPAIRED = 2
 """Best of the optimised motions that are repaired, and of the random ones where none of
 these can be."""
+MORE = 0.003
+"""Share of a limit that is left free in a repair besides what it was beyond."""
 LEAST_SHARE = 1e-3
 """Share of a motion that must be left where it has to be made smaller."""
 STARTS_A_START = 4
@@ -139,9 +141,8 @@ class Searcher:
             found = self.found(search.problem, search.x)
             if found.usage.largest <= 1.0:
                 return found
-            beyond = min(found.usage.largest - 1.0, 0.05)
-            search = replace(search, aim=search.aim + beyond + 0.002)
-            search = search.next(self.effort.steps)
+            more = {name: g + MORE for name, g in found.usage.beyond.items()}
+            search = search.freer(more).next(self.effort.steps)
         found = self.found(search.problem, search.x)
         return found if found.usage.largest <= 1.0 else self._shrunk(search)
 
