@@ -46,14 +46,6 @@ def test_the_basis_has_the_trajectory_on_its_grid():
     np.testing.assert_allclose(states.jerk, own.jerk(time), atol=1e-7)
 
 
-def test_a_scaled_one_goes_a_share_of_its_ways(trajectory):
-    time = np.linspace(0.0, 4.0, 9)
-    half, own = trajectory.scaled(0.5).at(time), trajectory.at(time)
-    np.testing.assert_allclose(
-        half.position, own.position[0] + 0.5 * (own.position - own.position[0])
-    )
-
-
 def test_samples_hold_start_and_end(trajectory):
     motion = trajectory.sampled(100.0)
     assert len(motion.time) == 401

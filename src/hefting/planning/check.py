@@ -113,7 +113,8 @@ class Usage:
         found = [
             note(
                 "plan-limit-binds",
-                f"{self._named(name)}, {100.0 * share:.1f} % at {self.places[name][1]:.2f} s",
+                f"{self._named(name)}, {100.0 * share:.1f} % at "
+                f"{self.places[name][1]:.2f} s",
             )
             for name, share in self.shares.items()
             if share > BINDING

@@ -109,8 +109,8 @@ def _body(shape: Shape | None) -> InertialParameters:
 
 
 def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
-    """Body and information of an estimate; none in directions whose variance is
-    infinite."""
+    """Body and information of an estimate; where a variance is infinite, that it is near
+    the sensor."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
         raise InputError(
@@ -126,4 +126,6 @@ def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
     own = C[np.ix_(finite, finite)] / np.outer(units, units)
     inverse = np.linalg.pinv(own, rcond=1e-12, hermitian=True)
     information[np.ix_(finite, finite)] = inverse / np.outer(units, units)
+    if not finite.all():  # as large as anything that a gripper holds
+        information += np.linalg.inv(Bayes().prior_covariance(body.mass))
     return body, information

@@ -179,7 +179,7 @@ class Passed:
             column, m, axis = chain.columns[i], chain.multipliers[i], chain.axes[i]
             cross, square = chain.turns[i]
             side = axis[:, None]
-            # V_i x S: of the velocity the axis sees nothing of the joint's own rate
+            # of V_i x S, where the joint's own part of V_i is along S
             found[1, column] += m * (
                 axis @ (y[:, 0])
                 + ((cross.T @ x[:, W]) * y[:, 2]).sum(axis=0)
@@ -198,7 +198,8 @@ class Passed:
                 + sin * (cross @ flat).reshape(y.shape)
                 + (1.0 - cos) * (square @ flat).reshape(y.shape)
             )
-        return tuple(np.ascontiguousarray(each.T) for each in found)  # type: ignore[return-value]
+        position, velocity, acceleration = (each.T for each in found)
+        return position, velocity, acceleration
 
 
 def _step(x: Array, step: Array) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
+from hefting.core.measurements import NOISE_LEVELS, Noise
 from hefting.core.messages import Message, note
 from hefting.core.spatial import (
     SPEED_LIMIT,
@@ -20,20 +20,14 @@ from hefting.core.spatial import (
     Array,
     check_gravity,
 )
-from hefting.planning.constraints import Constraints
-from hefting.planning.forecast import GAIN, INSTANTS, Forecaster
 from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.held import Held
-from hefting.planning.information import Information, noise_covariance
-from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Limits
-from hefting.planning.objective import Objective
-from hefting.planning.problem import GRID, Basis, Problem, pieces_of
-from hefting.planning.reach import require_in_reach, time_needed
+from hefting.planning.planner import Planner
+from hefting.planning.reach import LONGER, out_of_reach, time_needed
 from hefting.planning.result import Plan
-from hefting.planning.search import Found, Searcher, effort_named
+from hefting.planning.search import Found
 from hefting.planning.space import Space
-from hefting.planning.tours import asked_of_tour, planned_tour
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
@@ -41,12 +35,6 @@ DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
 """[s] of a plan."""
-MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
-"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
-0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
-bandwidth is some 36 rad/s. Those of slower motions are smaller."""
-RANDOM_STARTS = 12
-"""Places to start from that are tried where none is given."""
 
 
 def plan(
@@ -124,31 +112,24 @@ def plan(
     g = check_gravity(gravity)
     space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
     levels, told = _noise(noise, estimate)
-    chain = Chain.of(robot, g)
-    aim = asked_of_tour(asked) if stop_and_go else asked
-    problem = _problem(chain, limits, held, space, levels, rate, duration, aim)
-    rng = np.random.default_rng([seed, 7])
-    searcher = Searcher(robot.joints, space, effort_named(effort), rng)
-    starts = _starts(problem, searcher, start)
-    best = (
-        planned_tour(searcher, problem, starts[0])
-        if stop_and_go
-        else searcher.best(problem, starts)
+    planner = Planner(
+        robot, limits, held, space, levels, g, rate, start, asked, stop_and_go, seed
     )
-    forecaster = Forecaster(robot, chain, held, levels, rate, seed)
-    forecast = forecaster.forecast(best.trajectory, INSTANTS[effort])
-    if asked is not None:
-        require_in_reach(best, forecast, asked)
+    best, forecast = planner.planned(duration, effort)
+    if asked is not None and not asked.met_by(forecast.accuracy[-1]):
+        more = min(LONGER * duration, max(LONGEST, 1.5 * duration))
+        longer = planner.planned(more, "quick")[1]
+        raise out_of_reach(asked, forecast, longer)
     return Plan(
         joints=robot.joints,
         tip=tip,
         source=str(urdf),
         trajectory=best.trajectory,
         limits=limits,
-        corners=problem.constraints.corners,
+        corners=best.problem.constraints.corners,
         forecast=forecast,
         asked=asked,
-        reached=None if asked is None else asked.met_by(forecast.accuracy[-1]),
+        reached=None if asked is None else True,
         time_needed=None if asked is None else time_needed(forecast, asked),
         usage=best.usage.shares,
         clearance=best.usage.clearance,
@@ -186,47 +167,6 @@ def _noise(noise: Noise | None, estimate: Estimate | None):
     levels = NOISE_LEVELS["moderate"]
     what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
     return levels, (note("plan-noise-assumed", what, "noise"),)
-
-
-def _problem(
-    chain: Chain,
-    limits: Limits,
-    held: Held,
-    space: Space,
-    noise: Noise,
-    rate: float,
-    duration: float,
-    asked: Accuracy | None,
-) -> Problem:
-    """The problem, from no place to start yet."""
-    vector = held.body.vector
-    corners = np.vstack((np.zeros(3), held.corners))
-    covariance = noise_covariance(noise, MOTION_NOISE, vector, rate)
-    return Problem(
-        chain,
-        Basis.of(duration, pieces_of(duration), GRID),
-        np.zeros(len(limits.speed)),
-        held.information,
-        Information.of(covariance, rate),
-        Objective.of(held.body, asked, GAIN),
-        Constraints.of(limits, corners, vector, space.half_spaces),
-    )
-
-
-def _starts(problem: Problem, searcher: Searcher, start: ArrayLike | None) -> Array:
-    """(s, n) places to start from."""
-    if start is None:
-        return searcher.free_starts(problem, RANDOM_STARTS)
-    try:
-        own = np.asarray(start, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError("`start` is not made of numbers") from None
-    n = len(problem.start)
-    if own.shape != (n,) or not np.isfinite(own).all():
-        what = f"`start` is not {n} finite joint positions [rad]"
-        raise InputError(what, fix=f"give {', '.join(searcher.joints)}")
-    searcher.require_free(problem, own)
-    return own[None]
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:

@@ -27,7 +27,7 @@ GRID = 30.0
 """[Hz] of the samples that the optimisation looks at: ten times what moves."""
 FINEST_PIECE = 0.3
 """[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
-MOST_PIECES = 40
+MOST_PIECES = 100
 """Polynomial pieces of a motion at most: longer ones move slower, as more of them would
 take the optimisation too long."""
 

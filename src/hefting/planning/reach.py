@@ -6,10 +6,10 @@ import numpy as np
 
 from hefting.core.accuracy import NAMES, Accuracy
 from hefting.core.errors import InputError
-from hefting.core.inertia import InertialParameters
-from hefting.planning.objective import NORM_QUANTILE, quantities
 from hefting.planning.result import Forecast
-from hefting.planning.search import Found
+
+LONGER = 4.0
+"""Times the duration of the motion that tells how deviations fall with it."""
 
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
@@ -27,46 +27,28 @@ def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
     return None
 
 
-def require_in_reach(best: Found, forecast: Forecast, asked: Accuracy) -> None:
-    """`InputError` where what is asked is not expected to be reached by the end, which
-    says how long it would take.
+def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> InputError:
+    """The error of an accuracy that is not expected by the end, which says how long it
+    would take, by what a longer motion would reach.
 
-    Deviations by noise fall with the root of the duration; what the estimator is not
-    sure of beside them, the sensor's own accuracy, stays.
+    Variances are taken to fall as n / T + f: f is what the estimator is not sure of
+    however long the recording, as the sensor's own accuracy.
     """
-    last = forecast.accuracy[-1]
-    if asked.met_by(last):
-        return
-    duration = float(forecast.time[-1])
-    factor = 1.0
-    noisy = _by_noise(best)
+    last, then = forecast.accuracy[-1], longer.accuracy[-1]
+    T, longer_T = float(forecast.time[-1]), float(longer.time[-1])
+    what = f"out of reach within {T:g} s: {asked.shortfall(last)}"
+    needed = T
     for name in NAMES.values():
-        limit, got = getattr(asked, name), getattr(last, name)
-        if limit is None or got is None or got <= limit:
+        limit, got, later = (getattr(own, name) for own in (asked, last, then))
+        if limit is None or got is None or later is None or got <= limit:
             continue
-        stays = (
-            np.sqrt(max(got**2 - noisy[name] ** 2, 0.0)) if np.isfinite(got) else 0.0
-        )
-        if stays >= limit:
-            what = f"{asked.shortfall(last)} after {duration:g} s, nor by any longer motion"
-            fix = "ask for less: the rest is the sensor's own accuracy"
-            raise InputError(what, fix=fix)
-        factor = max(factor, (got**2 - stays**2) / (limit**2 - stays**2))
-    long = duration * factor
-    shown = f"{long:.2g} s" if np.isfinite(long) else "longer than can be told"
-    what = f"out of reach within {duration:g} s: {asked.shortfall(last)}"
-    raise InputError(what, fix=f"plan for about {shown}, or ask for less")
-
-
-def _by_noise(best: Found) -> dict[str, float]:
-    """What errors do not exceed with 95 % probability by noise alone, as `Accuracy` has
-    them."""
-    C = np.linalg.inv(best.after)
-    body = InertialParameters(best.problem.constraints.body)
-    return {
-        name: NORM_QUANTILE * float(np.sqrt(np.trace(rows @ C @ rows.T)))
-        for name, rows in quantities(body).items()
-    }
+        n = max(got**2 - later**2, 0.0) / (1.0 / T - 1.0 / longer_T)
+        f = max(later**2 - n / longer_T, 0.0)
+        needed = max(needed, n / (limit**2 - f) if limit**2 > f else np.inf)
+    if not np.isfinite(needed):
+        fix = "ask for less: what stays is the sensor's own accuracy"
+        return InputError(f"{what}, nor by any longer motion", fix=fix)
+    return InputError(what, fix=f"plan for about {needed:.2g} s, or ask for less")
 
 
 def _share(asked: Accuracy, got: Accuracy) -> float:

@@ -23,6 +23,9 @@ COARSE = 50.0
 """[Hz] of the grid on which random motions are looked at."""
 MOST_REPAIRS = 5
 """Rounds that a motion beyond its limits on the fine grid gets."""
+MOST_REPAIRED = 2
+"""Best of the optimised motions that are repaired, and of the random ones where none of
+these can be."""
 LEAST_SHARE = 1e-3
 """Share of a motion that must be left where it has to be made smaller."""
 STARTS_A_START = 4
@@ -102,14 +105,9 @@ class Searcher:
             report("planning", 0.1 + 0.6 * (i + 1) / self.effort.starts)
         searches.sort(key=lambda own: own.value)
         searches[0] = searches[0].rounds(self.effort.polish, 2 * self.effort.steps)
-        kept = []
-        for search in searches:
-            own = self._repaired(search)
-            if own is not None:
-                kept.append(own)
-                if own.usage.largest <= 1.0 and len(kept) > 1:
-                    break
-        kept += [own for own in map(self._shrunk, drafts[:1]) if own is not None]
+        kept = [own for own in map(self._repaired, searches[:MOST_REPAIRED]) if own]
+        if not kept:
+            kept = [own for own in map(self._shrunk, drafts[:MOST_REPAIRED]) if own]
         if not kept:
             raise self._infeasible(problem, starts)
         return min(kept, key=lambda own: own.value)

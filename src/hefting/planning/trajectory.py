@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,7 +70,3 @@ class Trajectory:
         samples."""
         count = max(round(self.duration * rate), 1)
         return self.at(np.linspace(0.0, self.duration, count + 1))
-
-    def scaled(self, share: float) -> Self:
-        """With the way of every joint from its start multiplied by `share`."""
-        return type(self)(self.knots, self.start + share * (self.points - self.start))
