@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from browser import chromium
 from hefting.cli import main
 
 LONG = (
@@ -32,6 +33,13 @@ def pytest_collection_modifyitems(items):
         return LONG.index(name) if name in LONG else len(LONG)
 
     items.sort(key=place)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A headless browser for the tests of a file."""
+    with chromium() as browser:
+        yield browser
 
 
 @pytest.fixture
