@@ -87,6 +87,7 @@ HELP = """
 identify --help
 inspect --help
 predict --help
+plan --help
 methods --help
 compare --help
 batch --help
@@ -165,6 +166,10 @@ export estimate.json --to urdff
 export log.csv --to urdf
 export pipe.json --to urdf
 export estimate.json --to urdf --into pipe.urdf --link tool0
+plan --urdf pipe.urdf
+plan --urdf none.urdf --tip tool0
+plan --urdf pipe.urdf --tip tool0
+plan --urdf truth.json --tip tool0
 check pipe.urdf
 check none.urdf
 identify poses.csv --output mug.xml

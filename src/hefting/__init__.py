@@ -47,6 +47,8 @@ _HOME = {
     "EndOfSource": "online.samples",
     "SourceLostError": "online.samples",
     "LiveEstimate": "online.live_estimate",
+    "plan": "planning",
+    "Plan": "planning",
     "predict": "prediction",
     "Prediction": "prediction",
     "batch": "batches",

@@ -40,6 +40,8 @@ from hefting.online.identifier import LiveIdentifier as LiveIdentifier
 from hefting.online.live_estimate import LiveEstimate as LiveEstimate
 from hefting.online.samples import EndOfSource as EndOfSource
 from hefting.online.samples import SourceLostError as SourceLostError
+from hefting.planning import Plan as Plan
+from hefting.planning import plan as plan
 from hefting.prediction import Prediction as Prediction
 from hefting.prediction import predict as predict
 from hefting.robots import Robot as Robot

@@ -25,6 +25,7 @@ LAYERS = [
     {"inspection", "request"},
     {"batches"},
     {"scene"},
+    {"planning"},
     {"plots", "page"},
     {"dashboards", "notebook"},
     {"viewer"},

@@ -33,6 +33,7 @@ COMMANDS = {
     "convert": "read a log of any known format, and write it in another.",
     "export": "write an estimate for a simulator or a robot controller.",
     "check": "find links of a URDF with inertials that no body can have, and repair them.",
+    "plan": "find the motion to make next, for what is still unknown, within limits.",
     "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "show": "draw a shape as it is posed on the sensor, to check the pose by eye.",
@@ -48,7 +49,12 @@ def option_of(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} | {
+OPTIONS = {
+    "pose": "--object-pose",
+    "column_map": "--map",
+    "sign": "--wrench",
+    "noise": "--sensor-noise",
+} | {
     name: option_of(name)
     for name in (
         *(
@@ -85,6 +91,8 @@ OPTIONS = {"pose": "--object-pose", "column_map": "--map", "sign": "--wrench"} |
             "report",
         ),
         *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
+        *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
+        *("sensor_range", "sensor_noise", "stop_and_go", "seed"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

@@ -32,6 +32,11 @@ FIGURES = {
         "the wrench predicted along a motion, its 95 % band, what was measured, and a "
         "constant between the two",
     ),
+    "plot_plan": (
+        "plan",
+        "a planned motion: joints within their limits, the fastest corner of the "
+        "object, and how sure one is expected to become",
+    ),
 }
 """Function that draws each figure, a public name of this package: the file it is in,
 and what it shows."""

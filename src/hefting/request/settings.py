@@ -119,11 +119,11 @@ def hyperparameters_of(a: Any) -> dict[str, Any]:
     if a.mass is not None:
         settings["mass"] = mass_of(a)
     if a.until is not None:
-        settings["until"] = _accuracy(a.until)
+        settings["until"] = accuracy_of(a.until)
     return settings
 
 
-def _accuracy(text: str) -> "Accuracy":
+def accuracy_of(text: str) -> "Accuracy":
     """What was asked for; `InputError` names the option."""
     from hefting.core.accuracy import Accuracy
 

@@ -53,6 +53,8 @@ class Joint:
     """Joint mimicked, multiplier, offset: position = multiplier * other + offset."""
     limits: tuple[float, float] | None = None
     """Lowest and highest position of a revolute joint [rad]; None when not given."""
+    speed: float | None = None
+    """Highest speed [rad/s], or [m/s] of a prismatic joint; None when not given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +195,7 @@ def _joint(
         if largest == 0.0:
             raise InputError("the axis is zero", where=where)
         axis = axis / largest
-    mimic, limits = None, None
+    mimic, limits, speed = None, None, None
     if "mimic" in parts and kind in SCALAR:
         other = read_name(parts["mimic"], "joint", "the mimic", where)
         (multiplier,) = read_numbers(
@@ -209,6 +211,9 @@ def _joint(
             for key in ("lower", "upper")
         )
         limits = (low, high) if low < high else None
+    if "velocity" in parts.get("limit", {}) and kind in SCALAR:
+        (speed,) = read_numbers(parts["limit"]["velocity"], 1, "velocity", where)
+        speed = speed if speed > 0.0 else None
     return Joint(
         name,
         kind,
@@ -219,6 +224,7 @@ def _joint(
         frozen(axis / np.linalg.norm(axis)),
         mimic,
         limits,
+        speed,
     )
 
 

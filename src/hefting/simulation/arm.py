@@ -1,7 +1,7 @@
 """A serial arm: from the joints' motion to the exact motion of the sensor frame at its
 end."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -9,88 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, frozen, rotation_matrices, skew
+from hefting.core.spatial import Array, frozen
 from hefting.robots import Robot
+from hefting.robots.joint_motion import (
+    JointMotion as JointMotion,
+)
+from hefting.robots.joint_motion import (
+    SensorMotion as SensorMotion,
+)
+from hefting.robots.joint_motion import (
+    angular_velocity,
+    sensor_motion,
+)
 from hefting.robots.robot import Screw
 
 SLACK = 1e-6
 """Excess over a joint's limit that is rounding [rad] or [rad/s]."""
-
-
-@dataclass(frozen=True, eq=False)
-class JointMotion:
-    """Motion of n joints at K instants. `InputError` unless the shapes agree."""
-
-    time: Array
-    """(K,) [s]"""
-    position: Array
-    """(K, n) [rad]"""
-    velocity: Array
-    """(K, n) [rad/s]"""
-    acceleration: Array
-    """(K, n) [rad/s²]"""
-
-    def __post_init__(self):
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
-        shape = self.position.shape
-        if (
-            self.time.shape != shape[:1]
-            or len(shape) != 2
-            or {self.velocity.shape, self.acceleration.shape} != {shape}
-        ):
-            raise InputError(
-                "time (K,), position, velocity and acceleration (K, n) do not agree",
-                where="JointMotion",
-            )
-
-
-@dataclass(frozen=True, eq=False)
-class SensorMotion:
-    """Exact motion of the sensor frame at K instants, in world axes."""
-
-    time: Array
-    """(K,) [s]"""
-    position: Array
-    """(K, 3) sensor origin [m]"""
-    rotation: Array
-    """(K, 3, 3) sensor axes to world axes"""
-    linear_velocity: Array
-    """(K, 3) of the sensor origin [m/s]"""
-    angular_velocity: Array
-    """(K, 3) [rad/s]"""
-    linear_acceleration: Array
-    """(K, 3) classical, of the sensor origin [m/s²]"""
-    angular_acceleration: Array
-    """(K, 3) [rad/s²]"""
-
-    def __post_init__(self):
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
-
-    @property
-    def orientation(self) -> Array:
-        """(K, 4) unit quaternions x, y, z, w, sensor in world."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_matrix(self.rotation).as_quat()
-
-    @property
-    def mean_speeds(self) -> tuple[float, float]:
-        """Means over the samples of the angular speed [rad/s] and of the sensor
-        origin's speed [m/s]."""
-        angular, linear = (
-            np.linalg.norm(v, axis=1)
-            for v in (self.angular_velocity, self.linear_velocity)
-        )
-        return float(angular.mean()), float(linear.mean())
-
-    def linear_speed(self, point: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """(K,) speed [m/s] of a point (3,) [m] fixed in the sensor frame."""
-        offset = self.rotation @ np.asarray(point, dtype=float)
-        return np.linalg.norm(
-            self.linear_velocity + _cross(self.angular_velocity, offset), axis=1
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,87 +155,13 @@ class Arm:
         return tuple(lines)
 
     def motion(self, joints: JointMotion) -> SensorMotion:
-        """Exact motion of the sensor frame, by forward recursion (Siciliano et al.,
-        *Robotics*, sec. 7.5.2).
-
-        `InputError` when the number of joints differs from the arm's.
-        """
-        self._require_its_joints(joints)
-        K = len(joints.time)
-        rotation = np.broadcast_to(np.eye(3), (K, 3, 3))
-        position, velocity, acceleration, w, dw = (np.zeros((K, 3)) for _ in range(5))
-        at_rest = np.zeros(3)
-
-        def carry(offset: Array) -> None:
-            nonlocal position, velocity, acceleration
-            position = position + offset
-            velocity = velocity + _cross(w, offset)
-            acceleration = (
-                acceleration + _cross(dw, offset) + _cross(w, _cross(w, offset))
-            )
-
-        for screw in self.robot.screws:
-            carry(rotation @ (screw.point - at_rest))
-            at_rest = screw.point
-            amount, rate, change = (
-                screw.multiplier * values[:, screw.column, None]
-                for values in (joints.position, joints.velocity, joints.acceleration)
-            )
-            amount = amount + screw.offset
-            axis = rotation @ screw.axis
-            if screw.slides:
-                carry(axis * amount)
-                velocity = velocity + axis * rate
-                acceleration = (
-                    acceleration + axis * change + 2.0 * _cross(w, axis * rate)
-                )
-            else:
-                dw = dw + axis * change + _cross(w, axis * rate)
-                w = w + axis * rate
-                rotation = rotation @ _turned(screw.axis, amount[:, 0])
-        carry(rotation @ (self.robot.home_position - at_rest))
-        rotation = rotation @ rotation_matrices(self.robot.home_orientation)
-        return SensorMotion(
-            joints.time, position, rotation, velocity, w, acceleration, dw
-        )
+        """Exact motion of the sensor frame; see `sensor_motion`."""
+        return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
-        """(K, 3) that of `motion` alone [rad/s], to the last bit, in a third of the
-        time.
-
-        `InputError` when the number of joints differs from the arm's.
-        """
-        self._require_its_joints(joints)
-        K = len(joints.time)
-        rotation, w = np.broadcast_to(np.eye(3), (K, 3, 3)), np.zeros((K, 3))
-        for screw in self.robot.screws:
-            if screw.slides:
-                continue
-            amount, rate = (
-                screw.multiplier * values[:, screw.column]
-                for values in (joints.position, joints.velocity)
-            )
-            w = w + (rotation @ screw.axis) * rate[:, None]
-            rotation = rotation @ _turned(screw.axis, amount + screw.offset)
-        return w
-
-    def _require_its_joints(self, joints: JointMotion) -> None:
-        if joints.position.shape[1] != self.n:
-            what = (
-                f"there are {joints.position.shape[1]} joints, but the arm has {self.n}"
-            )
-            raise InputError(what, where="JointMotion")
-
-
-def _cross(u: Array, v: Array) -> Array:
-    return np.einsum("kij,kj->ki", skew(u), v)
-
-
-def _turned(axis: Array, angle: Array) -> Array:
-    """Rotations (K, 3, 3) about a unit vector (3,) by angles (K,) [rad]."""
-    K = skew(axis)
-    sin, cos = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + sin * K + (1.0 - cos) * (K @ K)
+        """(K, 3) that of `motion` alone [rad/s]; see
+        `hefting.robots.joint_motion.angular_velocity`."""
+        return angular_velocity(self.robot, joints)
 
 
 def _middle(pair: tuple[float, float] | None) -> float:

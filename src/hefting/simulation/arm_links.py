@@ -81,6 +81,7 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
     place, parent = np.zeros(3), "base"
     for i, (screw, link) in enumerate(zip(robot.screws, links, strict=True), 1):
         low, high = robot.limits[screw.column] or (-1.0, 1.0)
+        speed = 10.0 if arm.joint_speeds is None else arm.joint_speeds[screw.column]
         kind = "prismatic" if screw.slides else "revolute"
         own = f"link{i}"
         lines += [
@@ -88,7 +89,8 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
             f'<origin xyz="{_text(screw.point - place)}"/>'
             f'<parent link="{parent}"/><child link="{own}"/>'
             f'<axis xyz="{_text(screw.axis)}"/>'
-            f'<limit lower="{low!r}" upper="{high!r}" effort="1000" velocity="10"/>'
+            f'<limit lower="{low!r}" upper="{high!r}" effort="1000" '
+            f'velocity="{float(speed)!r}"/>'
             "</joint>",
             f'<link name="{own}">{_inertial(link)}</link>',
         ]

@@ -5,20 +5,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.errors import InputError
-from hefting.core.spatial import Array, rotation_matrices
+from hefting.core.spatial import Array
 from hefting.robots import Arm
-from hefting.robots.visuals import LARGEST_SIZE, Geometry
+from hefting.robots.visuals import Geometry
+from hefting.scene.link_surfaces import LinkSurfaces
 from hefting.scene.surface import coarser
-from hefting.shapes.reading import read_mesh
 from hefting.viewer.colours import GREY, SURFACE, rgb
-from hefting.viewer.playback import Playback
 
 if TYPE_CHECKING:
     from viser import SceneApi
 
-MOST_BYTES = 200_000_000
-"""Sizes of all meshes that are read of one arm [bytes]."""
 MOST_TRIANGLES = 4_000
 """Triangles of one mesh that are drawn at most."""
 THICKNESS = 0.012
@@ -35,17 +31,16 @@ class ArmDrawing:
         Where they are drawn.
     arm : Arm
         The links.
-    playback : Playback
-        Whose recording has the joint positions.
+    joints : (N, n)
+        Joint positions at each frame, in the columns that the arm's links name [rad],
+        [m].
     """
 
-    def __init__(self, api: "SceneApi", arm: Arm, playback: Playback):
+    def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
         self.arm = arm
-        joints = playback.at("joint_positions")
-        assert joints is not None  # `Arm.from_urdf` asks for them
         self.position, self.orientation = arm.poses(joints)
         self.frames: list[Any] = []
-        self._left = MOST_BYTES
+        self._surfaces = LinkSurfaces()
         drawn: list[bool] = []
         for i, link in enumerate(arm.links):
             name = f"/arm/{i} {plain(link.name)}"
@@ -63,7 +58,7 @@ class ArmDrawing:
             )
 
     def show(self, index: int) -> None:
-        """Move the links to a frame of the playback."""
+        """Move the links to a frame."""
         for i, node in enumerate(self.frames):
             node.position = self.position[index, i]
             node.wxyz = self.orientation[index, i, [3, 0, 1, 2]]
@@ -98,45 +93,10 @@ class ArmDrawing:
         return False
 
     def _mesh(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
-        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry; None
-        where its mesh cannot be read."""
-        try:
-            vertices, faces = self._own(geometry)
-        except InputError:
-            return None
-        if not len(faces) or not np.abs(vertices).max() <= LARGEST_SIZE:
-            return None  # also where a vertex is not finite
-        if not np.ptp(vertices, axis=0).max() > 0.0:
-            return None
-        vertices, faces = coarser(vertices, faces, MOST_TRIANGLES)
-        turned = vertices @ rotation_matrices(geometry.orientation).T
-        return turned + geometry.position, faces
-
-    def _own(self, geometry: Geometry) -> tuple[Array, np.ndarray]:
-        """The same in the geometry's own frame; `InputError` where it cannot be read."""
-        if geometry.kind != "mesh":
-            return simple_solid(geometry)
-        assert geometry.file is not None
-        self._left -= geometry.file.stat().st_size
-        if self._left < 0:
-            raise InputError("the meshes are too large", geometry.file)
-        vertices, faces = read_mesh(geometry.file)
-        return vertices * np.array(geometry.size), faces
-
-
-def simple_solid(geometry: Geometry) -> tuple[Array, np.ndarray]:
-    """Vertices (V, 3) [m] and triangles of a box, cylinder or sphere about its own
-    origin; a cylinder stands along z."""
-    from trimesh import creation
-
-    if geometry.kind == "box":
-        solid = creation.box(extents=geometry.size)
-    elif geometry.kind == "cylinder":
-        radius, height = geometry.size
-        solid = creation.cylinder(radius, height, sections=24)
-    else:
-        solid = creation.icosphere(subdivisions=2, radius=geometry.size[0])
-    return np.asarray(solid.vertices, dtype=float), np.asarray(solid.faces)
+        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry, no more
+        than are drawn; None where its mesh cannot be read."""
+        surface = self._surfaces.read(geometry)
+        return None if surface is None else coarser(*surface, MOST_TRIANGLES)
 
 
 def plain(name: str) -> str:

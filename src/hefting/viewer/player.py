@@ -39,11 +39,11 @@ def player_of(viewer: Viewer, title: str) -> str:
         viewer.show_frame(index)
     recorded.insert_sleep(PAUSE)
     viewer.show_frame(0)  # what was recorded first shares memory with what is shown
-    return _dressed(recorded.as_html(), viewer, title)
+    return dressed(recorded.as_html(), title, _answer(viewer))
 
 
-def _dressed(page: str, viewer: Viewer, title: str) -> str:
-    """viser's page with a title, the answer and the legend."""
+def _answer(viewer: Viewer) -> str:
+    """The answer and the legend."""
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
@@ -51,9 +51,14 @@ def _dressed(page: str, viewer: Viewer, title: str) -> str:
     force, torque = (float(x) for x in playback.largest)
     legend = legend_html(answer, viewer.drawing.size, (force, torque))
     text = answer_html(answer, used, playback.static, viewer.say)
+    return f"{text}<details><summary>what is drawn</summary>{legend}</details>"
+
+
+def dressed(page: str, title: str, inside: str) -> str:
+    """viser's page with a title, which is escaped, and a box that has HTML inside."""
     box = (
         f'<details id="hefting" open><summary>{escape(title)}</summary>'
-        f"{text}<details><summary>what is drawn</summary>{legend}</details></details>"
+        f"{inside}</details>"
     )
     page = page.replace("<title>Viser</title>", f"<title>{escape(title)}</title>", 1)
     page = page.replace("window.__VISER_EMBED_CONFIG__={darkMode:false};", SCHEME, 1)

@@ -72,7 +72,10 @@ class Viewer:
         server.scene.set_up_direction(-gravity / np.linalg.norm(gravity))
         self.drawing = ObjectDrawing(server.scene, first.scene)
         self.arrows = WrenchArrows(server.scene, playback, self.drawing.size)
-        self.arm = None if arm is None else ArmDrawing(server.scene, arm, playback)
+        joints = playback.at("joint_positions")  # an arm asks for them
+        self.arm: ArmDrawing | None = None
+        if arm is not None and joints is not None:
+            self.arm = ArmDrawing(server.scene, arm, joints)
         self._draw_path()
         self._aim()
         self._make_panel(settings, first)

@@ -282,8 +282,12 @@ class Bayes(Estimator):
     def prior_intervals(self, mass: float) -> dict[str, Array]:
         """What the shape, or the neighbourhood of the sensor, says of a body of such a
         mass [kg], as in `Estimate.intervals`; those of the mass have no width."""
-        placed = self._prior.about(np.zeros(len(self._prior.distortions.shifts)))
-        return prior_mixture(placed.prior, mass).intervals(INTERVAL_LEVEL)
+        return prior_mixture(self._prior.undistorted, mass).intervals(INTERVAL_LEVEL)
+
+    def prior_covariance(self, mass: float) -> Array:
+        """Covariance (10, 10) of what the shape, or the neighbourhood of the sensor,
+        says of a body of about such a mass [kg], which it leaves next to free."""
+        return prior_mixture(self._prior.undistorted, mass, False).covariance
 
     def posterior(
         self, state: State, start: Estimate | Pass | None = None

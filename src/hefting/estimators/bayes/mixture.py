@@ -170,11 +170,12 @@ class Mixture:
         )
 
 
-def prior_mixture(prior: Prior, mass: float) -> Mixture:
+def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
     """A prior as a mixture for a body of known mass [kg], which it leaves next to
-    free."""
+    free; with that freedom where the mass is not known."""
     factors = mass * prior.spread
-    factors[:, :, 0] = 0.0
+    if is_known:
+        factors[:, :, 0] = 0.0
     means = prior.mean if prior.offsets is None else prior.mean + prior.offsets
     weights = np.exp(prior.log_weight - prior.log_weight.max())
     shape = (len(weights), 10)

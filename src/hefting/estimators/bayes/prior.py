@@ -165,6 +165,11 @@ class Prior:
         effects = self.slips.effects(self.mean, np.zeros(len(self.slips.shifts)))
         return _most_likely(self, effects, weights * MEMBERS[:, 4], means)
 
+    @property
+    def undistorted(self) -> "Prior":
+        """With distortions linear about none."""
+        return self.about(np.zeros(len(self.distortions.shifts))).prior
+
     def about(self, scores: Array, com: Array | None = None) -> "Placed":
         """With the distortions, linear about the one of so many standard deviations
         (d,), and about a centre of mass `com` (3,) [m], by default the homogeneous

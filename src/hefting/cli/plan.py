@@ -1,0 +1,244 @@
+"""hefting plan: the motion to make next, which leaves the least of what is still
+uncertain, within limits."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hefting.cli import render
+from hefting.cli.options import (
+    GRAVITY,
+    add_json,
+    add_verbose,
+    check_output,
+    read_estimate,
+)
+from hefting.cli.progress import progress
+from hefting.cli.shapes import add_shape
+from hefting.core.errors import InputError
+from hefting.request.numbers import numbers
+from hefting.request.planning import noise_of, of_joints, sensor_range_of
+from hefting.request.settings import accuracy_of
+from hefting.request.shape import shape_of
+
+if TYPE_CHECKING:
+    from hefting.planning import Plan
+
+EXAMPLES = (
+    "hefting plan --urdf ur5e.urdf --tip tool0 --output motion.csv",
+    "hefting plan --urdf arm.urdf --tip flange --keep 'x<=0.6' --output plan.html",
+    "hefting plan --urdf arm.urdf --tip flange --estimate now.json --quick",
+)
+PLAYER = ".html"
+"""Suffix of a page that plays the motion."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of ``hefting plan``."""
+    from hefting.planning.files import FORMATS
+    from hefting.plots.style import FORMATS as PICTURES
+
+    parser.add_argument(
+        "--urdf", metavar="FILE", required=True, help="the robot, with its limits"
+    )
+    parser.add_argument(
+        "--tip", metavar="FRAME", required=True, help="link whose frame is the sensor's"
+    )
+    parser.add_argument(
+        "--estimate",
+        metavar="FILE",
+        help="what is known so far, as hefting identify --output wrote it (JSON); "
+        "- reads standard input; default nothing",
+    )
+    parser.add_argument(
+        "--until",
+        metavar="ACCURACY",
+        help="what is to be reached, as in mass=1%%,com=2mm,inertia=20%%; default as "
+        "much of everything as can be",
+    )
+    parser.add_argument(
+        "--duration", type=float, metavar="S", default=10.0, help="[s]; default 10"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write the motion ({', '.join(FORMATS)}), a picture "
+        f"({', '.join(PICTURES)}), or a page that plays it ({PLAYER}); repeatable",
+    )
+    add_json(parser)
+    add_verbose(parser)
+    add_shape(parser.add_argument_group("the object's shape"))
+    parser.set_defaults(points=None, points_per_cm3=None)
+    _add_limits(parser.add_argument_group("limits"))
+    _add_sensor(parser.add_argument_group("sensor"))
+    search = parser.add_argument_group("search")
+    search.add_argument(
+        "--start",
+        metavar="Q1,Q2...",
+        help="joint positions to start from [rad]; default any",
+    )
+    search.add_argument(
+        "--stop-and-go",
+        action="store_true",
+        help="poses with rests, for mass and COM alone",
+    )
+    search.add_argument(
+        "--quick", action="store_true", help="search for some two seconds only"
+    )
+    search.add_argument(
+        "--seed", type=int, metavar="N", default=0, help="same seed, same plan"
+    )
+
+
+def _add_limits(group: argparse._ActionsContainer) -> None:
+    """What the motion keeps to."""
+    group.add_argument(
+        "--speed",
+        type=float,
+        metavar="V",
+        default=0.25,
+        help="of every corner of the object's box, and of the tip [m/s]; default 0.25",
+    )
+    group.add_argument(
+        "--acceleration",
+        metavar="A[,A...]",
+        help="of all joints, or of each [rad/s²]; default 5, as no URDF has it",
+    )
+    group.add_argument(
+        "--jerk", metavar="J[,J...]", help="the same [rad/s³]; default 100"
+    )
+    group.add_argument(
+        "--keep",
+        metavar="HALF-SPACE",
+        action="append",
+        default=[],
+        help="where links and object stay, in the axes of the URDF's root, as in "
+        "'z>=0.05', 'x<=0.6' or '0.7,0.7,0>=-0.3' (0.7 x + 0.7 y >= -0.3 m); repeatable",
+    )
+    group.add_argument(
+        "--srdf", metavar="FILE", help="which links not to check against each other"
+    )
+
+
+def _add_sensor(group: argparse._ActionsContainer) -> None:
+    """What the sensor can."""
+    group.add_argument(
+        "--sensor-noise",
+        metavar="FORCE,TORQUE",
+        help="of a sample, one standard deviation, as in 0.1N,5mNm; default that of "
+        "the estimate's recording, else 0.1N,5mNm",
+    )
+    group.add_argument(
+        "--noise-from", metavar="LOG", help="the same, from an earlier recording"
+    )
+    group.add_argument(
+        "--rate", type=float, metavar="HZ", help="of the samples; default 100"
+    )
+    group.add_argument(
+        "--sensor-range",
+        metavar="FORCE,TORQUE",
+        help="largest along each axis, as in 100N,5Nm; default any",
+    )
+    group.add_argument(
+        "--gravity",
+        metavar="X,Y,Z",
+        default=GRAVITY,
+        help=f"in the axes of the URDF's root [m/s²]; default {GRAVITY}",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Plan, save what was asked for, and print what is expected of it."""
+    from hefting.core.files import write_atomically
+
+    a = arguments
+    _check_outputs(a)
+    with progress("planning", a.json):
+        found = _plan(a)
+        contents = [_content(found, path) for path in a.output]
+    for path, content in zip(a.output, contents, strict=True):
+        write_atomically(path, content)
+    if a.json:
+        import json
+
+        print(render(json.dumps(found.to_dict())))
+        return
+    from hefting.cli.report.estimate import Line, print_lines
+    from hefting.cli.report.plan import plan_report
+
+    written = [Line(f"wrote {path}") for path in a.output]
+    print_lines([*plan_report(found, a.verbose), *written], render)
+
+
+def _check_outputs(a: argparse.Namespace) -> None:
+    """`InputError` for an output that cannot or must not be written."""
+    from hefting.cli.report.pictures import is_picture
+    from hefting.planning.files import FORMATS
+    from hefting.plots.style import FORMATS as PICTURES
+    from hefting.plots.style import picture_suffix
+
+    inputs = a.urdf, a.estimate, a.shape, a.object_pose, a.srdf, a.noise_from
+    known = (*FORMATS, *PICTURES, PLAYER)
+    for path in a.output:
+        suffix = Path(path).suffix.lower()
+        if suffix not in known:
+            what = f"'{suffix}' is not an output format"
+            raise InputError(what, path, f"use {', '.join(known)}")
+        if is_picture(path):
+            picture_suffix(path)
+        check_output(path, *inputs)
+
+
+def _plan(a: argparse.Namespace) -> "Plan":
+    """The plan that was asked for."""
+    from hefting.planning import plan
+
+    noise, rate = noise_of(a)
+    force, torque = sensor_range_of(a.sensor_range)
+    given: dict[str, Any] = {
+        "estimate": None if a.estimate is None else read_estimate(a.estimate),
+        "shape": shape_of(a),
+        "until": None if a.until is None else accuracy_of(a.until),
+        "duration": a.duration,
+        "speed": a.speed,
+        "start": _start(a.start),
+        "noise": noise,
+        "acceleration": of_joints(a.acceleration, "--acceleration"),
+        "jerk": of_joints(a.jerk, "--jerk"),
+        "force": force,
+        "torque": torque,
+        "keep": a.keep,
+        "srdf": a.srdf,
+        "gravity": numbers(a.gravity, 3, "--gravity"),
+        "rate": rate,
+        "effort": "quick" if a.quick else "full",
+        "stop_and_go": a.stop_and_go,
+        "seed": a.seed,
+    }
+    return plan(a.urdf, a.tip, **given)
+
+
+def _start(text: str | None) -> list[float] | None:
+    """Joint positions; None where none were given."""
+    if text is None:
+        return None
+    return numbers(text, text.count(",") + 1, "--start")
+
+
+def _content(found: "Plan", path: str) -> str | bytes:
+    """The plan as a file of a suffix."""
+    from hefting.cli.report.pictures import is_picture
+    from hefting.planning.files import format_of
+
+    suffix = Path(path).suffix.lower()
+    if is_picture(path):
+        from hefting.plots import picture_of, plot_plan
+
+        return picture_of(plot_plan(found, render), suffix)
+    if suffix == PLAYER:
+        from hefting.viewer.plan_player import plan_player
+
+        return plan_player(found)
+    return format_of(path).content(found)

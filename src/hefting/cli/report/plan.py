@@ -1,0 +1,95 @@
+"""A planned motion as a person reads it: how sure one is now and will be, what binds,
+what was assumed."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from hefting.cli.report.estimate import Line
+from hefting.core.accuracy import Accuracy
+from hefting.planning.result import Plan
+
+ROWS = {
+    "mass": ("mass", "%", 1e2),
+    "center_of_mass": ("COM", "mm", 1e3),
+    "inertia": ("inertia", "%", 1e2),
+}
+"""Of each quantity of an `Accuracy`: its name, its unit, its factor."""
+OPEN = "open"
+"""What is not known at all."""
+MOST_OPEN = 10.0
+"""Half-widths of more than ten times what there is, or of 10 m, are open."""
+
+
+def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
+    """What was planned, half-widths now and after it beside what was asked, what binds,
+    and what was assumed; with `verbose` also how much of each limit is used."""
+    lines = [Line(_headline(plan), "bold" if plan.reached is not False else "yellow")]
+    lines += [Line(f"warning: {text}", "yellow") for text in plan.warnings]
+    lines += map(_whole, _table(plan))
+    lines += [Line(f"binds: {text}") for text in plan.binding]
+    lines.append(Line(_speed(plan)))
+    lines += [Line(f"- {text}") for text in plan.notes]
+    if verbose and plan.usage:
+        used = (f"{name} {1e2 * share:.0f} %" for name, share in plan.usage.items())
+        lines.append(Line(f"used of each limit: {', '.join(used)}"))
+    return lines
+
+
+def _headline(plan: Plan) -> str:
+    what = (
+        f"motion of {plan.duration:.4g} s for '{plan.tip}' by {len(plan.joints)} joints"
+    )
+    if plan.asked is None:
+        return what
+    if plan.reached and plan.time_needed is not None:
+        return f"{what}: what is asked is expected after {plan.time_needed:.3g} s"
+    return f"{what}: what is asked is not expected to be reached"
+
+
+def _speed(plan: Plan) -> str:
+    """The largest speed of a corner, and what it keeps."""
+    limit = plan.limits.corner_speed
+    of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
+    used = plan.usage.get("corner_speed")
+    if used is None:
+        return f"every {of} keeps {1e3 * limit:.4g} mm/s"
+    return (
+        f"keeps reduced speed: the fastest {of} moves at {1e3 * used * limit:.3g} of "
+        f"{1e3 * limit:.4g} mm/s"
+    )
+
+
+def _table(plan: Plan) -> list[str]:
+    """Half-widths of 95 % intervals now and after the motion, and what was asked."""
+    first, last = plan.forecast.accuracy[0], plan.forecast.accuracy[-1]
+    head = ["", "± now", "± after", *(["asked"] if plan.asked is not None else []), ""]
+    rows = [head]
+    for name, (label, unit, factor) in ROWS.items():
+        each = [_cell(x, name, factor) for x in (first, last)]
+        if plan.asked is not None:
+            each.append(_cell(plan.asked, name, factor, ""))
+        rows.append([label, *each, unit])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [_row(row, widths) for row in rows]
+
+
+def _row(row: list[str], widths: Iterable[int]) -> str:
+    cells = [
+        text.ljust(width) if i in (0, len(row) - 1) else text.rjust(width)
+        for i, (text, width) in enumerate(zip(row, widths, strict=True))
+    ]
+    return "  ".join(cells).rstrip()
+
+
+def _cell(accuracy: Accuracy, name: str, factor: float, without: str = OPEN) -> str:
+    value = getattr(accuracy, name)
+    if value is None:
+        return without
+    if not np.isfinite(value) or value > MOST_OPEN:
+        return OPEN
+    return f"{factor * value:.2g}" if factor * value < 1e2 else f"{factor * value:.0f}"
+
+
+def _whole(text: str) -> Line:
+    return Line(text, whole=True)

@@ -1,0 +1,94 @@
+"""Distances between pairs of convex solids, by coal (extra ``robot``)."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import MissingDependencyError
+from hefting.core.spatial import Array, Indices
+from hefting.planning.solids import Solid
+
+
+class Contacts:
+    """Pairs of solids, and how far they are from each other.
+
+    Raises `MissingDependencyError` without coal.
+    """
+
+    def __init__(self, solids: Sequence[Solid], pairs: Indices):
+        try:
+            coal: Any = import_module("coal")
+        except ImportError as error:
+            raise MissingDependencyError("coal", "robot") from error
+        self._coal = coal
+        self.solids, self.pairs = tuple(solids), np.asarray(pairs).reshape(-1, 2)
+        self._shapes = [_convex(coal, solid) for solid in solids]
+        self._request = coal.DistanceRequest()
+        self._result = coal.DistanceResult()
+        self._centers = np.array([solid.center for solid in solids])
+        self._radii = np.array([solid.radius for solid in solids])
+
+    def nearest(
+        self, position: Array, rotation: Array, below: Array
+    ) -> tuple[Array, Indices]:
+        """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
+        pair it is (K,).
+
+        `position` (K, S, 3) and `rotation` (K, S, 3, 3) are those of the solids' links.
+        Where no pair is nearer than `below` (K,) [m], that is the distance, and -1 the
+        pair.
+        """
+        bounds = self._bounds(position, rotation)
+        distance, which = below.copy(), np.full(len(position), -1)
+        for k in np.flatnonzero((bounds < below[:, None]).any(axis=1)):
+            poses: dict[int, Any] = {}
+            for p in np.argsort(bounds[k]):
+                if bounds[k, p] >= distance[k]:
+                    break
+                found = self._distance(self.pairs[p], position[k], rotation[k], poses)
+                if found < distance[k]:
+                    distance[k], which[k] = found, p
+        return distance, which
+
+    def touching(self, position: Array, rotation: Array) -> Array:
+        """Whether (K, P) each pair overlaps."""
+        bounds = self._bounds(position, rotation)
+        touch = np.zeros(bounds.shape, dtype=bool)
+        for k, p in zip(*np.nonzero(bounds < 0.0), strict=True):
+            pair = self.pairs[p]
+            touch[k, p] = self._distance(pair, position[k], rotation[k], {}) <= 0.0
+        return touch
+
+    def _bounds(self, position: Array, rotation: Array) -> Array:
+        """Distances (K, P) [m] that no pair is nearer than, from spheres around the
+        solids."""
+        center = np.einsum("ksij,sj->ksi", rotation, self._centers) + position
+        first, second = self.pairs.T
+        apart = np.linalg.norm(center[:, first] - center[:, second], axis=2)
+        return apart - self._radii[first] - self._radii[second]
+
+    def _distance(
+        self, pair: Indices, position: Array, rotation: Array, poses: dict[int, Any]
+    ) -> float:
+        """Distance of one pair at one configuration; `poses` keeps what is made."""
+        for s in pair:
+            if s not in poses:
+                poses[s] = self._coal.Transform3s(rotation[s], position[s])
+        i, j = pair
+        self._result.clear()
+        shapes = self._shapes
+        return float(
+            self._coal.distance(
+                shapes[i], poses[i], shapes[j], poses[j], self._request, self._result
+            )
+        )
+
+
+def _convex(coal: Any, solid: Solid) -> Any:
+    """A solid for coal."""
+    points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    points.extend(list(np.asarray(solid.vertices)))
+    faces.extend([coal.Triangle(*map(int, face)) for face in solid.faces])
+    return coal.Convex(points, faces)

@@ -1,0 +1,131 @@
+"""What is known of the held object before the motion: a body to plan for, the box it is
+in, and how much is known of its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import Message, note
+from hefting.core.spatial import Array, frozen
+from hefting.estimators import Bayes
+from hefting.shapes import Shape
+
+UNKNOWN_MASS = 1.0
+"""[kg] of an object of which nothing is known."""
+UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
+"""[m] Opposite corners of the box in the sensor frame that it is taken to be in: a hand
+tool in a gripper."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The object, as far as it is known."""
+
+    body: InertialParameters
+    """a likely one, in the sensor frame"""
+    corners: Array
+    """(8, 3) [m] of its box, in the sensor frame"""
+    information: Array
+    """(10, 10) inverse of the covariance of its parameters"""
+    shape: Shape | None
+    estimate: Estimate | None
+    notes: tuple[Message, ...]
+    """what was assumed"""
+
+    @classmethod
+    def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:
+        """From an earlier estimate, a shape, both or neither.
+
+        An estimate is taken to know the shape already. Raises `InputError` for one
+        without mass or covariance.
+        """
+        notes: list[Message] = []
+        if estimate is None:
+            body = _body(shape)
+            known = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
+            information = np.linalg.inv(known)
+            where = "box" if shape is None else "shape"
+            what = (
+                f"planned for a body of {body.mass:g} kg that is evenly spread in the "
+                f"{where}"
+            )
+            notes.append(note("plan-body-assumed", what, "estimate"))
+        else:
+            body, information = _known(estimate)
+        if shape is None:
+            corners = _unknown_corners(estimate)
+            low, high = (1e3 * corners[i] for i in (0, -1))
+            box = " x ".join(f"{side:.0f}" for side in high - low)
+            what = (
+                f"no shape given: the speed limit holds for a box of {box} mm from "
+                f"{low[2]:.0f} mm along the tip's z axis"
+            )
+            notes.append(note("plan-box-assumed", what, "shape"))
+        else:
+            corners = box_corners(shape)
+        return cls(
+            body, frozen(corners), frozen(information), shape, estimate, tuple(notes)
+        )
+
+
+def box_corners(shape: Shape) -> Array:
+    """Corners (8, 3) [m] of the bounding box of a shape along its own axes, in the
+    sensor frame."""
+    axes = shape.pose[:3, :3]
+    own = np.vstack((shape.hull, shape.positions)) @ axes
+    return _corners(own.min(axis=0), own.max(axis=0)) @ axes.T
+
+
+def _corners(low: Array, high: Array) -> Array:
+    """(8, 3), the lowest first and the highest last"""
+    share = np.array([(i >> 2 & 1, i >> 1 & 1, i & 1) for i in range(8)])
+    return np.where(share == 1, high, low)
+
+
+def _unknown_corners(estimate: Estimate | None) -> Array:
+    """Of the box where no shape is known, wide enough to hold the COM in the middle."""
+    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    if estimate is not None:
+        half, c = 0.5 * (high - low), estimate.center_of_mass
+        low, high = np.minimum(low, c - half), np.maximum(high, c + half)
+    return _corners(low, high)
+
+
+def _body(shape: Shape | None) -> InertialParameters:
+    """1 kg, evenly spread."""
+    if shape is not None:
+        own = shape.homogeneous
+        return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)
+    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    squares = (high - low) ** 2
+    J = UNKNOWN_MASS / 12.0 * np.diag(squares.sum() - squares)
+    return InertialParameters.from_com(UNKNOWN_MASS, 0.5 * (low + high), J)
+
+
+def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
+    """Body and information of an estimate; where a variance is infinite, that it is near
+    the sensor."""
+    body, C = estimate.parameters, estimate.covariance
+    if not body.mass > 0.0:
+        raise InputError(
+            "the estimate has no mass to plan for",
+            fix="identify again, or leave it out",
+        )
+    if C is None:
+        what = f"the estimate by {estimate.method} has no covariance to plan from"
+        raise InputError(what, fix="identify with Bayes")
+    finite = np.isfinite(C.diagonal())
+    information = np.zeros((10, 10))
+    units = np.sqrt(np.maximum(C.diagonal()[finite], 1e-300))
+    own = C[np.ix_(finite, finite)] / np.outer(units, units)
+    inverse = np.linalg.pinv(own, rcond=1e-12, hermitian=True)
+    information[np.ix_(finite, finite)] = inverse / np.outer(units, units)
+    if not finite.all():  # as large as anything that a gripper holds
+        information += np.linalg.inv(Bayes().prior_covariance(body.mass))
+    return body, information

@@ -1,0 +1,226 @@
+"""Motion of the sensor frame in its own axes, for all samples at once, and the gradient
+of any function of it by the joints' motion.
+
+With links i = 1..n, screw axes s_i (unit vectors, in axes of link i), the twist
+V = (w, v) and its derivative A = (w', a) of a frame fixed to link i at a point of axis
+i are (Featherstone, *Rigid Body Dynamics Algorithms*, sec. 5.3)
+
+    V_i = X_i V_{i-1} + S_i q_i',
+    A_i = X_i A_{i-1} + S_i q_i'' + V_i x S_i q_i',       A_0 = (0, -gravity)
+
+where X_i moves to the point and turns by -q_i about the axis. So a is the spatial
+acceleration less gravity; that of the point less gravity is a + w x v. As dX_i/dq_i =
+-(S_i x) X_i, a function's derivatives by V, A and the pose of the last frame are carried
+back through the same links, each of them like a wrench.
+
+All arrays have the samples last: (3, K) are vectors of K samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from hefting.core.spatial import Array, frozen, rotation_matrices, skew
+from hefting.robots.robot import Robot
+
+W, V, DW, A, P = range(5)
+"""Vectors that are carried along the arm: angular and linear velocity, their
+derivatives, and the way from the root's origin to the frame's."""
+VECTORS = 5
+
+
+class TipMotion(NamedTuple):
+    """Motion of the sensor frame at K instants, in sensor axes unless said."""
+
+    angular_velocity: Array
+    """(3, K) [rad/s]"""
+    velocity: Array
+    """(3, K) of the origin [m/s]"""
+    angular_acceleration: Array
+    """(3, K) [rad/s²]"""
+    acceleration: Array
+    """(3, K) of the origin, classical, less gravity [m/s²]"""
+    position: Array
+    """(3, K) of the origin, from the root's [m]"""
+    rotation: Array
+    """(3, 3, K) rows are the root's axes, in sensor axes"""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The joints of a robot that move its sensor frame, as `motion` needs them."""
+
+    axes: Array
+    """(n, 3) in root axes, the robot's joints at zero"""
+    steps: Array
+    """(n + 1, 3) [m] from each joint's point to the next, the first from the root's
+    origin, the last to the sensor's"""
+    columns: tuple[int, ...]
+    multipliers: Array
+    offsets: Array
+    """of each joint's position: multiplier * q[column] + offset"""
+    home: Array
+    """(3, 3) sensor axes in root axes at zero"""
+    gravity: Array
+    """(3,) in root axes [m/s²]"""
+    joints: int
+
+    @classmethod
+    def of(cls, robot: Robot, gravity: Array) -> Self:
+        """Of a robot whose joints turn."""
+        points = [np.zeros(3), *(s.point for s in robot.screws), robot.home_position]
+        return cls(
+            frozen([screw.axis for screw in robot.screws]),
+            frozen(np.diff(points, axis=0)),
+            tuple(screw.column for screw in robot.screws),
+            frozen([screw.multiplier for screw in robot.screws]),
+            frozen([screw.offset for screw in robot.screws]),
+            frozen(rotation_matrices(robot.home_orientation)),
+            frozen(gravity),
+            len(robot.joints),
+        )
+
+    @cached_property
+    def turns(self) -> list[tuple[Array, Array]]:
+        """Of each joint K = [axis]x and K K, which turn vectors about it."""
+        return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
+
+    def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
+        """Motion of the tip for joint motions (K, n), and what the way back needs."""
+        K = len(q)
+        x = np.zeros((3, VECTORS, K))
+        x[:, A] = -self.gravity[:, None]
+        turned = np.ascontiguousarray(np.repeat(np.eye(3)[:, :, None], K, axis=2))
+        links = []
+        for i, column in enumerate(self.columns):
+            m, (cross, square) = self.multipliers[i], self.turns[i]
+            _step(x, self.steps[i])
+            angle = m * q[:, column] + self.offsets[i]
+            sin, cos = np.sin(angle), np.cos(angle)
+            both = np.concatenate((x, turned), axis=1).reshape(3, -1)
+            flat = (3, VECTORS + 3, K)
+            both = (
+                both.reshape(flat)
+                - sin * (cross @ both).reshape(flat)
+                + (1.0 - cos) * (square @ both).reshape(flat)
+            )
+            x, turned = both[:, :VECTORS], both[:, VECTORS:]
+            axis = self.axes[i][:, None]
+            rate = m * dq[:, column]
+            carried = x.copy()
+            x[:, W] += axis * rate
+            x[:, DW] += axis * (m * ddq[:, column]) + _cross(x[:, W], axis) * rate
+            x[:, A] += _cross(x[:, V], axis) * rate
+            links.append((sin, cos, rate, carried))
+        _step(x, self.steps[-1])
+        x = np.einsum("ji,jck->ick", self.home, x)
+        turned = np.einsum("ji,jck->ick", self.home, turned)
+        w, v = x[:, W], x[:, V]
+        motion = TipMotion(
+            w,
+            v,
+            x[:, DW],
+            x[:, A] + _cross(w, v),
+            np.einsum("icK,iK->cK", turned, x[:, P]),
+            np.moveaxis(turned, 0, 1),
+        )
+        return Passed(self, motion, links)
+
+
+class TipGradient(NamedTuple):
+    """Derivatives of a function by a `TipMotion`, in sensor axes; each (3, K)."""
+
+    angular_velocity: Array
+    velocity: Array
+    angular_acceleration: Array
+    acceleration: Array
+    force: Array
+    """by a shift of the frame along its axes"""
+    torque: Array
+    """by a turn of the frame about its axes, at its origin"""
+
+
+@dataclass(frozen=True, eq=False)
+class Passed:
+    """A forward pass."""
+
+    chain: Chain
+    motion: TipMotion
+    links: list[tuple[Array, Array, Array, Array]]
+    """of each joint: sine, cosine, rate (K,), and the vectors (3, 5, K) before its own
+    motion is added"""
+
+    def back(self, gradient: TipGradient) -> tuple[Array, Array, Array]:
+        """Derivatives (K, n) by joint positions, velocities and accelerations."""
+        chain, K = self.chain, self.motion.velocity.shape[1]
+        w, v = self.motion.angular_velocity, self.motion.velocity
+        g = gradient
+        # wrenches: pairs of moment and force, of velocity, acceleration and pose
+        y = np.stack(
+            (
+                g.angular_velocity + _cross(v, g.acceleration),
+                g.velocity + _cross(g.acceleration, w),
+                g.angular_acceleration,
+                g.acceleration,
+                g.torque,
+                g.force,
+            ),
+            axis=1,
+        )
+        y = np.einsum("ij,jck->ick", chain.home, y)
+        found = np.zeros((3, chain.joints, K))
+        for i in reversed(range(len(chain.columns))):
+            _step_back(y, chain.steps[i + 1])
+            sin, cos, rate, x = self.links[i]
+            column, m, axis = chain.columns[i], chain.multipliers[i], chain.axes[i]
+            cross, square = chain.turns[i]
+            side = axis[:, None]
+            # of V_i x S, where the joint's own part of V_i is along S
+            found[1, column] += m * (
+                axis @ (y[:, 0])
+                + ((cross.T @ x[:, W]) * y[:, 2]).sum(axis=0)
+                + ((cross.T @ x[:, V]) * y[:, 3]).sum(axis=0)
+            )
+            found[2, column] += m * (axis @ y[:, 2])
+            y[:, 0] += rate * _cross(side, y[:, 2])
+            y[:, 1] += rate * _cross(side, y[:, 3])
+            turn = axis @ y[:, 4]
+            for pair, vector in ((0, W), (1, V), (2, DW), (3, A)):
+                turn -= ((cross @ x[:, vector]) * y[:, pair]).sum(axis=0)
+            found[0, column] += m * turn
+            flat = y.reshape(3, -1)
+            y = (
+                y
+                + sin * (cross @ flat).reshape(y.shape)
+                + (1.0 - cos) * (square @ flat).reshape(y.shape)
+            )
+        position, velocity, acceleration = (each.T for each in found)
+        return position, velocity, acceleration
+
+
+def _step(x: Array, step: Array) -> None:
+    """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
+    x[:, V] += _cross(x[:, W], step[:, None])
+    x[:, A] += _cross(x[:, DW], step[:, None])
+    x[:, P] += step[:, None]
+
+
+def _step_back(y: Array, step: Array) -> None:
+    """Move wrenches (3, 6, K) against a step (3,) [m]."""
+    for pair in (0, 2, 4):
+        y[:, pair] += _cross(step[:, None], y[:, pair + 1])
+
+
+def _cross(u: Array, v: Array) -> Array:
+    """Cross products (3, K) of vectors (3, K) or (3, 1)."""
+    return np.stack(
+        (
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        )
+    )

@@ -1,0 +1,207 @@
+"""The motion to make: planned for what is still uncertain, within limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.accuracy import Accuracy
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.measurements import NOISE_LEVELS, Noise
+from hefting.core.messages import Message, note
+from hefting.core.spatial import (
+    SPEED_LIMIT,
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+)
+from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.held import Held
+from hefting.planning.limits import ACCELERATION, JERK, Limits
+from hefting.planning.planner import Planner
+from hefting.planning.reach import LONGER, out_of_reach, time_needed
+from hefting.planning.result import Plan
+from hefting.planning.search import Found
+from hefting.planning.space import Space
+from hefting.robots.robot import Robot
+from hefting.shapes import Shape
+
+DURATION = 10.0
+"""[s] of a plan, where nothing is said."""
+SHORTEST, LONGEST = 1.0, 120.0
+"""[s] of a plan."""
+
+
+def plan(
+    urdf: str | Path,
+    tip: str,
+    *,
+    estimate: Estimate | str | Path | None = None,
+    shape: Shape | None = None,
+    until: Accuracy | str | None = None,
+    duration: float = DURATION,
+    speed: float = SPEED_LIMIT,
+    start: ArrayLike | None = None,
+    noise: Noise | None = None,
+    acceleration: ArrayLike | None = None,
+    jerk: ArrayLike | None = None,
+    force: float | None = None,
+    torque: float | None = None,
+    keep: Sequence[str | HalfSpace] = (),
+    srdf: str | Path | None = None,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    rate: float = 100.0,
+    effort: str = "full",
+    stop_and_go: bool = False,
+    seed: int = 0,
+) -> Plan:
+    """The joint motion, at rest at both ends, that leaves the least of what is still
+    uncertain of a held object.
+
+    Parameters
+    ----------
+    urdf : path of the robot's URDF, which has limits of position and speed.
+    tip : link whose frame is the sensor's.
+    estimate : what is known now: an `Estimate` with covariance, or its JSON file.
+    shape : what is known of the object's shape, in the sensor frame.
+    until : what is to be reached, as in ``mass=1%,com=2mm,inertia=20%``; without, the
+        volume of the ellipsoid of uncertainty is made least.
+    duration : of the motion [s].
+    speed : limit of every corner of the object's box, and of the sensor's origin [m/s].
+    start : (n,) joint positions from which it starts [rad]; by default it chooses.
+    noise : standard deviations of the sensor's noise; by default those of the estimate's
+        recording, else moderate ones.
+    acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
+    force, torque : range of the sensor along each axis [N], [N m], which the expected
+        wrench of the object keeps.
+    keep : half-spaces that links and object stay in, in the axes of the robot's root,
+        as in ``["z>=0.05", "x<=0.6"]``.
+    srdf : file that says which links not to check against each other.
+    gravity : (3,) in the axes of the robot's root [m/s²].
+    rate : of the samples that will be recorded [Hz].
+    effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
+        long; or ``"quick"`` for a plan within some two seconds.
+    stop_and_go : rests in a few poses with moves between, for mass and COM alone
+        (`hefting.planning.poses`).
+    seed : the same seed gives the same plan.
+
+    Raises `InputError` for an unknown tip, missing limits, a start that is out of range
+    or touches something, no feasible motion, and an accuracy out of reach within
+    `duration`.
+
+    Examples
+    --------
+    >>> found = hefting.plan("arm.urdf", "tool", duration=2.0, effort="quick")
+    >>> found.joints, found.motion.position.shape
+    (('turn',), (201, 1))
+    """
+    _check_numbers(duration, speed, rate, seed)
+    if effort == "full" and estimate is not None:
+        effort = "next"
+    asked = Accuracy.parse(until) if isinstance(until, str) else until
+    robot = Robot.from_urdf(urdf, tip)
+    limits = Limits.from_urdf(urdf, robot, acceleration, jerk, speed, force, torque)
+    if estimate is not None and not isinstance(estimate, Estimate):
+        estimate = Estimate.load(estimate)
+    held = Held.of(estimate, shape)
+    g = check_gravity(gravity)
+    space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
+    levels, told = _noise(noise, estimate)
+    planner = Planner(
+        robot, limits, held, space, levels, g, rate, start, asked, stop_and_go, seed
+    )
+    best, forecast = planner.planned(duration, effort)
+    if asked is not None and not asked.met_by(forecast.accuracy[-1]):
+        more = min(LONGER * duration, max(LONGEST, 1.5 * duration))
+        longer = planner.planned(more, "quick")[1]
+        raise out_of_reach(asked, forecast, longer)
+    return Plan(
+        joints=robot.joints,
+        tip=tip,
+        source=str(urdf),
+        trajectory=best.trajectory,
+        limits=limits,
+        corners=best.problem.constraints.corners,
+        forecast=forecast,
+        asked=asked,
+        reached=None if asked is None else True,
+        time_needed=None if asked is None else time_needed(forecast, asked),
+        usage=best.usage.shares,
+        clearance=best.usage.clearance,
+        binding=best.usage.binding,
+        notes=(*held.notes, *told, *_assumed(acceleration, jerk), *_of(space, "note")),
+        warnings=_of(space, "warning"),
+        settings=_settings(held, levels, g, rate, effort, seed, best),
+    )
+
+
+def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> None:
+    if not SHORTEST <= duration <= LONGEST:
+        what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
+        raise InputError(what, fix="give another `duration`")
+    if not 0.0 < speed < np.inf:
+        raise InputError(f"a speed of {speed:g} m/s is not positive", "`speed`")
+    if not 10.0 <= rate <= 10_000.0:
+        raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
+    if seed < 0:
+        raise InputError(f"{seed} is negative", "`seed`", "give 0 or more")
+
+
+def _noise(noise: Noise | None, estimate: Estimate | None):
+    """Levels of the wrench's noise, and a note where they were not given."""
+    if noise is not None:
+        if not (noise.force > 0.0 and noise.torque > 0.0):
+            raise InputError("the noise of force and torque must be positive")
+        return noise, ()
+    found = {} if estimate is None else estimate.provenance.get("noise")
+    if isinstance(found, dict) and {"force", "torque"} <= set(found):
+        force, torque = float(found["force"]), float(found["torque"])
+        if force > 0.0 and torque > 0.0:
+            what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
+            return Noise(force, torque), (note("plan-noise-assumed", what, "noise"),)
+    levels = NOISE_LEVELS["moderate"]
+    what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
+    return levels, (note("plan-noise-assumed", what, "noise"),)
+
+
+def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
+    """What no URDF has."""
+    parts = []
+    if acceleration is None:
+        parts.append(f"{ACCELERATION:g} rad/s²")
+    if jerk is None:
+        parts.append(f"{JERK:g} rad/s³")
+    if not parts:
+        return ()
+    what = f"no URDF limits it: every joint keeps {' and '.join(parts)}"
+    argument = "acceleration" if acceleration is None else "jerk"
+    return (note("plan-acceleration-assumed", what, argument),)
+
+
+def _of(space: Space, severity: str) -> tuple[Message, ...]:
+    return tuple(own for own in space.messages if own.severity == severity)
+
+
+def _settings(
+    held: Held,
+    noise: Noise,
+    gravity: Array,
+    rate: float,
+    effort: str,
+    seed: int,
+    best: Found,
+) -> dict[str, Any]:
+    return {
+        "noise": {"force": noise.force, "torque": noise.torque},
+        "gravity": gravity.tolist(),
+        "body": held.body.vector.tolist(),
+        "rate": rate,
+        "effort": effort,
+        "seed": seed,
+        "objective": best.value,
+    }

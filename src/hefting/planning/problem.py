@@ -1,0 +1,187 @@
+"""The problem that is solved: control points in, objective and limits out, with their
+gradients."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from hefting.core.spatial import Array
+from hefting.planning.constraints import (
+    CLEARANCE,
+    CLEARANCE_SCALE,
+    Constraints,
+    JointStates,
+)
+from hefting.planning.cuts import Cuts
+from hefting.planning.information import Information, feature_gradient, features
+from hefting.planning.kinematics import Chain, Passed, TipGradient, TipMotion
+from hefting.planning.objective import Objective
+from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory, knots_of
+
+GRID = 30.0
+"""[Hz] of the samples that the optimisation looks at: ten times what moves."""
+FINEST_PIECE = 0.3
+"""[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
+MOST_PIECES = 100
+"""Polynomial pieces of a motion at most: longer ones move slower, as more of them would
+take the optimisation too long."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Splines through rest at both ends, on a grid of K instants: q = start +
+    values[0] @ x, and so its derivatives."""
+
+    knots: Array
+    values: Array
+    """(4, K, P) of position, speed, acceleration and jerk"""
+
+    @classmethod
+    def of(cls, duration: float, pieces: int, rate: float) -> Self:
+        """Of so many polynomial pieces over `duration` [s], at `rate` [Hz]."""
+        knots = knots_of(duration, pieces)
+        count = len(knots) - DEGREE - 1
+        splines = BSpline(knots, np.eye(count), DEGREE)
+        time = np.linspace(0.0, duration, max(round(duration * rate), 2) + 1)
+        values = []
+        for order in range(4):
+            each = (splines.derivative(order) if order else splines)(time)
+            free = each[:, AT_REST : count - AT_REST + 1].copy()
+            free[:, -1] = each[:, count - AT_REST :].sum(axis=1)
+            values.append(free)
+        return cls(knots, np.array(values))
+
+    @property
+    def free(self) -> int:
+        """P, number of free control points"""
+        return self.values.shape[2]
+
+    def trajectory(self, start: Array, x: Array) -> Trajectory:
+        """Of free control points (P, n), as ways from the start (n,)."""
+        n = len(start)
+        last = np.repeat(x[-1:], AT_REST - 1, axis=0)
+        return Trajectory(
+            self.knots, start + np.vstack((np.zeros((AT_REST, n)), x, last))
+        )
+
+    def states(self, start: Array, x: Array) -> JointStates:
+        """On the grid."""
+        q, v, a, j = self.values @ x
+        return JointStates(start + q, v, a, j)
+
+
+def pieces_of(duration: float) -> int:
+    """Polynomial pieces of a motion of `duration` [s]."""
+    return int(np.clip(np.floor(duration / FINEST_PIECE), 4, MOST_PIECES))
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Which motion from `start` leaves the least uncertainty within the limits."""
+
+    chain: Chain
+    basis: Basis
+    start: Array
+    """(n,) [rad]"""
+    known: Array
+    """(10, 10) information there is already"""
+    information: Information
+    objective: Objective
+    constraints: Constraints
+    cuts: Cuts | None = None
+    """clearances, linear about the motion of the last round"""
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.basis.knots[-1])
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Free control points and joints."""
+        return self.basis.free, len(self.start)
+
+    def look(self, x: Array) -> Look:
+        """At the motion of free control points (P, n)."""
+        states = self.basis.states(self.start, x)
+        passed = self.chain.forward(*states[:3])
+        own = features(passed.motion)
+        gained = self.information.of_features(own, self.duration)
+        return Look(self, states, passed, own, self.known + gained)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A motion on the grid, and what it tells."""
+
+    problem: Problem
+    states: JointStates
+    passed: Passed
+    features: Array
+    """(12, K)"""
+    after: Array
+    """(10, 10) information after it"""
+
+    @property
+    def tip(self) -> TipMotion:
+        """Motion of the sensor frame."""
+        return self.passed.motion
+
+    def excesses(self) -> dict[str, Array]:
+        """Share of each limit that is used, less one; positive where it is broken."""
+        own = self.problem.constraints
+        shares = own.joint_shares(self.states)
+        found = {}
+        for name, share in zip(JointStates._fields, shares, strict=True):
+            found[f"{name}+"], found[f"{name}-"] = share - 1.0, -share - 1.0
+        found["corner"] = own.corner_shares(own.corner_velocities(self.tip)) - 1.0
+        if own.has_wrench_range:
+            share = own.wrench_shares(self.features)
+            found["wrench+"], found["wrench-"] = share - 1.0, -share - 1.0
+        if len(own.normals):
+            found["clearance"] = -own.clearances(self.tip) / CLEARANCE_SCALE
+        if self.problem.cuts is not None:
+            clear = self.problem.cuts.at(self.states.position)
+            found["contact"] = (CLEARANCE - clear) / CLEARANCE_SCALE
+        return found
+
+    def gradient(self, by_after: Array, by: dict[str, Array]) -> Array:
+        """Derivatives (P, n) by the control points of what has those `by_after` (10,
+        10) by the information, and `by` by the excesses."""
+        problem, own, tip = self.problem, self.problem.constraints, self.tip
+        by_features = problem.information.back(
+            self.features, problem.duration, by_after
+        )
+        if "wrench+" in by:
+            by_features = by_features + self._by_wrench(by["wrench+"] - by["wrench-"])
+        acceleration, turning, spin = feature_gradient(tip, by_features)
+        velocities = own.corner_velocities(tip)
+        speeds = np.sqrt((velocities**2).sum(axis=1))
+        weight = by["corner"] / (np.maximum(speeds, 1e-9) * own.limits.corner_speed)
+        linear, angular = own.corner_slopes(weight[:, None] * velocities)
+        force = torque = np.zeros_like(linear)
+        if "clearance" in by:
+            slopes = -by["clearance"] / CLEARANCE_SCALE
+            force, torque = own.clearance_slopes(tip, slopes)
+        tips = TipGradient(spin + angular, linear, turning, acceleration, force, torque)
+        by_states = [*self.passed.back(tips), np.zeros_like(self.states.jerk)]
+        for i, (name, (_, half)) in enumerate(
+            zip(JointStates._fields, own.joint_scales, strict=True)
+        ):
+            by_states[i] = by_states[i] + (by[f"{name}+"] - by[f"{name}-"]) / half
+        values = problem.basis.values
+        return np.asarray(
+            sum(B.T @ own for B, own in zip(values, by_states, strict=True))
+        )
+
+    def _by_wrench(self, by: Array) -> Array:
+        """Derivatives (12, K) by the features of what has those `by` (6, K) by the
+        shares of the sensor's range."""
+        own = self.problem.constraints
+        unit = own.wrench_shares(np.eye(12))
+        return unit.T @ by

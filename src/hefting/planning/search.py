@@ -1,0 +1,235 @@
+"""Search for the best motion: random ones first, the best of them optimised, the best of
+those that keep every limit chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.progress import report
+from hefting.core.spatial import Array
+from hefting.planning.candidates import fill_share, random_motion
+from hefting.planning.check import Usage
+from hefting.planning.constraints import CLEARANCE
+from hefting.planning.optimise import Search
+from hefting.planning.problem import Problem
+from hefting.planning.space import Space
+from hefting.planning.trajectory import Trajectory
+
+COARSE = 50.0
+"""[Hz] of the grid on which random motions are looked at."""
+MOST_REPAIRS = 5
+"""Rounds that a motion beyond its limits on the fine grid gets."""
+MOST_REPAIRED = 2
+"""Best of the optimised motions that are repaired, and of the random ones where none of
+these can be."""
+LEAST_SHARE = 1e-3
+"""Share of a motion that must be left where it has to be made smaller."""
+STARTS_A_START = 4
+"""Random motions from each random place to start from."""
+DRAWS = 400
+"""Random places that are tried for one that is free."""
+ELBOW_ROOM = 0.03
+"""[m] that a random place to start from is free of everything, where there is one."""
+
+
+class Found(NamedTuple):
+    """A motion that keeps its limits."""
+
+    problem: Problem
+    trajectory: Trajectory
+    usage: Usage
+    value: float
+    """logarithm of the deviation it leaves"""
+    after: Array
+    """(10, 10) information after it"""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long is searched: numbers of steps, so that the same seed gives the same
+    plan on any machine."""
+
+    candidates: int
+    """random motions that are looked at first"""
+    starts: int
+    """best of these that are optimised"""
+    rounds: int
+    """of the multipliers, each of the starts"""
+    steps: int
+    """of L-BFGS in each round"""
+    polish: int
+    """rounds more for the best"""
+
+
+EFFORTS = {
+    "full": Effort(60, 4, 6, 60, 4),
+    "next": Effort(30, 2, 6, 50, 2),
+    "quick": Effort(20, 1, 6, 40, 0),
+}
+"""Full: some 2,000 evaluations; next: of a plan from an estimate, a third; quick: a
+tenth, for use while a robot waits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Searcher:
+    """What a motion is searched with."""
+
+    joints: tuple[str, ...]
+    space: Space | None
+    effort: Effort
+    rng: np.random.Generator
+
+    @property
+    def solid(self) -> Space | None:
+        """The space, where there is anything in it."""
+        space = self.space
+        empty = space is None or not (space.half_spaces or space.contacts)
+        return None if empty else space
+
+    def best(self, problem: Problem, starts: Array) -> Found:
+        """The best motion from one of the places `starts` (s, n).
+
+        Raises `InputError` where none keeps the limits.
+        """
+        drafts = self._drafts(problem, starts)
+        if not drafts:
+            raise self._infeasible(problem, starts)
+        report("planning", 0.1)
+        searches: list[Search] = []
+        for i, draft in enumerate(drafts[: self.effort.starts]):
+            searches.append(draft.rounds(self.effort.rounds, self.effort.steps))
+            report("planning", 0.1 + 0.6 * (i + 1) / self.effort.starts)
+        searches.sort(key=lambda own: own.value)
+        searches[0] = searches[0].rounds(self.effort.polish, 2 * self.effort.steps)
+        kept = [own for own in map(self._repaired, searches[:MOST_REPAIRED]) if own]
+        if not kept:
+            kept = [own for own in map(self._shrunk, drafts[:MOST_REPAIRED]) if own]
+        if not kept:
+            raise self._infeasible(problem, starts)
+        return min(kept, key=lambda own: own.value)
+
+    def _drafts(self, problem: Problem, starts: Array) -> list[Search]:
+        """Random motions that may be optimised, the best first."""
+        found = []
+        for i in range(self.effort.candidates):
+            start = starts[i // STARTS_A_START % len(starts)]
+            own = replace(problem, start=start)
+            x = random_motion(own, self.rng)
+            if np.abs(x).max() > 0.0:
+                found.append(Search(own, x, self.solid))
+        found.sort(key=lambda own: own.value)
+        if self.solid is None or len(found) < 2:
+            return found
+        # those that touch nothing first
+        return sorted(found, key=lambda own: self._touches(own))
+
+    def _touches(self, search: Search) -> bool:
+        assert self.solid is not None
+        q = search.problem.basis.states(search.problem.start, search.x).position
+        return bool(self.solid.clearance(q).min() < 0.0)
+
+    def _repaired(self, search: Search) -> Found | None:
+        """The motion, optimised on until it keeps all limits on the fine grid; smaller
+        where that does not do."""
+        for _ in range(MOST_REPAIRS):
+            found = self.found(search.problem, search.x)
+            if found.usage.largest <= 1.0:
+                return found
+            beyond = min(found.usage.largest - 1.0, 0.05)
+            search = replace(search, aim=search.aim + beyond + 0.002)
+            search = search.next(self.effort.steps)
+        found = self.found(search.problem, search.x)
+        return found if found.usage.largest <= 1.0 else self._shrunk(search)
+
+    def _shrunk(self, search: Search) -> Found | None:
+        """The motion with its ways made smaller until it keeps all limits; None where
+        nothing is left of it."""
+
+        def used(share: float) -> float:
+            found = self.found(search.problem, share * search.x)
+            return found.usage.largest
+
+        share = fill_share(used, 1.0)
+        if share < LEAST_SHARE:
+            return None
+        return self.found(search.problem, share * search.x)
+
+    def found(self, problem: Problem, x: Array) -> Found:
+        """The motion of free control points (P, n), with what it uses."""
+        trajectory = problem.basis.trajectory(problem.start, x)
+        usage = Usage.of(
+            trajectory, problem.chain, problem.constraints, self.joints, self.solid
+        )
+        after = problem.look(x).after
+        return Found(
+            problem, trajectory, usage, problem.objective.value(after)[0], after
+        )
+
+    def free_starts(self, problem: Problem, number: int) -> Array:
+        """Places (s, n) to start from, at random, that are within all limits and clear
+        of everything.
+
+        Raises `InputError` where none is found.
+        """
+        ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
+        middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
+        draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
+        room = np.full(DRAWS, np.inf)
+        if self.solid is not None:
+            room = self.solid.clearance(draws)
+        found: list[Array] = []
+        for k in np.argsort(-np.minimum(room, ELBOW_ROOM), kind="stable"):
+            if room[k] < CLEARANCE or len(found) == number:
+                break
+            if self._is_within(problem, draws[k]):
+                found.append(draws[k])
+        if not found and room.max() >= CLEARANCE:
+            raise self._infeasible(problem, draws[[int(np.argmax(room))]])
+        if not found:
+            what = f"none of {DRAWS} random places to start from is clear of everything"
+            raise InputError(what, fix="give `start`, or relax `keep`")
+        return np.array(found)
+
+    def require_free(self, problem: Problem, start: Array) -> None:
+        """`InputError` for a place to start from (n,) that is out of range or touches
+        something."""
+        limits = problem.constraints.limits
+        for name, q, (low, high) in zip(
+            self.joints, start, limits.position, strict=True
+        ):
+            if not low <= q <= high:
+                what = f"joint '{name}' starts at {q:.4g} rad, outside {low:.4g} to {high:.4g} rad"
+                raise InputError(what, fix="give another `start`")
+        if self.solid is not None:
+            clear, names = self.solid.nearest(start[None])
+            if clear < 0.0:
+                what = f"the start is in collision by {-1e3 * clear:.0f} mm: {names}"
+                raise InputError(what, fix="give another `start`")
+        own = self.found(replace(problem, start=start), np.zeros(problem.size))
+        if own.usage.largest > 1.0:
+            what = f"{own.usage.worst} is beyond its limit at the start already"
+            raise InputError(what, fix="give another `start`, or relax that limit")
+
+    def _is_within(self, problem: Problem, start: Array) -> bool:
+        """Whether a place to start from (n,) is within all limits."""
+        own = replace(problem, start=start)
+        excesses = own.look(np.zeros(own.size)).excesses()
+        return max(float(g.max()) for g in excesses.values()) < 0.0
+
+    def _infeasible(self, problem: Problem, starts: Array) -> InputError:
+        """Which limit leaves no room to move."""
+        own = replace(problem, start=starts[0])
+        still = self.found(own, np.zeros(own.size))
+        what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
+        return InputError(what, fix="relax it, or give another `start`")
+
+
+def effort_named(name: str) -> Effort:
+    """One of `EFFORTS`; `InputError` for another name."""
+    if name not in EFFORTS:
+        raise InputError(f"effort is '{name}'", fix=f"use {' or '.join(EFFORTS)}")
+    return EFFORTS[name]

@@ -1,0 +1,201 @@
+"""The links of a robot and the object it holds, as convex solids that move with the
+joints."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, frozen, rotation_matrices
+from hefting.planning.convex_parts import convex_parts
+from hefting.robots.robot import Robot
+from hefting.robots.urdf import SCALAR, Tree
+from hefting.robots.visuals import Geometry, read_geometries
+from hefting.scene.link_surfaces import LinkSurfaces
+
+MOST_LINKS = 200
+"""Links that are checked at most; humanoids with hands have about a hundred."""
+MOST_SOLIDS = 12
+"""Solids of one link at most: where its URDF has more, one hull holds them all."""
+THIN = 1e-3
+"""[m] Least thickness of a solid."""
+OBJECT = "the object"
+"""Name of the solid that is held."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """The convex hull of points that are fixed to a link."""
+
+    name: str
+    """``link 'x'`` or `OBJECT`"""
+    link: int
+    """Index of the link that it moves with"""
+    vertices: Array
+    """(V, 3) [m] in the link's frame"""
+    faces: np.ndarray
+    """Triangles (F, 3), indices of `vertices`; none of a single point"""
+    center: Array
+    """(3,) [m] of a sphere that holds it"""
+    radius: float
+    """[m] of that sphere"""
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLink:
+    """A link, and the joints on the way to the tip that move it."""
+
+    name: str
+    robot: Robot
+    columns: tuple[int, ...]
+    """Place of each of its robot's joints in the joint positions of the tip; -1 of one
+    that does not move the tip"""
+    group: int
+    """Links of one group do not move against each other while the tip moves"""
+    neighbour: int | None
+    """Group that bears this one; None of the root's"""
+
+    def pose(self, q: Array) -> tuple[Array, Array]:
+        """Position (K, 3) [m] and rotation (K, 3, 3) in the root frame, at positions
+        (K, n) of the tip's joints. Joints that do not move the tip are at zero, or at
+        the limit next to it."""
+        own = np.empty((len(q), len(self.columns)))
+        for i, column in enumerate(self.columns):
+            own[:, i] = self._resting(i) if column < 0 else q[:, column]
+        position, orientation = self.robot.poses(own)
+        return position, rotation_matrices(orientation)
+
+    def _resting(self, i: int) -> float:
+        low, high = self.robot.limits[i] or (0.0, 0.0)
+        return float(np.clip(0.0, low, high))
+
+
+def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
+    """The links of a robot that have a pose at given positions of the tip's joints,
+    those that bear others first; at most `MOST_LINKS`."""
+    group = {tree.root: 0}
+    bearer: dict[int, int | None] = {0: None}
+    moved = {tree.root: 0}
+    links = []
+    for name, parent in _in_order(tree)[:MOST_LINKS]:
+        if (robot := _robot(tree, name)) is None:
+            continue
+        columns = tuple(
+            tip.joints.index(moving) if moving in tip.joints else -1
+            for moving in robot.joints
+        )
+        moved[name] = sum(columns[screw.column] >= 0 for screw in robot.screws)
+        if parent is not None:
+            own = group[parent]
+            if moved[name] > moved[parent]:
+                own, bearer[len(bearer)] = len(bearer), own
+            group[name] = own
+        links.append(MovingLink(name, robot, columns, group[name], bearer[group[name]]))
+    return links
+
+
+def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
+    """What the links are for collisions: their collision geometry, else what they look
+    like. Links without either, or whose meshes cannot be read, have none."""
+    surfaces, every = LinkSurfaces(), read_geometries(path)
+    found = []
+    for i, link in enumerate(links):
+        own = [geometry for geometry in every if geometry.link == link.name]
+        for part in ("collision", "visual"):
+            chosen = [geometry for geometry in own if geometry.part == part]
+            clouds = _clouds(chosen, surfaces)
+            if clouds:
+                name = f"link '{link.name}'"
+                found += [solid_of(name, i, cloud) for cloud in clouds]
+                break
+    return found
+
+
+def solid_of(name: str, link: int, points: Array) -> Solid:
+    """The convex hull of points (N, 3) [m] in a link's frame; of a single point that,
+    of points in a plane the box around them, `THIN` at least."""
+    points, faces = _hull(points)
+    center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    radius = float(np.linalg.norm(points - center, axis=1).max())
+    return Solid(name, link, frozen(points), faces, frozen(center), radius)
+
+
+def _in_order(tree: Tree) -> list[tuple[str, str | None]]:
+    """Each link with the one that bears it, parents first."""
+    children: dict[str, list[str]] = {link: [] for link in tree.links}
+    for joint in tree.joints.values():
+        children[joint.parent].append(joint.child)
+    order: list[tuple[str, str | None]] = [(tree.root, None)]
+    for link, _ in order:  # grows on the way
+        order += [(child, link) for child in children[link]]
+    return order
+
+
+def _robot(tree: Tree, link: str) -> Robot | None:
+    """The joints that move a link; None where one of them has no single position."""
+    if any(joint.kind not in (*SCALAR, "fixed") for joint in tree.chain(link)):
+        return None
+    try:
+        return Robot.from_tree(tree, link)
+    except InputError:
+        return None
+
+
+def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Array]:
+    """Points (N, 3) whose convex hulls hold the geometries that can be read."""
+    clouds = []
+    for geometry in geometries:
+        surface = surfaces.read(geometry)
+        if surface is not None and geometry.kind == "mesh":
+            clouds += convex_parts(*surface)
+        elif surface is not None:
+            clouds.append(_around(geometry, surface[0]))
+    return clouds if len(clouds) <= MOST_SOLIDS else [np.concatenate(clouds)]
+
+
+def _around(geometry: Geometry, vertices: Array) -> Array:
+    """The vertices of a geometry; of a round one moved outwards, so that their hull
+    holds it."""
+    if geometry.kind not in ("cylinder", "sphere"):
+        return vertices
+    turn = rotation_matrices(geometry.orientation)
+    own = (vertices - geometry.position) @ turn
+    planes = ConvexHull(own).equations
+    lateral = (
+        planes[np.abs(planes[:, 2]) < 0.99] if geometry.kind != "sphere" else planes
+    )
+    grown = geometry.size[0] / -lateral[:, 3].max()
+    along = 1.0 if geometry.kind == "cylinder" else grown
+    return own * (grown, grown, along) @ turn.T + geometry.position
+
+
+def _hull(points: Array) -> tuple[Array, np.ndarray]:
+    """Vertices and triangles of the convex hull of points, none of a single one."""
+    if len(points) == 1:
+        return points, np.empty((0, 3), dtype=np.intp)
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # in a plane, or fewer than four
+        points = _box_around(points)
+        hull = ConvexHull(points)
+    number = np.full(len(points), -1)
+    number[hull.vertices] = np.arange(len(hull.vertices))
+    faces = number[hull.simplices]
+    corners = points[hull.simplices]
+    outward = np.einsum(
+        "ij,ij->i",
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
+        hull.equations[:, :3],
+    )
+    faces[outward < 0.0] = faces[outward < 0.0][:, ::-1]
+    return points[hull.vertices], faces
+
+
+def _box_around(points: Array) -> Array:
+    """Corners (8, 3) of the box around points, along the axes of the link."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, THIN)
+    return middle + half * np.array(list(product((-1.0, 1.0), repeat=3)))

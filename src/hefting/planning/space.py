@@ -1,0 +1,301 @@
+"""The space that a motion keeps to: half-spaces, and no contact of the links and the
+object with each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.messages import Message, note, warning
+from hefting.core.spatial import Array, Indices, frozen
+from hefting.planning.contacts import Contacts
+from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.solids import (
+    OBJECT,
+    MovingLink,
+    Solid,
+    read_links,
+    solid_of,
+    solids_of_links,
+)
+from hefting.planning.srdf import read_disabled_pairs
+from hefting.robots.robot import Robot
+from hefting.robots.urdf import Tree, listed, read_urdf
+
+SAMPLES = 200
+"""Random configurations in which it is seen what touches always."""
+MOSTLY = 0.95
+"""Share of random configurations; two solids that touch in more are taken to be drawn
+too large, and are not checked, as by MoveIt's setup assistant."""
+SAME = 1e-9
+"""[m] Distances that differ by less are the same."""
+FAR = 0.1
+"""[m] No clearance is told beyond: what is farther away need not be looked at, which
+takes most of the time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Half-spaces and solids of one robot and what it holds.
+
+    Examples
+    --------
+    >>> space = Space.of("robot.urdf", "tool0", keep=["z>=0.02"])  # doctest: +SKIP
+    >>> space.clearance(q).min()  # doctest: +SKIP
+    0.083
+    """
+
+    half_spaces: tuple[HalfSpace, ...]
+    links: tuple[MovingLink, ...]
+    solids: tuple[Solid, ...]
+    """Of the links, and the object's box as the last one where it is known"""
+    outside: tuple[tuple[int, int], ...]
+    """Solid and half-space of each pair that is checked"""
+    contacts: Contacts | None
+    """Pairs of solids that are checked; None without coal, or where there are none"""
+    corners: Array | None
+    """(8, 3) [m] of the object's box in the tip's frame"""
+    messages: tuple[Message, ...] = field(default=())
+    """What is not checked"""
+
+    @classmethod
+    def of(
+        cls,
+        urdf: str | Path,
+        tip: str,
+        keep: Sequence[str | HalfSpace] = (),
+        corners: ArrayLike | None = None,
+        position: ArrayLike | None = None,
+        srdf: str | Path | None = None,
+        seed: int = 0,
+    ) -> Self:
+        """The space of a robot.
+
+        Parameters
+        ----------
+        urdf, tip : the robot, and the link whose frame holds the object.
+        keep : half-spaces in the axes of its root link, see `HalfSpace.parse`. Links
+            that no joint moves are not held to them.
+        corners : (8, 3) [m] of the object's box in the tip's frame.
+        position : (n, 2) [rad] or [m], least and largest positions of the joints that
+            move the tip; by default those of the URDF.
+        srdf : file that says which links not to check against each other.
+        seed : of the random configurations.
+
+        Solids are the convex hulls of the collision geometry. Links that one joint
+        connects are not checked against each other, nor is the object against the link
+        that holds it. Raises `InputError` as `read_urdf`, `Robot.from_tree`,
+        `read_geometries`, `HalfSpace.parse` and `read_disabled_pairs` do.
+        """
+        tree = read_urdf(urdf)
+        robot = Robot.from_tree(tree, tip)
+        half_spaces = tuple(
+            each if isinstance(each, HalfSpace) else HalfSpace.parse(each)
+            for each in keep
+        )
+        disabled = read_disabled_pairs(srdf, tree.links) if srdf else frozenset()
+        links = read_links(tree, robot)
+        box = None if corners is None else frozen(np.asarray(corners, dtype=float))
+        solids, messages = _solids(tree, tip, links, box)
+        bounds = _finite(robot.limits if position is None else position)
+        random = np.random.default_rng(seed).uniform(
+            *bounds.T, size=(SAMPLES, len(bounds))
+        )
+        poses = _poses(links, solids, random)
+        outside, more = _outside(half_spaces, links, solids, poses)
+        contacts, others = _contacts(links, solids, disabled, poses)
+        return cls(
+            half_spaces,
+            tuple(links),
+            tuple(solids),
+            outside,
+            contacts,
+            box,
+            (*messages, *more, *others),
+        )
+
+    def clearance(self, q: Array) -> Array:
+        """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
+        negative where something is hit, `FAR` at most."""
+        return self._nearest(q)[0]
+
+    def nearest(self, q: Array) -> tuple[float, str]:
+        """Smallest signed distance [m] at joint positions (n,), or the smallest of
+        (K, n), and what it is between, as in ``"link 'elbow' and z>=0.02"``."""
+        distance, outside, pair = self._nearest(np.atleast_2d(q))
+        k = int(np.argmin(distance))
+        if pair[k] >= 0 and self.contacts is not None:
+            first, second = self.contacts.pairs[pair[k]]
+            names = f"{self.solids[first].name} and {self.solids[second].name}"
+        elif outside[k] >= 0:
+            solid, half = self.outside[outside[k]]
+            names = f"{self.solids[solid].name} and {self.half_spaces[half].text}"
+        else:
+            names = "nothing"
+        return float(distance[k]), names
+
+    def corners_clearance(self, position: Array, rotation: Array) -> Array:
+        """Smallest signed distance (K,) [m] of the object's corners from the
+        half-spaces, at tip positions (K, 3) and rotations (K, 3, 3) in the root frame;
+        of the tip itself where no shape is known, `FAR` without half-spaces."""
+        own = np.zeros((1, 3)) if self.corners is None else self.corners
+        distance = np.full(len(position), FAR)
+        for half in self.half_spaces:
+            own_offset = half.clearance(position)
+            along = np.einsum("kij,i->kj", rotation, half.normal) @ own.T
+            distance = np.minimum(distance, own_offset + along.min(axis=1))
+        return distance
+
+    def _nearest(self, q: Array) -> tuple[Array, Indices, Indices]:
+        """Smallest distance (K,), and the index of what it is between: in `outside`, or
+        -1, and among the pairs of `contacts`, or -1."""
+        position, rotation = _poses(self.links, self.solids, np.asarray(q, float))
+        distance, which = np.full(len(position), FAR), np.full(len(position), -1)
+        for i, (s, half) in enumerate(self.outside):
+            pose = position[:, s], rotation[:, s]
+            own = _inside(self.solids[s], self.half_spaces[half], pose)
+            nearer = own < distance
+            distance[nearer], which[nearer] = own[nearer], i
+        if self.contacts is None:
+            return distance, which, np.full(len(position), -1)
+        distance, pair = self.contacts.nearest(position, rotation, distance)
+        return distance, which, pair
+
+
+def _finite(limits: Any) -> Array:
+    """Ranges (n, 2) of joints: half a turn to each side where there is no limit."""
+    ends = [(0.0, 0.0) if own is None else own for own in limits]
+    return np.nan_to_num(np.array(ends, dtype=float), posinf=np.pi, neginf=-np.pi)
+
+
+def _poses(
+    links: Sequence[MovingLink], solids: Sequence[Solid], q: Array
+) -> tuple[Array, Array]:
+    """Positions (K, S, 3) and rotations (K, S, 3, 3) of the solids' links."""
+    known = {i: links[i].pose(q) for i in {solid.link for solid in solids}}
+    if not solids:
+        return np.empty((len(q), 0, 3)), np.empty((len(q), 0, 3, 3))
+    position = np.stack([known[solid.link][0] for solid in solids], axis=1)
+    rotation = np.stack([known[solid.link][1] for solid in solids], axis=1)
+    return position, rotation
+
+
+def _inside(solid: Solid, half: HalfSpace, pose: tuple[Array, Array]) -> Array:
+    """Signed distance (K,) [m] of a solid from the boundary of a half-space."""
+    position, rotation = pose
+    along = np.einsum("kij,i->kj", rotation, half.normal) @ solid.vertices.T
+    return half.clearance(position) + along.min(axis=1)
+
+
+def _solids(
+    tree: Tree, tip: str, links: list[MovingLink], corners: Array | None
+) -> tuple[list[Solid], list[Message]]:
+    """Solids of the links and the object; of links that move and have none, as nothing
+    that moves with them has, the origins of their frames."""
+    solids = solids_of_links(tree.source, links)
+    drawn = {links[solid.link].group for solid in solids}
+    bare = {
+        link.group: i
+        for i, link in reversed(list(enumerate(links)))
+        if link.columns and link.group not in drawn
+    }
+    names = [links[i].name for i in sorted(bare.values())]
+    origin = np.zeros((1, 3))
+    solids += [
+        solid_of(f"link '{links[i].name}'", i, origin) for i in sorted(bare.values())
+    ]
+    messages = []
+    if names:
+        what = (
+            f"no geometry could be read of {listed(names, 6)}: collisions with them are "
+            "not checked, and of half-spaces they keep the origins of their frames"
+        )
+        messages.append(warning("plan-links-without-geometry", what))
+    if corners is not None:
+        own = next(i for i, link in enumerate(links) if link.name == tip)
+        solids.append(solid_of(OBJECT, own, corners))
+    return solids, messages
+
+
+def _outside(
+    half_spaces: Sequence[HalfSpace],
+    links: Sequence[MovingLink],
+    solids: Sequence[Solid],
+    poses: tuple[Array, Array],
+) -> tuple[tuple[tuple[int, int], ...], list[Message]]:
+    """Solids and half-spaces to check: not those that reach out wherever the arm is, nor
+    those that are inside and do not come nearer."""
+    kept, never = [], []
+    for s, solid in enumerate(solids):
+        if not links[solid.link].columns:
+            continue
+        for h, half in enumerate(half_spaces):
+            own = _inside(solid, half, (poses[0][:, s], poses[1][:, s]))
+            if own.min() >= 0.0 and np.ptp(own) < SAME:
+                continue  # it turns about the half-space's normal, as a shoulder does
+            if own.max() >= 0.0:
+                kept.append((s, h))
+            elif solid.name == OBJECT:
+                what = f"{OBJECT} is out of {half.text} wherever the arm is"
+                raise InputError(what, fix="the axes are those of the URDF's root link")
+            else:
+                never.append(f"{solid.name} of {half.text}")
+    if not never:
+        return tuple(kept), []
+    what = f"not checked, as out of it wherever the arm is: {listed(sorted(set(never)), 6)}"
+    return tuple(kept), [warning("plan-half-space-unchecked", what)]
+
+
+def _contacts(
+    links: Sequence[MovingLink],
+    solids: Sequence[Solid],
+    disabled: frozenset[frozenset[str]],
+    poses: tuple[Array, Array],
+) -> tuple[Contacts | None, list[Message]]:
+    """Pairs of solids to check: not those that touch nearly always."""
+    pairs = [
+        (i, j)
+        for j in range(len(solids))
+        for i in range(j)
+        if _may_meet(links, solids[i], solids[j], disabled)
+    ]
+    if not pairs:
+        return None, []
+    try:
+        every = Contacts(solids, np.array(pairs))
+    except MissingDependencyError as missing:
+        what = f"collisions of links and object were not checked: {missing}"
+        return None, [warning("plan-collisions-unchecked", what)]
+    always = every.touching(*poses).mean(axis=0) > MOSTLY
+    left = Contacts(solids, every.pairs[~always]) if not always.all() else None
+    if not always.any():
+        return left, []
+    names = sorted(
+        {f"{solids[i].name} and {solids[j].name}" for i, j in every.pairs[always]}
+    )
+    what = f"not checked, as they touch nearly always: {listed(names, 6)}"
+    return left, [note("plan-pairs-unchecked", what)]
+
+
+def _may_meet(
+    links: Sequence[MovingLink],
+    one: Solid,
+    other: Solid,
+    disabled: frozenset[frozenset[str]],
+) -> bool:
+    """Whether two solids are checked against each other: both solid, on links that move
+    against each other and are no neighbours."""
+    if not (len(one.faces) and len(other.faces)):
+        return False
+    first, second = links[one.link], links[other.link]
+    if first.group == second.group:
+        return False
+    if OBJECT in (one.name, other.name):
+        return True
+    if frozenset((first.name, second.name)) in disabled:
+        return False
+    return first.neighbour != second.group and second.neighbour != first.group

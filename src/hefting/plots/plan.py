@@ -1,0 +1,214 @@
+"""Picture of a planned motion: the joints within their limits, the fastest corner of
+the object, and how sure one is expected to become. Needs matplotlib."""
+
+from collections.abc import Callable
+from itertools import cycle
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.planning.corner_speed import corner_speeds
+from hefting.planning.result import Plan
+from hefting.plots.headline import LINE, lines_of, write_headline
+from hefting.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    chosen,
+    figure_of,
+    settled,
+    style,
+)
+from hefting.scene import Headline
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+JOINTS = (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, BLACK)
+"""Colours of the joints, again from the first where there are more."""
+QUANTITIES = {
+    "mass": ("mass", "%", 1e2, BLUE),
+    "center_of_mass": ("COM", "mm", 1e3, VERMILION),
+    "inertia": ("inertia", "%", 1e2, GREEN),
+}
+"""Of each quantity of an `Accuracy`: name, unit, its factor, its colour."""
+HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
+"""Of the rows [in]."""
+LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
+"""A limit."""
+LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
+"""Characters of a line of the legend, of what stands beside a name, and of a name."""
+
+
+def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
+    """Joint positions with those limits that come near; speed and acceleration of the
+    joint that is nearest to its limit; speed of the fastest corner; and half-widths of
+    the 95 % intervals that are expected, with what was asked for.
+
+    `say` turns names of arguments in backquotes into the reader's. Raises
+    `MissingDependencyError` without matplotlib, and `InputError` as `corner_speeds`.
+    """
+    lines = lines_of(_headline(plan), say=say)
+    names = -(-len(plan.joints) // _columns(plan.joints))
+    with style():
+        height = 0.9 + sum(HEIGHTS.values()) + LINE * (len(lines) + names)
+        figure = figure_of(height)
+        below = write_headline(figure, lines)
+        rows = below.subplots(
+            4, 1, sharex=True, gridspec_kw={"height_ratios": list(HEIGHTS.values())}
+        )
+        _draw_joints(rows[0], plan)
+        _draw_shares(rows[1], plan)
+        _draw_corner(rows[2], plan)
+        _draw_widths(rows[3], plan)
+        rows[-1].set_xlabel("Time [s]")
+        rows[-1].set_xlim(0.0, plan.duration)
+        _draw_legend(below, rows[0])
+        below.align_ylabels()
+        return settled(figure)
+
+
+def _headline(plan: Plan) -> Headline:
+    """What is planned, how sure one is expected to be, and whether that suffices."""
+    after = plan.forecast.accuracy[-1]
+    numbers = [
+        f"{label} ± {_written(factor * value)} {unit}"
+        for name, (label, unit, factor, _) in QUANTITIES.items()
+        if (value := getattr(after, name)) is not None
+    ]
+    said = [f"expected: {', '.join(numbers)}"]
+    if plan.asked is not None:
+        verdict = "expected to be reached" if plan.reached else "out of reach"
+        said.append(f"asked {str(plan.asked).replace(',', ', ')}: {verdict}")
+    what = f"planned motion of {plan.duration:.3g} s for '{plan.tip}'"
+    return Headline(what, "", True, tuple(said))
+
+
+def _written(value: float) -> str:
+    return f"{value:.2g}" if np.isfinite(value) else "open"
+
+
+def _draw_joints(axes: "Axes", plan: Plan) -> None:
+    """Positions of the joints, and the limits that are in view."""
+    motion = plan.motion
+    shown = chosen(len(motion.time))
+    colours = cycle(JOINTS)
+    for name, q in zip(plan.joints, motion.position.T, strict=True):
+        axes.plot(
+            motion.time[shown], q[shown], color=next(colours), linewidth=0.9, label=name
+        )
+    low, high = axes.get_ylim()
+    colours = cycle(JOINTS)
+    for ends in plan.limits.position:
+        colour = next(colours)
+        for end in ends:
+            if low <= end <= high:
+                axes.axhline(end, color=colour, **LIMIT)
+    axes.set_ylim(low, high)
+    axes.set_ylabel("joints [rad]")
+    _title(axes, "dashed: limits in view")
+
+
+def _draw_shares(axes: "Axes", plan: Plan) -> None:
+    """Speed and acceleration of the joint that is nearest to its limit."""
+    motion, limits = plan.motion, plan.limits
+    shown = chosen(len(motion.time))
+    time = motion.time[shown]
+    for name, values, most, colour in (
+        ("speed", motion.velocity, limits.speed, INK),
+        ("acceleration", motion.acceleration, limits.acceleration, ORANGE),
+    ):
+        share = 1e2 * np.max(np.abs(values) / most, axis=1)
+        axes.plot(time, share[shown], color=colour, linewidth=0.9, label=name)
+    axes.axhline(1e2, color=INK, **LIMIT)
+    axes.set_ylim(0.0, 1.12e2)
+    axes.set_ylabel("of limits [%]")
+    _title(axes, "largest share of any limit")
+    _legend_above(axes)
+
+
+def _draw_corner(axes: "Axes", plan: Plan) -> None:
+    """Speed of the fastest corner, and its limit."""
+    speed, time = corner_speeds(plan), plan.motion.time
+    shown = chosen(len(time))
+    most = plan.limits.corner_speed
+    axes.plot(time[shown], 1e3 * speed[shown], color=INK, linewidth=0.9)
+    axes.axhline(1e3 * most, color=INK, **LIMIT)
+    axes.set_ylim(0.0, 1.15e3 * max(most, float(speed.max())))
+    axes.set_ylabel("[mm/s]")
+    corner = "fastest corner of the object's box" if len(plan.corners) > 1 else "tip"
+    _title(axes, f"speed of the {corner}")
+
+
+def _draw_widths(axes: "Axes", plan: Plan) -> None:
+    """Half-widths of the intervals, and what was asked for."""
+    forecast = plan.forecast
+    for name, (label, unit, factor, colour) in QUANTITIES.items():
+        values = factor * _of(forecast.accuracy, name)
+        finite = np.where(np.isfinite(values), values, np.nan)
+        axes.plot(
+            forecast.time,
+            finite,
+            color=colour,
+            linewidth=0.9,
+            marker=".",
+            markersize=3.0,
+            label=f"{label} [{unit}]",
+        )
+        asked = None if plan.asked is None else getattr(plan.asked, name)
+        if asked is not None and np.isfinite(asked):
+            axes.axhline(factor * asked, color=colour, **LIMIT)
+    axes.set_yscale("log")
+    axes.set_ylabel("± 95 %")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("")
+    if plan.asked is not None:
+        _title(axes, "dashed: asked")
+    _legend_above(axes)
+
+
+def _of(accuracy: tuple, name: str) -> Array:
+    """One quantity (T,) of an accuracy at each instant; infinite where it is open."""
+    values = [getattr(each, name) for each in accuracy]
+    return np.array([np.inf if value is None else value for value in values])
+
+
+def _columns(names: tuple[str, ...]) -> int:
+    """How many names fit a line of the legend."""
+    longest = max(min(len(name), LONGEST_NAME) for name in names)
+    return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
+
+
+def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
+    """Names of the joints, below the picture."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles,
+        [label[:LONGEST_NAME] for label in labels],
+        loc="outside lower center",
+        ncols=_columns(tuple(labels)),
+        handlelength=1.2,
+    )
+
+
+def _legend_above(axes: "Axes") -> None:
+    """The curves of a row, above it at the left."""
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.02, 0.96),
+        ncols=len(axes.get_lines()),
+        borderaxespad=0.0,
+        handlelength=1.2,
+        columnspacing=1.0,
+    )
+
+
+def _title(axes: "Axes", text: str) -> None:
+    axes.set_title(text, loc="right", pad=2.0, color=INK)

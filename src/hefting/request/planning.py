@@ -1,0 +1,77 @@
+"""What a motion is planned for, as it is typed."""
+
+from typing import TYPE_CHECKING, Any
+
+from hefting.core.errors import InputError
+from hefting.request.numbers import numbers, quantities
+
+if TYPE_CHECKING:
+    from hefting.core.measurements import Noise
+
+RATE = 100.0
+"""[Hz] of the samples that will be recorded, where nothing is said."""
+FEWEST = 2
+"""Joints of which a list is one: a single number is for all."""
+
+
+def noise_of(a: Any) -> "tuple[Noise | None, float]":
+    """The noise of a sample that was given, or that of a recording, and how many
+    samples there will be a second [Hz]; None where neither was given."""
+    from hefting.core.measurements import Noise
+
+    if a.sensor_noise is None and a.noise_from is not None:
+        noise, rate = _noise_of_recording(a)
+        return noise, rate if a.rate is None else a.rate
+    if a.sensor_noise is None:
+        return None, RATE if a.rate is None else a.rate
+    if a.noise_from is not None:
+        what = "is given beside --noise-from"
+        raise InputError(what, "--sensor-noise", "leave one of them out")
+    kinds = "force", "torque"
+    force, torque = quantities(a.sensor_noise, kinds, "--sensor-noise", "0.1N,5mNm")
+    if not min(force, torque) > 0.0:
+        what = f"'{a.sensor_noise}' has no noise, and every sensor has some"
+        raise InputError(what, "--sensor-noise", "as in 0.1N,5mNm")
+    return Noise(force, torque), RATE if a.rate is None else a.rate
+
+
+def sensor_range_of(text: str | None) -> tuple[float | None, float | None]:
+    """Largest force [N] and torque [N m] along each axis; None without a limit."""
+    if text is None:
+        return None, None
+    kinds = "force", "torque"
+    force, torque = quantities(text, kinds, "--sensor-range", "100N,5Nm")
+    if not min(force, torque) > 0.0:
+        what = f"'{text}' is no range"
+        raise InputError(what, "--sensor-range", "as in 100N,5Nm")
+    return force, torque
+
+
+def of_joints(text: str | None, option: str) -> float | list[float] | None:
+    """One number for all joints, or one of each, separated by commas; None where
+    nothing was given."""
+    if text is None:
+        return None
+    values = numbers(text, text.count(",") + 1, option)
+    return values[0] if len(values) < FEWEST else values
+
+
+def _noise_of_recording(a: Any) -> "tuple[Noise, float]":
+    """The noise that is found in a recording of the same sensor, of white samples that
+    tell as little, and their rate [Hz]."""
+    from hefting.core.measurements import Noise
+    from hefting.ingest.ingest import ingest
+    from hefting.logs import read_log
+    from hefting.robots import Robot, with_poses
+
+    recording = read_log(a.noise_from)
+    if not recording.has("orientation"):
+        recording = with_poses(recording, Robot.from_urdf(a.urdf, a.tip))
+    if recording.static:
+        what = "static poses do not tell how fast the sensor is"
+        raise InputError(what, a.noise_from, "give --sensor-noise and --rate")
+    found = ingest(recording)
+    lasting = max(found.fit.autocorrelation, 1.0) ** 0.5
+    time = recording["wrench"].time
+    rate = (len(time) - 1) / float(time[-1] - time[0])
+    return Noise(lasting * found.noise.force, lasting * found.noise.torque), rate

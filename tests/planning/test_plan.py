@@ -1,0 +1,169 @@
+"""Plans as a whole: limits by MuJoCo, what is found with them, and what is refused."""
+
+import numpy as np
+import pytest
+
+import hefting
+from hefting.core.errors import InputError
+from hefting.planning.constraints import CLEARANCE
+from hefting.simulation.arm_links import TORQUE_ARMS
+
+pytest.importorskip("mujoco")
+
+from benchmarks.planning_limits import Case, broken, kept
+from benchmarks.planning_runs import Bench, bodies, width_ratios
+
+ARM = TORQUE_ARMS["ur5e"].arm
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    return Bench("ur5e", tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture(scope="module")
+def quick(bench):
+    return bench.plan(duration=4.0, effort="quick", seed=3)[0]
+
+
+def refused(bench, **arguments):
+    given = {"start": ARM.start, "effort": "quick", "duration": 4.0} | arguments
+    with pytest.raises(InputError) as error:
+        hefting.plan(bench.urdf, "flange", **given)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_no_random_limit_is_broken_by_mujocos_own_account(seed, tmp_path):
+    """With cylinders for links, a table and a wall; MuJoCo reads the URDF itself."""
+    pytest.importorskip("coal")
+    case = Case.random(("ur5e", "panda", "xarm7"), seed)
+    uses = broken(case, case.plan(tmp_path))
+    assert not {name: own for name, own in uses.items() if not kept(name, own)}
+
+
+def test_the_same_seed_gives_the_same_plan_and_another_another(bench, quick):
+    again, other = (bench.plan(duration=4.0, effort="quick", seed=s)[0] for s in (3, 4))
+    own = quick.trajectory.points
+    np.testing.assert_array_equal(again.trajectory.points, own)
+    assert np.abs(other.trajectory.points - own).max() > 0.1
+    assert again.to_dict() == quick.to_dict()
+
+
+def test_it_starts_where_it_is_told_and_ends_at_rest(quick):
+    motion = quick.motion
+    np.testing.assert_allclose(motion.position[0], ARM.start, atol=1e-12)
+    for name in ("velocity", "acceleration"):
+        ends = getattr(motion, name)[[0, -1]]
+        np.testing.assert_allclose(ends, 0.0, atol=1e-8)
+    assert quick.duration == 4.0
+
+
+def test_usage_is_near_its_limits_and_binding_says_which(quick):
+    assert 0.97 < max(quick.usage.values()) <= 1.0
+    assert {own.code for own in quick.binding} == {"plan-limit-binds"}
+    assert any("corner" in own for own in quick.binding)
+
+
+def test_a_planned_motion_beats_random_ones_of_more_than_twice_its_time(bench, quick):
+    """In inertia, as identified without a shape from MuJoCo's recordings. Plans of 4 s
+    have a tenth of the error of random motions of 10 s on average, so that chance does
+    not decide."""
+    body = bodies(2)[1]
+    planned = [bench.play(quick.trajectory, body, k).errors[2] for k in range(3)]
+    others = bench.random(10.0, 5)
+    random = [bench.play(own, body, k).errors[2] for k, own in enumerate(others)]
+    assert np.median(planned) < 0.5 * np.median(random)
+
+
+def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench):
+    body = bodies(2)[1]
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), body, 0)
+    plan, _ = bench.plan(estimate=first.estimate, duration=6.0, effort="quick")
+    pair = [first.recording, bench.recording(plan.trajectory, body, 1)]
+    found = hefting.identify(pair).estimate
+    before = np.linalg.norm(first.estimate.half_widths["inertia_at_com"])
+    after = np.linalg.norm(found.half_widths["inertia_at_com"])
+    assert after < 0.3 * before
+    # one recording: half-widths themselves scatter by a tenth, and noise is found anew
+    assert 0.7 < np.median(width_ratios(plan, found)) < 1.4
+
+
+def test_what_is_asked_is_reached_and_told_when(bench):
+    plan, _ = bench.plan(until="inertia=20%,com=3mm", duration=6.0, effort="quick")
+    assert plan.reached
+    assert plan.forecast.accuracy[-1].inertia < 0.2
+    assert 0.0 < plan.time_needed < 6.0
+
+
+def test_out_of_reach_says_how_long_it_would_take(bench):
+    text = refused(bench, until="inertia=1%")
+    assert "out of reach within 4 s" in text
+    assert "plan for about" in text
+
+
+def test_what_no_motion_tells_is_said(bench):
+    text = refused(bench, until="mass=0.05%", duration=6.0)
+    assert "nor by any longer motion" in text
+
+
+def test_a_start_out_of_range_is_named(bench):
+    start = np.array(ARM.start)
+    start[2] = 7.0
+    assert "joint 'joint3' starts at 7 rad, outside" in refused(bench, start=start)
+
+
+def test_a_start_that_touches_is_refused(bench):
+    text = refused(bench, keep=["z>=1.0"])
+    assert "z>=1.0" in text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"start": [0.0, 1.0]}, "6 finite joint positions"),
+        ({"duration": 0.2}, "0.2 s"),
+        ({"duration": np.nan}, "nan s"),
+        ({"rate": 0.0}, "0 Hz"),
+        ({"effort": "most"}, "effort"),
+        ({"until": "mass=1%", "stop_and_go": True, "duration": 1.0}, "plan for longer"),
+        ({"until": "inertia=1%", "stop_and_go": True}, "rests do not tell"),
+        ({"noise": hefting.Noise(0.0, 0.1)}, "must be positive"),
+    ],
+)
+def test_what_cannot_be_planned_is_one_line(bench, wrong, said):
+    assert said in refused(bench, **wrong)
+
+
+def test_an_unknown_tip_is_named(bench):
+    with pytest.raises(InputError, match="no frame is named 'flanje'"):
+        hefting.plan(bench.urdf, "flanje")
+
+
+def test_a_sensor_too_weak_for_the_object_says_so(bench):
+    text = refused(bench, force=5.0)
+    assert "range of force" in text
+
+
+def test_a_sensors_range_is_kept(bench):
+    # 1 kg is expected: 9.8 N at rest, and up to 10.2 N where nothing holds it back
+    plan, _ = bench.plan(duration=3.0, effort="quick", force=10.0)
+    assert plan.usage["force"] <= 1.0
+
+
+def test_without_a_start_it_chooses_one_that_is_free(bench):
+    plan = hefting.plan(
+        bench.urdf, "flange", duration=3.0, effort="quick", keep=["z>=0.05"]
+    )
+    assert plan.clearance >= 0.5 * CLEARANCE
+    assert max(plan.usage.values()) <= 1.0
+
+
+def test_rests_tell_mass_and_com(bench):
+    plan, _ = bench.plan(stop_and_go=True, duration=8.0)
+    body = bodies(1)[0]
+    found = bench.play(plan.trajectory, body, 0)
+    # of random motions of 10 s the median is 0.06 % and 0.3 mm
+    assert found.errors[0] < 0.5
+    assert found.errors[1] < 1.5

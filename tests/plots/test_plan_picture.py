@@ -1,0 +1,109 @@
+"""The picture of a plan shows the plan's own numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from folding_arm import folding_arm
+from hefting.core.accuracy import Accuracy
+from hefting.core.spatial import rotation_matrices
+from hefting.planning.corner_speed import corner_speeds
+from hefting.plots import picture_of, plot_plan
+from hefting.robots import Robot
+from plans import random_plan
+
+ASKED = Accuracy.parse("mass=1%,com=2mm,inertia=20%")
+
+
+@pytest.fixture
+def plan(tmp_path):
+    return random_plan(4, source=folding_arm(tmp_path), size=0.4, asked=ASKED)
+
+
+@pytest.fixture
+def rows(plan):
+    return plot_plan(plan).axes
+
+
+def test_corner_speeds_are_those_of_the_corners_positions(plan):
+    """Central differences of positions by the robot's poses."""
+    h, motion = 1e-5, plan.motion
+    robot = Robot.from_urdf(plan.source, plan.tip)
+
+    def corners(time):
+        position, orientation = robot.poses(plan.at(time).position)
+        turned = np.einsum("kij,cj->kci", rotation_matrices(orientation), plan.corners)
+        return position[:, None] + turned
+
+    inside = slice(1, -1)
+    time = motion.time[inside]
+    speed = (corners(time + h) - corners(time - h)) / (2 * h)
+    wanted = np.linalg.norm(speed, axis=2).max(axis=1)
+    # h² times a third derivative of some 1e3 m/s³
+    np.testing.assert_allclose(corner_speeds(plan)[inside], wanted, atol=1e-6)
+
+
+def test_each_row_shows_what_it_says(plan, rows):
+    joints, shares, corner, widths = rows
+    drawn = [line for line in joints.get_lines() if len(line.get_xdata()) > 2]
+    for line, q, name in zip(drawn, plan.motion.position.T, plan.joints, strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), q)
+        assert line.get_label() == name
+    speed = np.max(np.abs(plan.motion.velocity) / plan.limits.speed, axis=1)
+    np.testing.assert_allclose(shares.get_lines()[0].get_ydata(), 100 * speed)
+    fastest = 1e3 * corner_speeds(plan)
+    np.testing.assert_array_equal(corner.get_lines()[0].get_ydata(), fastest)
+    limit = corner.get_lines()[1].get_ydata()
+    np.testing.assert_array_equal(limit, 1e3 * plan.limits.corner_speed)
+    assert corner.get_ylim()[1] > fastest.max()
+    mass = next(x for x in widths.get_lines() if x.get_label() == "mass [%]")
+    wanted = [100 * each.mass for each in plan.forecast.accuracy]
+    np.testing.assert_allclose(mass.get_ydata(), wanted)
+    np.testing.assert_array_equal(mass.get_xdata(), plan.forecast.time)
+
+
+def test_what_is_open_is_not_drawn(plan, rows):
+    inertia = next(x for x in rows[3].get_lines() if x.get_label() == "inertia [%]")
+    assert plan.forecast.accuracy[0].inertia == np.inf
+    assert np.isnan(inertia.get_ydata()[0])
+    assert np.isfinite(inertia.get_ydata()[1:]).all()
+
+
+def test_what_is_asked_is_dashed(plan, rows):
+    heights = {float(x.get_ydata()[0]) for x in rows[3].get_lines() if len(x.get_xdata()) == 2}  # fmt: skip
+    assert heights == {1.0, 2.0, 20.0}
+    bare = plot_plan(replace(plan, asked=None, reached=None)).axes[3]
+    assert len(bare.get_lines()) == 3
+
+
+def test_limits_are_drawn_where_they_are_in_view(plan):
+    near = replace(
+        plan, limits=replace(plan.limits, position=np.array([[-9.0, 0.1]] * 4))
+    )
+    lines = plot_plan(near).axes[0].get_lines()
+    ends = [x for x in lines if len(x.get_xdata()) == 2]
+    assert [float(x.get_ydata()[0]) for x in ends] == [0.1] * 4
+    assert len(plot_plan(plan).axes[0].get_lines()) == 4 + _in_view(plan)
+
+
+def _in_view(plan):
+    low, high = plot_plan(plan).axes[0].get_ylim()
+    ends = plan.limits.position.ravel()
+    return int(((ends >= low) & (ends <= high)).sum())
+
+
+@pytest.mark.parametrize("length", [3, 60])
+def test_names_of_any_length_stay_in_the_picture(plan, length):
+    names = tuple(f"{'x' * length}{i}" for i in range(4))
+    figure = plot_plan(replace(plan, joints=names))
+    (legend,) = figure.subfigs[0].legends if figure.subfigs else figure.legends
+    box = legend.get_window_extent()
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.width
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_the_same_plan_is_drawn_with_the_same_bytes(plan, suffix):
+    first, second = (picture_of(plot_plan(plan), suffix) for _ in range(2))
+    assert first == second
