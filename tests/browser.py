@@ -30,6 +30,12 @@ ARGUMENTS = (
 """WebGL is drawn by the processor; nothing is fetched in the background."""
 DESKTOP, PHONE = (1440, 900), (390, 844)
 """Sizes of a window [pixels]."""
+LOOKS = ((DESKTOP, "light"), (PHONE, "dark"))
+"""Each size and each scheme once: what a page does in one of them it does whatever the
+other is."""
+COARSE = "?fixedDpr=0.25"
+"""Lets viser draw a quarter of the pixels each way: a processor is as many times
+faster."""
 OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1")
 """How addresses begin that stay on the machine."""
 
@@ -47,37 +53,52 @@ class Visit:
 
 
 @contextmanager
-def browsing(
-    size: tuple[int, int] = DESKTOP, scheme: str = "light", offline: bool = False
-) -> Iterator[Visit]:
-    """A page in a window of a size [pixels] and a colour scheme, ``light`` or ``dark``;
-    `offline` for pages that need no server."""
+def chromium() -> Iterator[Any]:
+    """The browser, which the tests of a file share: a visit has a context of its own.
+
+    No longer than a file: while it is open, no event loop can be started beside it.
+    """
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=CHROMIUM, args=list(ARGUMENTS)
         )
-        context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]},
-            color_scheme=scheme,
-            offline=offline,
-            has_touch=size == PHONE,
-        )
-        visit = Visit(context.new_page())
-
-        def on_console(message: Any) -> None:
-            if message.type == "error":
-                visit.problems.append(message.text)
-
-        def on_request(request: Any) -> None:
-            if not request.url.startswith(OWN):
-                visit.foreign.append(request.url)
-
-        visit.page.on("console", on_console)
-        visit.page.on("pageerror", lambda error: visit.problems.append(str(error)))
-        visit.page.on("request", on_request)
         try:
-            yield visit
+            yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def browsing(
+    browser: Any,
+    size: tuple[int, int] = DESKTOP,
+    scheme: str = "light",
+    offline: bool = False,
+) -> Iterator[Visit]:
+    """A page in a window of a size [pixels] and a colour scheme, ``light`` or ``dark``;
+    `offline` for pages that need no server."""
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]},
+        color_scheme=scheme,
+        offline=offline,
+        has_touch=size == PHONE,
+    )
+    visit = Visit(context.new_page())
+
+    def on_console(message: Any) -> None:
+        if message.type == "error":
+            visit.problems.append(message.text)
+
+    def on_request(request: Any) -> None:
+        if not request.url.startswith(OWN):
+            visit.foreign.append(request.url)
+
+    visit.page.on("console", on_console)
+    visit.page.on("pageerror", lambda error: visit.problems.append(str(error)))
+    visit.page.on("request", on_request)
+    try:
+        yield visit
+    finally:
+        context.close()

@@ -4,21 +4,32 @@ import sys
 
 import pytest
 
+from browser import chromium
 from hefting.cli import main
 
 LONG = (
-    "viewer/test_pages.py",
     "page/test_report_browser.py",
-    "benchmarks/test_fuzz.py",
-    "ingest/test_offset_profile.py",
-    "estimators/test_pmd.py",
-    "notebook/test_notebook.py",
-    "ingest/test_rivals.py",
-    "ingest/test_faulty_poses.py",
-    "estimators/test_point_intervals.py",
-    "benchmarks/test_benchmarks.py",
+    "viewer/test_pages.py",
     "reproduction/test_evaluation.py",
-    "ingest/test_changes.py",
+    "benchmarks/test_fuzz.py",
+    "online/test_pipeline.py",
+    "benchmarks/test_benchmarks.py",
+    "ingest/test_rivals.py",
+    "sources/test_transports.py",
+    "estimators/test_pmd.py",
+    "ingest/test_offset_profile.py",
+    "cli/test_live_command.py",
+    "jobs/test_cluster.py",
+    "batches/test_batch.py",
+    "identification/test_recorded.py",
+    "reproduction/test_claims.py",
+    "ingest/test_robust.py",
+    "cli/test_pictures.py",
+    "batches/test_batch_cluster.py",
+    "estimators/test_point_intervals.py",
+    "viewer/test_live_view.py",
+    "notebook/test_notebook.py",
+    "ingest/test_faulty_poses.py",
 )
 """Files that take longest: they come first, so that no process ends long after the
 others."""
@@ -32,6 +43,13 @@ def pytest_collection_modifyitems(items):
         return LONG.index(name) if name in LONG else len(LONG)
 
     items.sort(key=place)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A headless browser for the tests of a file."""
+    with chromium() as browser:
+        yield browser
 
 
 @pytest.fixture

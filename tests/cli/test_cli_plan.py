@@ -177,7 +177,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--start", "7,0,0,0,0,0"), ("'joint_1' starts at 7 rad", "--start")),
         (("--start", "0,0"), ("--start", "joint_1, joint_2")),
         (("--until", "mass=1e-6%"), ("nor by any longer motion", "sensor")),
-        (("--until", "inertia=1e-3%"), ("out of reach within 2 s", "plan for about")),
+        (("--until", "inertia=4%"), ("out of reach within 2 s", "plan for about")),
         (("--until", "weight=1"), ("--until", "mass=1%")),
         (("--keep", "z>0"), ("'z>0' is no half-space", "z>=0.05")),
         (("--speed", "0"), ("--speed", "not positive")),

@@ -225,9 +225,10 @@ def every_method(known):
 
 def test_no_inconsistent_body_counts_as_consistent():
     """Whatever the shape and the noise; methods that are to give bodies always do, the
-    others say when they do not."""
+    others say when they do not. What fails in one problem of ten is found out with a
+    probability of 99.5 %."""
     inconsistent = dict.fromkeys(METHODS, 0)
-    for seed in range(100):
+    for seed in range(50):
         known = case(seed)
         for method in every_method(known):
             try:

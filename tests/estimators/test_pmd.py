@@ -137,8 +137,10 @@ def test_hard_problems_prove_themselves(seed):
     assert_certified(case, case.estimator.fit(case.measurements))
 
 
-def test_a_thousand_problems_prove_themselves():
-    for seed in range(20_000, 21_000):
+def test_hundreds_of_problems_prove_themselves():
+    """With those above 560: a solver that misses one problem in a hundred is found out
+    with a probability of 99.6 %. What misses fewer has its place in `HARD`."""
+    for seed in range(20_000, 20_320):
         case = pmd_case(seed)
         assert_certified(case, case.estimator.fit(case.measurements))
 

@@ -25,15 +25,17 @@ def with_poses(recording, position=None, orientation=None):
     return replace(recording, streams=streams)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_answers_are_as_good_as_without_the_fault(seed):
+def test_answers_are_as_good_as_without_the_fault():
     """Glitches, stalls and silent drivers in three strengths, in three kinds of motion;
     nine of ten answers are within 1.3 times the errors of the recording without the
     fault, 95 of a hundred where an oracle loses the same poses; 95 of a hundred faults
-    are named. Taken as they are, one answer in twenty is as good."""
-    good, but_for_lost, named = shares(
-        list(outcomes(range(seed, seed + 1), noises=(1e-4,)))
-    )
+    are named. Taken as they are, one answer in twenty is as good.
+
+    Of three seeds the one nearest to the bounds: three of its 54 answers worse fail.
+    """
+    found = list(outcomes(range(2, 3), noises=(1e-4,)))
+    assert len(found) == 54
+    good, but_for_lost, named = shares(found)
     assert good >= 0.85
     assert but_for_lost >= 0.92
     assert named >= 0.95

@@ -2,6 +2,7 @@
 fault of the recording invents it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,15 +30,19 @@ DOUBTS = {
 }
 
 
+@cache
 def recordings():
     """Random motion, sinusoids and trapezoid moves of two objects, each of 10 s."""
-    for mass in (0.3, 1.5):
-        yield disturbed("clean", mass, 1).recording
-        for joints in (
-            sinusoids(10.4, 100.0, angular_speed=0.6),
-            trapezoids(10.4, 100.0, seed=0),
-        ):
-            yield simulate(UR5.motion(joints), body(mass), noise=NOISE)
+    return [recording for mass in (0.3, 1.5) for recording in wielded(mass)]
+
+
+def wielded(mass):
+    yield disturbed("clean", mass, 1).recording
+    for joints in (
+        sinusoids(10.4, 100.0, angular_speed=0.6),
+        trapezoids(10.4, 100.0, seed=0),
+    ):
+        yield simulate(UR5.motion(joints), body(mass), noise=NOISE)
 
 
 def turned(recording, degrees):
@@ -75,7 +80,7 @@ def quaternions_reordered(recording, _):
 
 
 WRONG = [
-    *((turned, degrees) for degrees in (5.0, 15.0, 30.0, 60.0, 120.0, 180.0)),
+    *((turned, degrees) for degrees in (5.0, 15.0, 60.0, 180.0)),
     *((torque_flipped, axis) for axis in range(3)),
     (in_contact, 5.0),
     (in_contact, 15.0),

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import hefting
-from browser import DESKTOP, PHONE, browsing, needs_browser
+from browser import LOOKS, browsing, needs_browser
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
@@ -94,6 +94,12 @@ def found(log, shape):
     return identify(log, shape)
 
 
+@pytest.fixture(scope="module")
+def compared(log):
+    """By every method."""
+    return compare(log, methods="all")
+
+
 def svg_of(page):
     (source,) = page.pictures
     head, _, data = source.partition(",")
@@ -167,7 +173,7 @@ def test_of_nothing_there_is_a_table_too():
     assert {row[0]: row[1] for row in page.cells}["mass"] == "0"
 
 
-def test_every_kind_escapes_what_comes_from_outside(log, found, shape):
+def test_every_kind_escapes_what_comes_from_outside(compared, found, shape):
     """Names of files, methods, topics, estimates, and messages about columns."""
     message = Message("odd", f"column {HOSTILE} is odd: give `{HOSTILE}`", "error")
     hostile = replace(
@@ -176,7 +182,6 @@ def test_every_kind_escapes_what_comes_from_outside(log, found, shape):
         warnings=(message, HOSTILE),
         provenance={**found.estimate.provenance, "log": HOSTILE},
     )
-    compared = compare(log, methods=["OLS", "LMI"])
     results = {HOSTILE: hostile, "LMI": compared.results["LMI"]}
     values = (
         hostile,
@@ -204,8 +209,7 @@ def test_a_long_text_is_cut_and_controls_are_not_passed_on(found):
     assert "a" * 500 not in re.sub(r"base64,[^\"]*", "", html)
 
 
-def test_a_comparison_shows_every_method(log):
-    compared = compare(log, methods="all")
+def test_a_comparison_shows_every_method(compared):
     html = compared._repr_html_()
     page = Page(html)
     start = next(i for i, row in enumerate(page.cells) if row[0] == "method")
@@ -302,9 +306,8 @@ def test_nothing_of_it_is_imported_before_it_is_shown():
 
 
 @needs_browser
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["1440", "390"])
-def test_in_a_browser(log, found, shape, tmp_path, size, scheme):
+@pytest.mark.parametrize(("size", "scheme"), LOOKS, ids=["1440", "390"])
+def test_in_a_browser(browser, compared, found, shape, tmp_path, size, scheme):
     """No error, nothing asked for, no page wider than the window; every picture is
     drawn. Notebooks have their own ground and ink."""
     folder = Path(os.environ.get("HEFTING_SCREENSHOTS") or tmp_path)
@@ -314,7 +317,7 @@ def test_in_a_browser(log, found, shape, tmp_path, size, scheme):
         warnings=(Message("odd", f"nothing is held by {HOSTILE}", "error"),),
         method=HOSTILE,
     )
-    values = (found, doubtful, compare(log, methods="all"), shape)
+    values = (found, doubtful, compared, shape)
     ground, ink = {"light": ("#fff", "#111"), "dark": ("#111", "#ddd")}[scheme]
     body = "".join(value._repr_html_() for value in values)
     page = (
@@ -323,7 +326,7 @@ def test_in_a_browser(log, found, shape, tmp_path, size, scheme):
         f'font-family:system-ui">{body}'
     )
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
-    with browsing(size, scheme, offline=True) as visit:
+    with browsing(browser, size, scheme, offline=True) as visit:
         visit.page.goto((tmp_path / "page.html").as_uri())
         drawn = visit.page.evaluate(
             "[...document.images].map(i => i.complete && i.naturalWidth > 100)"

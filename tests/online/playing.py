@@ -5,7 +5,7 @@ from benchmarks.online_streams import parts
 from hefting.online import LiveIdentifier
 
 
-def play(recording, edit=lambda samples, step: [samples], period=0.1, **options):
+def play(recording, edit=lambda samples, step: [samples], period=0.2, **options):
     """The identifier after a recording, and what it said at each step; `edit` makes
     other samples of each."""
     live = LiveIdentifier(in_process=False, **options)

@@ -16,8 +16,8 @@ from hefting.online.samples import Samples
 
 @pytest.fixture(scope="module")
 def clean():
-    """Ten seconds without a change, and what is found in all of them."""
-    case = swapped(3, change=False, duration=10.0)
+    """Seven seconds without a change, and what is found in all of them."""
+    case = swapped(3, change=False, duration=7.0)
     return case, hefting.identify(case.recording)
 
 
@@ -44,12 +44,12 @@ def test_intervals_hold_while_everything_is_wrong():
     assert np.mean(found) >= 0.92
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
-    case = swapped(seed, duration=9.0, time=6.0)
+    case = swapped(seed, duration=7.0, time=4.0)
     _, said = play(case.recording)
     seen = next(each for each in said if each.object > 1)
-    assert 6.0 < seen.time <= 8.0
+    assert 4.0 < seen.time <= 6.0
     assert seen.previous.mass == pytest.approx(case.body.mass, rel=0.03)
     assert "new-object" in hefting.core.messages.codes(seen.messages)
     last = said[-1]
@@ -58,9 +58,9 @@ def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     assert low < case.other.mass < high
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_an_undisturbed_stream_is_of_one_object(seed):
-    case = swapped(seed, change=False, duration=9.0)
+    case = swapped(seed, change=False, duration=8.0)
     _, said = play(case.recording)
     assert {each.object for each in said} == {1}
     assert "contradicted" not in {each.state for each in said}
@@ -85,7 +85,7 @@ def test_states_begin_with_waiting_and_end_sufficient(clean):
     content = json.loads(json.dumps(said[-1].to_dict()))
     assert content["state"] == "sufficient"
     assert content["mass"] == said[-1].estimate.mass
-    assert content["time"] == pytest.approx(10.0, abs=0.2)
+    assert content["time"] == pytest.approx(7.0, abs=0.2)
 
 
 def test_what_it_waits_for_is_said(clean):
@@ -122,7 +122,7 @@ def test_after_a_clock_jump_the_object_is_the_same(clean, jump):
     case, whole = clean
     _, said = play(
         case.recording,
-        lambda s, k: [Samples(s.stream, s.time + (jump if k >= 50 else 0.0), s.values)],
+        lambda s, k: [Samples(s.stream, s.time + (jump if k >= 18 else 0.0), s.values)],
     )
     assert said[-1].object == 1
     assert "clock-jumped" in hefting.core.messages.codes(said[-1].messages)
@@ -131,7 +131,7 @@ def test_after_a_clock_jump_the_object_is_the_same(clean, jump):
 
 def test_two_seconds_of_silence_do_no_harm(clean):
     case, whole = clean
-    _, said = play(case.recording, lambda s, k: [] if 40 <= k < 60 else [s])
+    _, said = play(case.recording, lambda s, k: [] if 15 <= k < 25 else [s])
     assert said[-1].object == 1
     assert deviations(said[-1].estimate, whole).max() < 0.5
 
@@ -153,10 +153,10 @@ def test_malformed_samples_are_skipped_and_counted(clean):
     assert said[-1].object == 1
     assert deviations(said[-1].estimate, whole).max() < 0.5
     skipped = live.close().counts["skipped"]
-    assert skipped["not finite"] == 30
-    assert skipped["of no stream"] == 3000
+    assert skipped["not finite"] == 21
+    assert skipped["of no stream"] == 2100
     # stamps of zero in the first second are near
-    assert skipped["of another clock"] + skipped["impossible"] >= 45
+    assert skipped["of another clock"] + skipped["impossible"] >= 30
     assert "clock-jumped" not in hefting.core.messages.codes(live.latest.messages)
 
 
@@ -179,10 +179,11 @@ def test_repeated_and_late_samples_change_nothing(clean):
     assert other.latest.estimate.mass == one.close().estimate.mass
 
 
-def test_a_long_stream_goes_on_as_condensed_parts(clean, monkeypatch):
+def test_a_long_stream_goes_on_as_condensed_parts(monkeypatch):
     """The history holds 400 rows of 1000; the rest weighs as before: the estimate is
     within half a standard deviation of that of all."""
-    case, whole = clean
+    case = swapped(3, change=False, duration=10.0)
+    whole = hefting.identify(case.recording)
     monkeypatch.setattr(history, "MOST_ROWS", 400)
     live, said = play(case.recording)
     assert max(len(s) for s in live._pipeline.history.series.values()) <= 400

@@ -10,16 +10,16 @@ pytest.importorskip("plotly", reason="plotly is not installed: hefting[view]")
 
 from batch_rows import batch_of, doubted, failed, identified, spread
 
-from browser import DESKTOP, PHONE, browsing, needs_browser
+from browser import DESKTOP, LOOKS, PHONE, browsing, needs_browser
 from hefting.page import Context
 from hefting.page.batch import batch_page
 
 pytestmark = needs_browser
 LONG = "/data/cell 3/2026-03-14/a-very-long-name-of-a-recording-without-a-space.csv"
 DOUBT = "the residuals are five times the noise; see `gravity`"
-VIEWS = [(DESKTOP, "light"), (PHONE, "dark")]
+VIEWS = LOOKS
 if "HEFTING_SCREENSHOTS" in os.environ:  # for a person to look at
-    VIEWS += [(DESKTOP, "dark"), (PHONE, "light")]
+    VIEWS += ((DESKTOP, "dark"), (PHONE, "light"))
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +51,8 @@ def kept(tmp_path):
 @pytest.mark.parametrize(
     ("size", "scheme"), VIEWS, ids=[f"{size[0]}-{scheme}" for size, scheme in VIEWS]
 )
-def test_the_page_opens_from_disk_and_draws_all(page, kept, size, scheme):
-    with browsing(size, scheme, offline=True) as visit:
+def test_the_page_opens_from_disk_and_draws_all(page, browser, kept, size, scheme):
+    with browsing(browser, size, scheme, offline=True) as visit:
         shown = visit.page
         shown.goto(page.as_uri())
         shown.wait_for_selector("body[data-drawn]", timeout=60_000)

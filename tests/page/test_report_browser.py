@@ -3,6 +3,7 @@ for nothing, has no error, and draws what the library found."""
 
 import json
 import os
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 pytest.importorskip("plotly", reason="plotly is not installed: hefting[view]")
 
-from browser import DESKTOP, PHONE, browsing, needs_browser
+from browser import DESKTOP, LOOKS, PHONE, browsing, needs_browser
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.export import export
@@ -24,7 +25,7 @@ from hefting.simulation.demo import POSE
 
 pytestmark = needs_browser
 HELD = "0,-0.08,0.06,-0.7071068,0,0,0.7071068"
-VIEWS = [(DESKTOP, "light"), (PHONE, "dark"), (DESKTOP, "dark"), (PHONE, "light")]
+VIEWS = (*LOOKS, (DESKTOP, "dark"), (PHONE, "light"))
 DATA = """() => Object.fromEntries([...document.querySelectorAll('.js-plotly-plot')]
   .map(place => [place.id, place.data.map(trace => ({...trace}))]))"""
 EYE = """() => document.getElementById('figure-object')
@@ -90,6 +91,29 @@ def opened(visit, path):
     return visit.page
 
 
+@pytest.fixture(scope="module")
+def open_visits():
+    """Those of `visit`, by the page and the window, and what closes them."""
+    with ExitStack() as stack:
+        yield {}, stack
+
+
+@pytest.fixture
+def visit(page, browser, open_visits):
+    """A visit to the page of a command in a window, opened once: a processor takes
+    seconds to draw the figures."""
+    visits, stack = open_visits
+
+    def visit(command, look=LOOKS[0]):
+        if (command, look) not in visits:
+            found = stack.enter_context(browsing(browser, *look, offline=True))
+            opened(found, page(command))
+            visits[command, look] = found
+        return visits[command, look]
+
+    return visit
+
+
 def kept(tmp_path, name):
     """Where a picture of a page goes for a person to look at."""
     folder = Path(os.environ.get("HEFTING_SCREENSHOTS", tmp_path))
@@ -100,118 +124,117 @@ def kept(tmp_path, name):
 @pytest.mark.parametrize(
     ("command", "views"),
     [
-        ("identify", VIEWS),
-        ("methods", VIEWS[:1]),
-        ("inspect", VIEWS[1:2]),
-        ("calibrate", VIEWS[:1]),
-        ("predict", VIEWS[1:2]),
+        ("identify", LOOKS),
+        ("methods", LOOKS[:1]),
+        ("inspect", LOOKS[1:]),
+        ("calibrate", LOOKS[:1]),
+        ("predict", LOOKS[1:]),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_every_page_opens_from_disk_and_draws_all(page, tmp_path, command, views):
+def test_every_page_opens_from_disk_and_draws_all(
+    page, visit, tmp_path, command, views
+):
     """For a person (HEFTING_SCREENSHOTS) in all views, with a picture of each section."""
     path, wanted = page(command), "HEFTING_SCREENSHOTS" in os.environ
     assert path.stat().st_size <= 5_000_000
     for size, scheme in VIEWS if wanted else views:
-        with browsing(size, scheme, offline=True) as visit:
-            shown = opened(visit, path)
-            figures = shown.evaluate("read('figures').length")
-            assert figures >= 3
-            assert shown.locator(".js-plotly-plot").count() == figures
-            # the drawing of each has a size, that of the object a canvas for WebGL
-            for place in shown.locator(".js-plotly-plot .main-svg").all()[:1]:
-                assert place.bounding_box()["height"] > 100
-            assert shown.locator("#figure-object canvas").count() == 1
-            palette = LIGHT if scheme == "light" else DARK
-            ground = shown.evaluate("getComputedStyle(document.body).backgroundColor")
-            red, green, blue = (int(palette["paper"][i : i + 2], 16) for i in (1, 3, 5))
-            assert ground == f"rgb({red}, {green}, {blue})"
-            # nothing is wider than the window
-            assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
-            name = f"report-{command}-{size[0]}-{scheme}"
-            shown.screenshot(path=kept(tmp_path, name))
-            for section in shown.locator("section").all() if wanted else ():
-                part = section.get_attribute("id")
-                section.screenshot(path=kept(tmp_path, f"{name}-{part}"))
-            assert visit.problems == []
-            assert visit.foreign == []
+        seen = visit(command, (size, scheme))
+        shown = seen.page
+        figures = shown.evaluate("read('figures').length")
+        assert figures >= 3
+        assert shown.locator(".js-plotly-plot").count() == figures
+        # the drawing of each has a size, that of the object a canvas for WebGL
+        for place in shown.locator(".js-plotly-plot .main-svg").all()[:1]:
+            assert place.bounding_box()["height"] > 100
+        assert shown.locator("#figure-object canvas").count() == 1
+        palette = LIGHT if scheme == "light" else DARK
+        ground = shown.evaluate("getComputedStyle(document.body).backgroundColor")
+        red, green, blue = (int(palette["paper"][i : i + 2], 16) for i in (1, 3, 5))
+        assert ground == f"rgb({red}, {green}, {blue})"
+        # nothing is wider than the window
+        assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
+        name = f"report-{command}-{size[0]}-{scheme}"
+        shown.screenshot(path=kept(tmp_path, name))
+        for section in shown.locator("section").all() if wanted else ():
+            part = section.get_attribute("id")
+            section.screenshot(path=kept(tmp_path, f"{name}-{part}"))
+        assert seen.problems == []
+        assert seen.foreign == []
 
 
-def test_what_is_seen_is_what_the_library_says(page, folder):
-    path = page("identify")
+def test_what_is_seen_is_what_the_library_says(visit, folder):
+    shown = visit("identify").page
     shape = Shape.from_mesh(folder / "hammer.stl", unit="mm", pose=POSE)
     found = identify(read_log(folder / "log.csv"), shape)
     saved = Estimate.load(folder / "e.json")
     curves = wrench_curves(found.measurements, saved, found.ingested.log_start)
-    with browsing(offline=True) as visit:
-        drawn = opened(visit, path).evaluate(DATA)
-        for name, first in (("force", 0), ("torque", 3)):
-            traces = {t["name"]: t for t in drawn[f"figure-wrench-{name}"]}
-            for i, axis in enumerate("xyz"):
-                trace = traces[f"predicted {axis}"]
-                expected = curves.predicted[:, first + i]
-                # seven digits; the pose typed has as many, so that the body of the
-                # command differs from this one's by up to 1e-7 of its size
-                seen = [y for y in trace["y"] if y is not None]
-                # no line is drawn over the contact
-                assert len(seen) == len(expected) < len(trace["y"])
-                assert seen == pytest.approx(expected, rel=1e-5, abs=1e-5)
-        solid = {t["name"]: t for t in drawn["figure-object"]}
-        assert len(solid["point masses"]["x"]) == len(saved.point_masses)
-        grams = solid["point masses"]["marker"]["color"]
-        assert grams == pytest.approx(1e3 * saved.point_masses, rel=1e-6, abs=1e-9)
-        assert len(solid["shape"]["i"]) == len(shape.faces)
-        at = [solid["COM, estimate"][axis][0] for axis in "xyz"]
-        assert at == pytest.approx(1e3 * saved.center_of_mass, abs=0.0051)
-        causes = visit.page.evaluate(
-            "document.getElementById('figure-wrench-force').layout.shapes.map(s => s.legendgroup)"
-        )
-        assert {"spike", "contact"} <= set(causes)
-        assert "figure-drift" in drawn
-        last = {t["name"]: t for t in drawn["figure-convergence-0"] if "name" in t}
-        assert last["mass"]["y"][-1] == pytest.approx(saved.mass, rel=1e-6)
+    drawn = shown.evaluate(DATA)
+    for name, first in (("force", 0), ("torque", 3)):
+        traces = {t["name"]: t for t in drawn[f"figure-wrench-{name}"]}
+        for i, axis in enumerate("xyz"):
+            trace = traces[f"predicted {axis}"]
+            expected = curves.predicted[:, first + i]
+            # seven digits; the pose typed has as many, so that the body of the
+            # command differs from this one's by up to 1e-7 of its size
+            seen = [y for y in trace["y"] if y is not None]
+            # no line is drawn over the contact
+            assert len(seen) == len(expected) < len(trace["y"])
+            assert seen == pytest.approx(expected, rel=1e-5, abs=1e-5)
+    solid = {t["name"]: t for t in drawn["figure-object"]}
+    assert len(solid["point masses"]["x"]) == len(saved.point_masses)
+    grams = solid["point masses"]["marker"]["color"]
+    assert grams == pytest.approx(1e3 * saved.point_masses, rel=1e-6, abs=1e-9)
+    assert len(solid["shape"]["i"]) == len(shape.faces)
+    at = [solid["COM, estimate"][axis][0] for axis in "xyz"]
+    assert at == pytest.approx(1e3 * saved.center_of_mass, abs=0.0051)
+    causes = shown.evaluate(
+        "document.getElementById('figure-wrench-force').layout.shapes.map(s => s.legendgroup)"
+    )
+    assert {"spike", "contact"} <= set(causes)
+    assert "figure-drift" in drawn
+    last = {t["name"]: t for t in drawn["figure-convergence-0"] if "name" in t}
+    assert last["mass"]["y"][-1] == pytest.approx(saved.mass, rel=1e-6)
 
 
-def test_the_scheme_of_the_system_is_followed_while_it_is_open(page):
-    with browsing(scheme="light", offline=True) as visit:
-        shown = opened(visit, page("identify"))
-        colour = "document.getElementById('figure-motion').layout.font.color"
-        assert shown.evaluate(colour) == LIGHT["ink"]
-        shown.emulate_media(color_scheme="dark")
-        shown.wait_for_function(f"{colour} === '{DARK['ink']}'")
-        assert visit.problems == []
+def test_the_scheme_of_the_system_is_followed_while_it_is_open(visit):
+    seen = visit("identify")
+    colour = "document.getElementById('figure-motion').layout.font.color"
+    for scheme, palette in (("light", LIGHT), ("dark", DARK), ("light", LIGHT)):
+        seen.page.emulate_media(color_scheme=scheme)
+        seen.page.wait_for_function(f"{colour} === '{palette['ink']}'")
+    assert seen.problems == []
 
 
-def test_the_object_turns_by_mouse_and_by_touch(page):
-    with browsing(DESKTOP, offline=True) as visit:
-        shown = opened(visit, page("identify"))
-        place = shown.locator("#figure-object")
-        place.scroll_into_view_if_needed()
-        box, before = place.bounding_box(), shown.evaluate(EYE)
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        shown.mouse.move(x, y)
-        shown.mouse.down()
-        shown.mouse.move(x + 150, y, steps=8)
-        shown.mouse.up()
-        assert _moved(before, shown.evaluate(EYE))
-    with browsing(PHONE, offline=True) as visit:
-        shown = opened(visit, page("identify"))
-        place = shown.locator("#figure-object")
-        place.scroll_into_view_if_needed()
-        box, before = place.bounding_box(), shown.evaluate(EYE)
-        session = shown.context.new_cdp_session(shown)
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        for kind, at in [
-            ("touchStart", x),
-            *(("touchMove", x + 10 * i) for i in range(1, 9)),
-            ("touchEnd", None),
-        ]:
-            points = [] if at is None else [{"x": at, "y": y}]
-            session.send(
-                "Input.dispatchTouchEvent", {"type": kind, "touchPoints": points}
-            )
-            shown.wait_for_timeout(30)
-        assert _moved(before, shown.evaluate(EYE))
+def test_the_object_turns_by_mouse_and_by_touch(visit):
+    shown = visit("identify", LOOKS[0]).page
+    before, x, y = eye_and_middle(shown)
+    shown.mouse.move(x, y)
+    shown.mouse.down()
+    shown.mouse.move(x + 150, y, steps=8)
+    shown.mouse.up()
+    assert _moved(before, shown.evaluate(EYE))
+    shown = visit("identify", LOOKS[1]).page
+    before, x, y = eye_and_middle(shown)
+    session = shown.context.new_cdp_session(shown)
+    for kind, at in [
+        ("touchStart", x),
+        *(("touchMove", x + 10 * i) for i in range(1, 9)),
+        ("touchEnd", None),
+    ]:
+        points = [] if at is None else [{"x": at, "y": y}]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        shown.wait_for_timeout(30)
+    assert _moved(before, shown.evaluate(EYE))
+
+
+def eye_and_middle(shown):
+    """Where the figure of the object is seen from, and its middle in the window."""
+    place = shown.locator("#figure-object")
+    place.scroll_into_view_if_needed()
+    box = place.bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    return shown.evaluate(EYE), *middle
 
 
 def _moved(before, after):
@@ -219,17 +242,16 @@ def _moved(before, after):
     return max(abs(before[k] - after[k]) for k in "xyz") > 0.1
 
 
-def test_a_controller_is_chosen_and_its_text_shown(page, folder):
-    saved = Estimate.load(folder / "e.json") if page("identify") else None
-    with browsing(offline=True) as visit:
-        shown = opened(visit, page("identify"))
-        texts = shown.locator("#controller-texts > div:visible")
-        assert texts.count() == 1
-        assert "set_target_payload(" in texts.inner_text()
-        shown.select_option("#controller", "kuka")
-        assert texts.count() == 1
-        pasted = texts.locator("pre").text_content()
-        assert pasted == export(saved, "kuka").text
-        words = shown.locator("#command-text").inner_text()
-        assert words.startswith("hefting identify ")
-        assert visit.problems == []
+def test_a_controller_is_chosen_and_its_text_shown(visit, folder):
+    seen = visit("identify")
+    shown, saved = seen.page, Estimate.load(folder / "e.json")
+    texts = shown.locator("#controller-texts > div:visible")
+    assert texts.count() == 1
+    assert "set_target_payload(" in texts.inner_text()
+    shown.select_option("#controller", "kuka")
+    assert texts.count() == 1
+    pasted = texts.locator("pre").text_content()
+    assert pasted == export(saved, "kuka").text
+    words = shown.locator("#command-text").inner_text()
+    assert words.startswith("hefting identify ")
+    assert seen.problems == []

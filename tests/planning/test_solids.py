@@ -32,7 +32,7 @@ def test_parts_of_a_bent_link_leave_its_corner_free():
     assert all(Hull.of(part).depth(corner) < 0.0 for part in parts)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_parts_cover_the_surface(seed):
     """Random points of a random surface are in one part at least."""
     rng = np.random.default_rng(seed)
@@ -43,7 +43,7 @@ def test_parts_cover_the_surface(seed):
     mesh = trimesh.util.concatenate(rods)
     parts = convex_parts(np.asarray(mesh.vertices), np.asarray(mesh.faces))
     assert len(parts) > 1
-    points = trimesh.sample.sample_surface(mesh, 200, seed=seed)[0]
+    points = trimesh.sample.sample_surface(mesh, 100, seed=seed)[0]
     depth = np.array([[Hull.of(part).depth(p) for part in parts] for p in points])
     assert depth.max(axis=1).min() > -1e-9
 

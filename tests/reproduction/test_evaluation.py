@@ -196,7 +196,7 @@ def test_a_cluster_gives_the_same_tables(folder, tmp_path):
         "distributed", reason="distributed is not installed"
     )
     # of several jobs and tables each, and quick: their pictures are drawn anew
-    names = ("condition", "gravity", "stop-and-go", "prediction")
+    names = ("condition", "gravity", "stop-and-go")
     with distributed.LocalCluster(
         n_workers=2,
         threads_per_worker=1,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hefting
-from browser import browsing, needs_browser
+from browser import COARSE, browsing, needs_browser
 from hefting.scene import headline_of
 from hefting.viewer.live import LAST, LiveView, live_html
 from hefting.viewer.server import address_of, serving
@@ -86,11 +86,11 @@ def test_another_object_begins_a_curve_of_its_own(view, estimates):
 
 
 @needs_browser
-def test_a_browser_that_comes_late_sees_the_whole(view, estimates, tmp_path):
+def test_a_browser_that_comes_late_sees_the_whole(view, estimates, browser, tmp_path):
     pytest.importorskip("playwright")
     known = shown(view, estimates)
-    with browsing() as visit:
-        visit.page.goto(address_of(view.server))
+    with browsing(browser) as visit:
+        visit.page.goto(f"{address_of(view.server)}/{COARSE}")
         visit.page.get_by_text("verdict:").wait_for(timeout=DRAWN)
         for number in headline_of(known[-1].estimate).numbers:
             assert visit.page.get_by_text(number).count() == 1
@@ -101,7 +101,6 @@ def test_a_browser_that_comes_late_sees_the_whole(view, estimates, tmp_path):
         drawn = visit.page.evaluate(CURVES)
         masses = [found.estimate.mass for found in known]
         assert any(np.allclose(each[1], masses) for each in drawn if len(each) == 4)
-        visit.page.wait_for_timeout(2000)  # until the scene is drawn
         visit.page.screenshot(path=picture(tmp_path))
         assert not visit.problems
         assert not visit.foreign

@@ -96,6 +96,6 @@ class Planner:
         n = len(problem.start)
         if own.shape != (n,) or not np.isfinite(own).all():
             what = f"the start is not {n} finite joint positions [rad]"
-            raise InputError(what, fix=f"give {', '.join(searcher.joints)}")
+            raise InputError(what, fix=f"give `start` as {', '.join(searcher.joints)}")
         searcher.require_free(problem, own)
         return own[None]
