@@ -28,6 +28,7 @@ exclude_patterns = ["_build", "README.md"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 default_role = "known"
+highlight_language = "none"  # formulas in docstrings; code says its language
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
 numpydoc_show_class_members = False

@@ -16,6 +16,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_role("known", links.known)
     app.add_post_transform(links.KnownNames)
     app.connect("missing-reference", links.as_text)
+    app.connect("html-page-context", links.without_ways_back)
     app.add_lexer("csv", TextLexer)
     app.add_html_math_renderer(
         "mathml",

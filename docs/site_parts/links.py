@@ -17,7 +17,9 @@ PAGE_OF = {
 }
 """Page of the site that shows a file which is not in this folder."""
 LINK = re.compile(r"\[([^\]]*)\]\(([^)#\s]*)((?:#[^)\s]*)?)\)")
+COMMAND = re.compile(r"hefting ([a-z]+)")
 FENCE = re.compile(r"(^```.*?^```$|^:::.*?$)", re.DOTALL | re.MULTILINE)
+BACK = re.compile(r'<a class="viewcode-back"[^>]*>.*?</a>')
 DOTTED = re.compile(r"hefting(\.\w+)+$")
 
 
@@ -65,6 +67,20 @@ def reference(name: str, page: str) -> addnodes.pending_xref:
     )
 
 
+def to_command(command: str, text: str, page: str) -> addnodes.pending_xref:
+    """Code that is a link to the page of a command, if there is such a command."""
+    return addnodes.pending_xref(
+        "",
+        nodes.literal(text, text, classes=["xref"]),
+        refdomain="std",
+        reftype="doc",
+        reftarget=f"/commands/{command}",
+        refdoc=page,
+        refexplicit=True,
+        optional=True,
+    )
+
+
 def known(role, rawtext, text, lineno, inliner, options=None, content=()):
     """Backquotes in docstrings: a link where there is something of that name, else
     code."""
@@ -75,6 +91,13 @@ def known(role, rawtext, text, lineno, inliner, options=None, content=()):
 def as_text(app: Any, env: Any, node: addnodes.pending_xref, shown: nodes.Node):
     """What is no link is the code alone (``missing-reference``)."""
     return shown if node.get("optional") else None
+
+
+def without_ways_back(app: Any, page: str, template: str, context: dict, doctree: Any):
+    """Take links from source to documentation out (``html-page-context``): they suppose
+    that names are documented where they are defined, and ours are where they are used."""
+    if page.startswith("_modules/"):
+        context["body"] = BACK.sub("", context["body"])
 
 
 class KnownNames(SphinxPostTransform):
@@ -90,3 +113,5 @@ class KnownNames(SphinxPostTransform):
                 continue
             if DOTTED.match(name):
                 node.replace_self(reference(name, self.env.docname))
+            elif command := COMMAND.match(name):
+                node.replace_self(to_command(command[1], name, self.env.docname))
