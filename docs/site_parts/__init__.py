@@ -4,14 +4,22 @@ leave the folder, names in code that become links, and formulas without scripts.
 from pathlib import Path
 from typing import Any
 
+import figures
 from pygments.lexers.special import TextLexer
 
-from site_parts import links, mathml, pages
+from site_parts import docstrings, links, mathml, pages
+
+
+def write(app: Any) -> None:
+    """Write what is made at build (``builder-inited``)."""
+    pages.write(Path(app.srcdir))
+    figures.write(Path(app.srcdir) / "drawn")
 
 
 def setup(app: Any) -> dict[str, Any]:
     """Connect the parts, as Sphinx asks of an extension."""
-    app.connect("builder-inited", lambda app: pages.write(Path(app.srcdir)))
+    app.connect("builder-inited", write)
+    app.connect("autodoc-process-docstring", docstrings.prepare, priority=100)
     app.connect("source-read", links.rewrite)
     app.add_role("known", links.known)
     app.add_post_transform(links.KnownNames)

@@ -119,7 +119,10 @@ def page_of_name(name: str, value: Any) -> str:
         return page(f"hefting.{name}", f".. autodata:: hefting.{name}")
     if not isinstance(value, type):
         return page(f"hefting.{name}", f".. autofunction:: hefting.{name}")
-    options = "\n   :members:\n   :inherited-members: Exception"
+    inherited = (
+        ":show-inheritance:" if name in METHODS else ":inherited-members: Exception"
+    )
+    options = f"\n   :members:\n   {inherited}"
     return page(f"hefting.{name}", f".. autoclass:: hefting.{name}{options}")
 
 
@@ -157,7 +160,7 @@ def sources(folder: Path) -> list[Path]:
     return [
         path
         for path in sorted(folder.rglob("*.md"))
-        if path.relative_to(folder).parts[0] not in (*MADE, "_build")
+        if path.relative_to(folder).parts[0] not in (*MADE, "_build", "drawn")
     ]
 
 

@@ -17,7 +17,7 @@ import hefting
 from hefting.cli import COMMANDS
 
 ROOT = Path(__file__).parents[2]
-MADE = ("_build", "api", "commands", "project")
+MADE = ("_build", "api", "commands", "drawn", "project")
 """Parts of docs/ that an earlier build wrote."""
 BUILD = ("-m", "sphinx", "-n", "-W", "--keep-going", "-q")
 

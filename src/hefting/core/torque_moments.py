@@ -51,7 +51,7 @@ class TorqueMoments:
     """
 
     factors: Array
-    """(n, c, c) upper triangular, with columns ``[own | arm | payload | torque]``."""
+    """(n, c, c) upper triangular, of the columns [own | arm | payload 10 | torque]."""
     own: int
     """Number of nuisances that each joint has of its own."""
     counts: Array
@@ -167,7 +167,7 @@ class TorqueMoments:
 
     @cached_property
     def without_nuisances(self) -> Array:
-        """(n, c, c - own) equations ``[arm | payload | torque]`` of each joint that are
+        """(n, c, c - own) equations [arm | payload | torque] of each joint that are
         left when its nuisances take their best values."""
         left = np.zeros((self.joints, *self.factors.shape[1:]))[:, :, self.own :]
         for j, factor in enumerate(self.factors):
@@ -176,15 +176,15 @@ class TorqueMoments:
         return left
 
     def shared(self, std: ArrayLike = 1.0) -> Array:
-        """(m, m) factor ``[arm | payload | torque]`` of all joints, their noise `std` (n,)
+        """(m, m) factor [arm | payload | torque] of all joints, their noise `std` (n,)
         [N m]; m = arm + 11."""
         std = _positive(std, self.joints)
         rows = self.without_nuisances / std[:, None, None]
         return triangular(rows.reshape(-1, rows.shape[2]))
 
     def payload(self, std: ArrayLike = 1.0) -> Array:
-        """(11, 11) triangular factor ``[A | b]`` of the payload's equations, whatever the
-        nuisances and the arm: ``|A phi - b|²`` is the least sum of squared residuals, those
+        """(11, 11) triangular factor [A | b] of the payload's equations, whatever the
+        nuisances and the arm: |A phi - b|² is the least sum of squared residuals, those
         of joint j over its `std` (n,) [N m]."""
         return payload_factor(self.shared(std))
 
@@ -206,7 +206,7 @@ def merged(several: Sequence[TorqueMoments]) -> TorqueMoments:
 
 
 def payload_factor(shared: Array) -> Array:
-    """(11, 11) factor of a factor ``[others | payload | torque]``, the others at their
+    """(11, 11) factor of a factor [others | payload | torque], the others at their
     best."""
     rows = eliminated(shared, shared.shape[1] - PAYLOAD - 1)
     return triangular(rows)

@@ -51,7 +51,7 @@ P0 would be singular."""
 
 @dataclass(frozen=True, eq=False)
 class GEO(PointEstimator):
-    """Parameters that explain the wrench and stay near those of a homogeneous body::
+    """Parameters that explain the wrench and stay near those of a homogeneous body:
 
         minimise  |S^-1/2 (A phi - b)|² + gamma D(phi, phi0)   over bodies: P(phi) >= 0
 

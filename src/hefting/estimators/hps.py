@@ -29,7 +29,7 @@ REACH = 10.0
 @dataclass(frozen=True, eq=False)
 class HPS(PointEstimator):
     """One non-negative mass for each part of the object, each part homogeneous, from
-    gravity alone::
+    gravity alone:
 
         minimise  |S^-1/2 (Ã M m - b)|²   over m >= 0,   samples with |a| and |alpha| below their limits
 

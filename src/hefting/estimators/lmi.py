@@ -31,7 +31,7 @@ TYPICAL_RADIUS = 0.1
 
 @dataclass(frozen=True, eq=False)
 class LMI(PointEstimator):
-    """Parameters of a body that explain the wrench best; needs no shape::
+    """Parameters of a body that explain the wrench best; needs no shape:
 
         minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
 

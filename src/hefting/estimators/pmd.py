@@ -32,7 +32,7 @@ ACCURACY = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class PMD(PointEstimator):
-    """Non-negative masses at the shape's points that best explain the wrench::
+    """Non-negative masses at the shape's points that best explain the wrench:
 
         minimise  |D(1-w) (Ã M m - b)| + |D(w) (A M m - b)| + lambda |m|   over m >= 0
 

@@ -21,7 +21,7 @@ from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, ScaledSVD
 @dataclass(frozen=True, eq=False)
 class RTLS(PointEstimator):
     """Ten parameters of total least squares: the smallest change of regressor and
-    wrench that makes them agree::
+    wrench that makes them agree.
 
         minimise  |[dA D^-1, db]|_F   such that  (A + dA) phi = b + db
 
