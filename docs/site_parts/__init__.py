@@ -4,9 +4,9 @@ leave the folder, names in code that become links, and formulas without scripts.
 from pathlib import Path
 from typing import Any
 
-import figures
 from pygments.lexers.special import TextLexer
 
+import figures
 from site_parts import docstrings, links, mathml, pages
 
 

@@ -4,6 +4,9 @@ for norms, and stand as indented blocks."""
 import re
 from typing import Any
 
+from numpydoc.docscrape_sphinx import SphinxDocString
+
+TEMPLATE = SphinxDocString("", config={}).template
 CODE = re.compile(r"(`+[^`]+`+)")
 """Code within a line, which stays as it is."""
 
@@ -13,6 +16,7 @@ def prepare(
 ) -> None:
     """Escape bars, and mark indented blocks before the first section as literal
     (``autodoc-process-docstring``)."""
+    options.template = TEMPLATE  # which numpydoc would compile anew for each docstring
     sections = [k for k, line in enumerate(lines) if set(line.strip()) == {"-"}]
     first = sections[0] - 1 if sections else len(lines)
     found: list[str] = []

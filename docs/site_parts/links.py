@@ -1,13 +1,17 @@
 """Links: those that leave the folder lead to a page that stands for the file, and names
 of the library in code lead to their pages."""
 
+import contextlib
 import posixpath
 import re
+from importlib import import_module
 from typing import Any
 
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.transforms.post_transforms import SphinxPostTransform
+
+import hefting
 
 PAGE_OF = {
     "README.md": "project/readme.md",
@@ -53,6 +57,18 @@ def outside(text: str, folder: str, page_folder: str) -> str:
     )
 
 
+def public(name: str) -> str:
+    """A dotted name as ``import hefting`` gives it, where it does."""
+    parts = name.split(".")
+    for k in range(len(parts) - 1, 1, -1):
+        own = getattr(hefting, parts[k], None) if parts[k] in hefting.__all__ else None
+        with contextlib.suppress(ImportError):
+            home = import_module(".".join(parts[:k]))
+            if own is not None and getattr(home, parts[k], None) is own:
+                return ".".join(("hefting", *parts[k:]))
+    return name
+
+
 def reference(name: str, page: str) -> addnodes.pending_xref:
     """Code that is a link where the site has a page of `name`."""
     return addnodes.pending_xref(
@@ -60,7 +76,7 @@ def reference(name: str, page: str) -> addnodes.pending_xref:
         nodes.literal(name, name, classes=["xref", "py"]),
         refdomain="py",
         reftype="obj",
-        reftarget=name,
+        reftarget=public(name),
         refdoc=page,
         refexplicit=False,
         optional=True,
