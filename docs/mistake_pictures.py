@@ -1,5 +1,6 @@
-"""`python docs/mistake_pictures.py`: makes each mistake that is looked for in a simulated
-recording, identifies it, and writes fails.md with what was said and a picture of each."""
+"""`PYTHONPATH=. python docs/mistake_pictures.py`: makes each mistake that is looked for in
+a simulated recording, identifies it, and writes fails.md with what was said and a
+picture of each."""
 
 import io
 import re
