@@ -17,6 +17,7 @@ PAGE_OF = {
     "README.md": "project/readme.md",
     "CHANGELOG.md": "project/changelog.md",
     "CONTRIBUTING.md": "project/contributing.md",
+    "SECURITY.md": "project/security.md",
     "src/hefting/core/spatial.py": "conventions.md",
 }
 """Page of the site that shows a file which is not in this folder."""

@@ -32,7 +32,7 @@ HEAD = "| | |\n|---|---|\n"
 ALONE = "---\norphan: true\n---\n"
 """Begins a page that is found through a list and not in the navigation, which would
 hold more names than anyone reads."""
-FILES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
+FILES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 MENTIONED = re.compile(r"`(hefting(?:\.\w+)+)`|from (hefting(?:\.\w+)+) import")
 
 

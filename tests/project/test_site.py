@@ -31,8 +31,8 @@ def site(tmp_path_factory):
         folder / "docs",
         ignore=lambda path, names: MADE if Path(path) == ROOT / "docs" else (),
     )
-    for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
-        shutil.copy(ROOT / name, folder)
+    for path in ROOT.glob("*.md"):
+        shutil.copy(path, folder)
     paths = (str(Path(hefting.__file__).parents[1]), os.environ.get("PYTHONPATH", ""))
     done = subprocess.run(
         [
