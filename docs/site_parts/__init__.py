@@ -18,6 +18,7 @@ def write(app: Any) -> None:
 
 def setup(app: Any) -> dict[str, Any]:
     """Connect the parts, as Sphinx asks of an extension."""
+    docstrings.compile_templates_once()
     app.connect("builder-inited", write)
     app.connect("autodoc-process-docstring", docstrings.prepare, priority=100)
     app.connect("source-read", links.rewrite)
