@@ -27,6 +27,7 @@ exclude_patterns = ["_build", "README.md"]
 # what a page says
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
+smartquotes = False  # -- begins options
 default_role = "known"
 highlight_language = "none"  # formulas in docstrings; code says its language
 autodoc_member_order = "bysource"

@@ -45,3 +45,16 @@ def test_each_target_of_a_simulator_or_controller_is_listed():
             continue
         takes = "mass, COM, inertia" if target.takes_inertia else "mass, COM"
         assert listed[name] == takes, name
+
+
+def test_figures_on_trust_are_those_of_the_pages_that_measured_them():
+    """A number of the table stands in the README or on a page that it leads to."""
+    text = (DOCS / "trust.md").read_text()
+    names = {"README"} | set(re.findall(r"\]\((\w+)\.md", text))
+    source = (DOCS.parent / "README.md").read_text()
+    source += "".join((DOCS / f"{name}.md").read_text() for name in names - {"README"})
+    rows = [line.split("|")[2] for line in text.splitlines() if line.startswith("| ")]
+    figures = {number for row in rows for number in re.findall(r"\d+\.\d+", row)}
+    assert len(figures) > 10
+    known = set(re.findall(r"\d+\.\d+", source))
+    assert not figures - known
