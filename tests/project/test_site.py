@@ -107,6 +107,15 @@ def test_no_link_within_the_site_is_dead(site, pages):
     assert not dead(pages, present)
 
 
+def test_make_docs_is_as_strict():
+    (line,) = [
+        line
+        for line in (ROOT / "Makefile").read_text().splitlines()
+        if "-m sphinx" in line
+    ]
+    assert set(BUILD) <= set(line.split())
+
+
 def test_dead_links_are_seen():
     page = Page('<p id="a"><a href="#a"><a href="#b"><a href="x.html"><img src="y">')
     missing = dead({"one/p.html": page}, {"one/p.html", "one/z"})
