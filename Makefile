@@ -10,7 +10,7 @@ ifneq ($(wildcard ../shared/torques),)
 export HEFTING_TORQUES ?= $(abspath ../shared/torques)
 endif
 
-.PHONY: help demo test lint bench lock clean
+.PHONY: help demo test lint docs bench lock clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -27,6 +27,9 @@ lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/pyright
 	$(BIN)/pyright -p pyright-strict.json
 
+docs: .venv/dev.stamp  ## build the site, docs/_build/html
+	$(BIN)/python -m sphinx -n -W --keep-going -q docs docs/_build/html
+
 bench: .venv/dev.stamp  ## speed, against what one would use instead and against the ratios kept in benchmarks/
 	$(BIN)/python -m benchmarks
 
@@ -35,7 +38,7 @@ lock: .venv/dev.stamp  ## renew the locked requirements from pyproject.toml
 	$(BIN)/python requirements/lock.py
 
 clean:  ## remove the environment and everything made
-	rm -rf .venv demo .pytest_cache .ruff_cache dist
+	rm -rf .venv demo .pytest_cache .ruff_cache dist docs/_build docs/api docs/commands docs/project docs/drawn
 
 .DELETE_ON_ERROR:
 

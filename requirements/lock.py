@@ -37,7 +37,7 @@ if __name__ == "__main__":
     lock("run.txt", "pyproject.toml", "requirements/build.in", "--extra", "plot")
     extras = [
         word
-        for extra in ("plot", "ros", "sim", "view", "live", "batch")
+        for extra in ("plot", "ros", "sim", "view", "live", "batch", "docs")
         for word in ("--extra", extra)
     ]
     sources = ["pyproject.toml", "requirements/build.in", "--group", "dev"]

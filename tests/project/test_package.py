@@ -13,6 +13,7 @@ from project.environments import ROOT, Environment, metadata_of
 
 USES = {
     "batch": "import hefting.jobs.cluster, distributed",
+    "docs": "import furo, myst_parser, numpydoc, sphinx, sphinx_copybutton",
     "live": "import cyclonedds, foxglove, rosbags, websockets, zenoh",
     "plot": "import hefting.plots, matplotlib",
     "robot": "import hefting.torques.dynamics, pinocchio",

@@ -15,7 +15,11 @@ FILES = sorted(
             for folder in ("src", "benchmarks")
             for path in (ROOT / folder).rglob("*.py")
         ),
-        *(ROOT / "docs").glob("*.md"),
+        *(
+            path
+            for part in (".", "howto", "concepts")
+            for path in (ROOT / "docs").glob(f"{part}/*.md")
+        ),
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
     ]

@@ -1,0 +1,234 @@
+"""What fails.md shows: each mistake that is looked for, as it is made, and its words."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mistake as the page shows it."""
+
+    title: str
+    code: str
+    """of the message"""
+    made: tuple[str, str]
+    """name and strength in `benchmarks.mistaken`"""
+    what: str
+    """what it is, and how it comes about"""
+    seed: int = 1
+
+
+CASES = {
+    "Frames": (
+        Case(
+            "The sensor is mounted at an angle",
+            "axes-turned",
+            ("turned about z", "30°"),
+            "The logged pose is that of the flange, and the sensor is turned in it: "
+            "screw holes allow any multiple of some angle.",
+        ),
+        Case(
+            "The sensor is elsewhere than the logged frame",
+            "lever-arm",
+            ("flange behind sensor", "150 mm"),
+            "The pose of the flange is logged, and the sensor is ahead of it; or the "
+            "torque is given about a TCP.",
+        ),
+        Case(
+            "The wrench is in base axes",
+            "wrench-in-base-axes",
+            ("wrench in base axes", ""),
+            "Some controllers turn the wrench into the axes of the robot's base.",
+        ),
+        Case(
+            "The base is tilted",
+            "base-tilted",
+            ("base tilted", "15°"),
+            "The robot stands on a slope or hangs on a wall, and gravity is not along "
+            "-z of its base.",
+        ),
+        Case(
+            "Gravity points the other way",
+            "gravity-reversed",
+            ("gravity", "upwards"),
+            "The robot hangs from the ceiling, or z points down in the log.",
+        ),
+    ),
+    "Poses": (
+        Case(
+            "Quaternions with w first",
+            "quaternion-order",
+            ("quaternion order", "w first"),
+            "MuJoCo, Eigen's constructor and many others write w, x, y, z.",
+            seed=2,
+        ),
+        Case(
+            "The inverse pose",
+            "pose-inverse",
+            ("inverse pose", "orientation"),
+            "The world in the sensor frame was logged in place of the sensor in the "
+            "world.",
+        ),
+        Case(
+            "Positions in another unit",
+            "position-unit",
+            ("unit of position", "in"),
+            "Millimetres, centimetres or inches read as metres: accelerations are then "
+            "as many times too large.",
+        ),
+        Case(
+            "Poses that stand still while the robot moves",
+            "poses-frozen",
+            ("frozen poses", "1 s"),
+            "A driver repeats its last pose. They are left out and counted.",
+        ),
+        Case(
+            "Poses that jump",
+            "pose-glitches",
+            ("position glitches", "0.1 m"),
+            "Single poses that no acceleration of a robot explains. They are left out.",
+        ),
+        Case(
+            "Poses before the driver has begun",
+            "poses-held-at-ends",
+            ("starts with the identity", "100"),
+            "The log starts with the identity, or ends with the last pose. They are "
+            "left out.",
+        ),
+        Case(
+            "A clock that runs fast",
+            "clock-rate",
+            ("pose clock fast", "1.0%"),
+            "Poses and wrench were stamped by different clocks. A constant offset is "
+            "found and put right; a rate is not.",
+        ),
+    ),
+    "The wrench": (
+        Case(
+            "A biased log, and --bias none",
+            "bias-wrong",
+            ("bias none", "5 N"),
+            "The sensor was not zeroed, or was zeroed with another load.",
+        ),
+        Case(
+            "An axis with the wrong sign",
+            "axis-flipped",
+            ("axis flipped", "fx"),
+            "One channel is mirrored, axes are left-handed, or columns were swapped.",
+        ),
+        Case(
+            "Force and torque in different units",
+            "force-unit",
+            ("unit of force", "lbf"),
+            "Pounds or kilograms of force beside N m, or N beside N mm.",
+        ),
+        Case(
+            "The controller subtracts a payload",
+            "wrench-compensated",
+            ("compensated wrench", "60% of the payload"),
+            "A configured payload is taken out of the wrench before it is logged.",
+        ),
+        Case(
+            "A low-pass filter",
+            "wrench-filtered",
+            ("low-passed", "0.7 Hz"),
+            "The sensor's own filter is slower than the motion.",
+        ),
+        Case(
+            "Steps larger than the noise",
+            "wrench-quantised",
+            ("quantised", "2 N"),
+            "Digits were cut off, by an analogue input or by a printout.",
+        ),
+        Case(
+            "The end of the sensor's range",
+            "saturated",
+            ("saturated", "60%"),
+            "A channel shows its largest value in place of the load.",
+        ),
+    ),
+    "The sensor": (
+        Case(
+            "Channels with different gains",
+            "gain-uneven",
+            ("gain of one axis", "10%"),
+            "The calibration matrix is that of another sensor, or worn. A gain that all "
+            "channels share shows in no residual: a scale does (`--mass`).",
+        ),
+        Case(
+            "Channels that respond to one another",
+            "cross-talk",
+            ("cross-talk", "3%"),
+            "The calibration matrix again, or bolts that strain the sensor.",
+        ),
+        Case(
+            "Play or hysteresis",
+            "hysteresis",
+            ("play", "3%"),
+            "The sensor or an adapter is loose.",
+        ),
+    ),
+    "The object": (
+        Case(
+            "A cable pulls",
+            "cable-force",
+            ("cable", "5 N/m"),
+            "A cable or a hose pulls by where the sensor is, as weight does by how it is "
+            "turned.",
+        ),
+        Case(
+            "Something swings",
+            "sloshing",
+            ("sloshing", "30%"),
+            "A liquid or a loose part moves in the object.",
+        ),
+        Case(
+            "Another object during the recording",
+            "change-point",
+            ("swapped", "1.5"),
+            "It was picked up, put down, swapped, or slipped in the gripper. The longest "
+            "stretch of one free body is used.",
+        ),
+        Case(
+            "It touched something",
+            "change-touched",
+            ("in contact", "55%"),
+            "A short contact is left out; a long one leaves too little.",
+            seed=4,
+        ),
+        Case(
+            "None of these",
+            "unexplained",
+            ("sloshing", "30%"),
+            "More is left of the wrench than noise, and no mistake that is looked for "
+            "explains it. The answer is doubted, or not to be used.",
+            seed=4,
+        ),
+    ),
+}
+"""What the page shows, by what is mistaken."""
+
+HEAD = """# When it fails
+
+<!-- written by docs/mistake_pictures.py -->
+
+Every answer begins with a verdict. Where noise does not explain a recording, the mistakes of this page are fitted to it
+side by side, and the one that explains it is named with what to type. Nothing is applied by itself.
+[Mistakes, and the verdict](mistakes.md) says how, and how often each is found.
+
+Each was made here in a simulated recording of ten seconds. Left, force on the object: wide and pale as recorded, thin
+as the body that was found needs it (x blue, y orange, z green). Beside it, what remains of force and torque between the
+two. Grey is what was left out.
+"""
+TAIL = """
+## What no wrench can tell
+
+A gain that all channels of the sensor share, a payload that is a part of the object, and a torque about another point
+where the motion is slow: the answer is that of another body, and fits.
+[What cannot be seen](mistakes.md#what-cannot-be-seen) lists them; a kitchen scale
+([`--mass`](howto/tare.md#a-scale)) finds most.
+
+## What stops with an error
+
+A log that cannot be read, or determines nothing, is one line: what is wrong, where, and what to do. The exit status is
+2 then, and 3 where an answer is not to be used. [Messages](messages.md) lists all that can be said of an answer.
+"""

@@ -1,0 +1,146 @@
+"""The site is built without a warning, none of its links is dead, and every public name
+and command has a page."""
+
+import os
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urldefrag
+
+import pytest
+
+pytest.importorskip("sphinx", reason="sphinx is not installed: hefting[docs]")
+
+import hefting
+from hefting.cli import COMMANDS
+
+ROOT = Path(__file__).parents[2]
+MADE = ("_build", "api", "commands", "drawn", "project")
+"""Parts of docs/ that an earlier build wrote."""
+BUILD = ("-m", "sphinx", "-n", "-W", "--keep-going", "-q")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The folder of a whole build, from a copy of the sources."""
+    folder = tmp_path_factory.mktemp("site")
+    shutil.copytree(
+        ROOT / "docs",
+        folder / "docs",
+        ignore=lambda path, names: MADE if Path(path) == ROOT / "docs" else (),
+    )
+    for path in ROOT.glob("*.md"):
+        shutil.copy(path, folder)
+    paths = (str(Path(hefting.__file__).parents[1]), os.environ.get("PYTHONPATH", ""))
+    done = subprocess.run(
+        [
+            sys.executable,
+            *BUILD,
+            "-d",
+            folder / "trees",
+            folder / "docs",
+            folder / "html",
+        ],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    return folder / "html"
+
+
+class Page(HTMLParser):
+    """What a page can be linked to by, what it links to, and what it shows or runs."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: list[str] = []
+        self.parts: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        """Keep the attributes that matter."""
+        of = dict(attrs)
+        self.anchors.update(of[name] for name in ("id", "name") if of.get(name))
+        if tag == "a" and of.get("href"):
+            self.links.append(of["href"])
+        address = of.get("href" if tag == "link" else "src")
+        if tag in ("link", "script", "img") and address:
+            self.parts.append(address)
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    """Every page by its path in the site."""
+    return {
+        path.relative_to(site).as_posix(): Page(path.read_text())
+        for path in sorted(site.rglob("*.html"))
+    }
+
+
+def dead(pages, present):
+    """Links within a site that lead nowhere: page, address."""
+    found = []
+    for name, page in pages.items():
+        for address in (*page.links, *page.parts):
+            if address.startswith(("https://", "data:")):
+                continue
+            target, anchor = urldefrag(unquote(address))
+            path = os.path.normpath(os.path.join(os.path.dirname(name), target))
+            path = (path if target else name).partition("?")[0]
+            there = path in present
+            if there and anchor and path in pages:
+                there = anchor in pages[path].anchors
+            if not there:
+                found.append((name, address))
+    return found
+
+
+def test_no_link_within_the_site_is_dead(site, pages):
+    present = {
+        path.relative_to(site).as_posix() for path in site.rglob("*") if path.is_file()
+    }
+    assert sum(len(page.links) for page in pages.values()) > 1000
+    assert not dead(pages, present)
+
+
+def test_make_docs_is_as_strict():
+    (line,) = [
+        line
+        for line in (ROOT / "Makefile").read_text().splitlines()
+        if "-m sphinx" in line
+    ]
+    assert set(BUILD) <= set(line.split())
+
+
+def test_dead_links_are_seen():
+    page = Page('<p id="a"><a href="#a"><a href="#b"><a href="x.html"><img src="y">')
+    missing = dead({"one/p.html": page}, {"one/p.html", "one/z"})
+    assert [address for _, address in missing] == ["#b", "x.html", "y"]
+
+
+def test_pages_fetch_nothing_from_elsewhere(pages):
+    for name, page in pages.items():
+        assert not [part for part in page.parts if "//" in part], name
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_has_a_page(command, pages, site):
+    assert f"commands/{command}.html" in pages
+    text = (site / "commands" / f"{command}.html").read_text()
+    assert "common options" in text or "usage" in text
+    assert f"{command}.html" in pages["commands/index.html"].links
+
+
+def test_each_public_name_has_a_page(pages):
+    for name in hefting.__all__:
+        (path,) = [
+            path
+            for path in pages
+            if path.startswith("api/") and path.endswith(f"/{name}.html")
+        ]
+        assert f"hefting.{name}" in pages[path].anchors
+        assert path.removeprefix("api/") in pages["api/index.html"].links
