@@ -97,7 +97,7 @@ def test_arguments_become_options(text, rendered):
 
 
 def test_the_options_exist():
-    known = set().union(*map(options_of, ("identify", "export")))
+    known = set().union(*map(options_of, ("identify", "export", "plan")))
     assert set(OPTIONS.values()) <= known
 
 

@@ -35,12 +35,12 @@ def test_edges_are_those_of_a_box():
 
 
 @needs_browser
-def test_it_plays_from_disk_without_a_network(tmp_path):
+def test_it_plays_from_disk_without_a_network(tmp_path, browser):
     plan = replace(plan_of(tmp_path), tip="tool")
     file = tmp_path / "plan.html"
     file.write_text(plan_player(plan))
     assert file.stat().st_size < 5_000_000
-    with browsing(DESKTOP, offline=True) as visit:
+    with browsing(browser, DESKTOP, offline=True) as visit:
         page = visit.page
         page.goto(file.as_uri())
         page.get_by_text("250 mm/s").wait_for(timeout=30_000)

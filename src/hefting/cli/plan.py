@@ -1,5 +1,5 @@
-"""hefting plan: the motion to make next, which leaves the least of what is still
-uncertain, within limits."""
+"""hefting plan: find the motion to make next, for what is still unknown, within
+limits."""
 
 import argparse
 from pathlib import Path
