@@ -11,17 +11,41 @@ bias free, is linear in their second moment about the mean:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, frozen
-from hefting.planning.kinematics import TipMotion
+from hefting.planning.kinematics import Passed, TipMotion
 
 EFFECTS = FULL_MAP.reshape(12, 6, 10)
 """D (12, 6, 10)"""
+
+
+class Slopes(NamedTuple):
+    """Derivatives of a function of the information."""
+
+    features: Array
+    """(12, K)"""
+    position: Array
+    """(K, n) by joint positions, at the same features"""
+    velocity: Array
+    """(K, n) by joint velocities, at the same features"""
+
+
+class Tells(Protocol):
+    """What a sensor would tell of the ten parameters along a motion."""
+
+    def gained(self, passed: Passed, x: Array, duration: float) -> Array:
+        """(10, 10) information of a motion of `duration` [s], with features (12, K) at
+        equal intervals."""
+        ...
+
+    def back(self, passed: Passed, x: Array, duration: float, by: Array) -> Slopes:
+        """Derivatives of what has those `by` (10, 10) by the information."""
+        ...
 
 
 def features(tip: TipMotion) -> Array:
@@ -62,7 +86,7 @@ def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: flo
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Information of one sample a time, of a given noise."""
+    """Information of the wrench, one sample a time, of a given noise."""
 
     tensor: Array
     """(144, 100) D_a' S^-1 D_b"""
@@ -76,18 +100,17 @@ class Information:
         tensor = np.einsum("aip,biq->abpq", EFFECTS, weighed).reshape(144, 100)
         return cls(frozen(tensor), rate)
 
-    def of_features(self, x: Array, duration: float) -> Array:
-        """(10, 10) of a motion of `duration` [s], features (12, K) at equal
-        intervals."""
+    def gained(self, passed: Passed, x: Array, duration: float) -> Array:
+        """As `Tells` has it; `passed` is not looked at."""
         off = x - x.mean(axis=1, keepdims=True)
         samples = self.rate * duration / x.shape[1]
         moment = samples * (off @ off.T)
         return (moment.ravel() @ self.tensor).reshape(10, 10)
 
-    def back(self, x: Array, duration: float, by: Array) -> Array:
-        """Derivatives (12, K) by the features of what has those `by` (10, 10) by the
-        information."""
+    def back(self, passed: Passed, x: Array, duration: float, by: Array) -> Slopes:
+        """As `Tells` has it."""
         off = x - x.mean(axis=1, keepdims=True)
         samples = self.rate * duration / x.shape[1]
         moment = (self.tensor @ by.ravel()).reshape(12, 12)
-        return samples * ((moment + moment.T) @ off)
+        none = np.zeros((x.shape[1], passed.chain.joints))
+        return Slopes(samples * ((moment + moment.T) @ off), none, none)

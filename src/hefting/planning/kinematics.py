@@ -154,6 +154,43 @@ class Passed:
     """of each joint: sine, cosine, rate (K,), and the vectors (3, 5, K) before its own
     motion is added"""
 
+    @cached_property
+    def rates(self) -> Array:
+        """(n, K) [rad/s] of screws that move alone, as `screws` has them"""
+        return np.array([rate for _, _, rate, _ in self.links])
+
+    @cached_property
+    def screws(self) -> Array:
+        """(3, 2, n, K) screw axis of each joint, linear and angular: the twist of the
+        sensor frame, in its axes, by a unit speed of that joint."""
+        chain, K = self.chain, self.motion.velocity.shape[1]
+        found = np.zeros((3, 2, len(chain.columns), K))
+        for i, (sin, cos, _, _) in enumerate(self.links):
+            cross, square = chain.turns[i]
+            before = found[:, :, :i]
+            before[:, 0] += _cross(before[:, 1], chain.steps[i][:, None, None])
+            flat = before.reshape(3, -1)
+            before += (
+                (1.0 - cos) * (square @ flat).reshape(before.shape)
+                - sin * (cross @ flat).reshape(before.shape)
+            )  # fmt: skip
+            found[:, 1, i] = chain.multipliers[i] * chain.axes[i][:, None]
+        found[:, 0] += _cross(found[:, 1], chain.steps[-1][:, None, None])
+        return np.einsum("ji,jcnk->icnk", chain.home, found)
+
+    def screws_back(self, by: Array) -> Array:
+        """Derivatives (K, n) by joint positions of what has those `by` (3, 2, n, K) by
+        the screws.
+
+        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i,
+        the Lie bracket, for i > j, else zero.
+        """
+        v, w = self.screws[:, 0], self.screws[:, 1]
+        turn = _cross(w, by[:, 1]) + _cross(v, by[:, 0])
+        shift = _cross(w, by[:, 0])
+        turn, shift = (own.cumsum(axis=1) - own for own in (turn, shift))
+        return -(w * turn + v * shift).sum(axis=0).T
+
     def back(self, gradient: TipGradient) -> tuple[Array, Array, Array]:
         """Derivatives (K, n) by joint positions, velocities and accelerations."""
         chain, K = self.chain, self.motion.velocity.shape[1]

@@ -154,9 +154,9 @@ def _along(poses: Array) -> tuple[Array, Array]:
 def _value(problem: Problem, tour: Tour) -> float:
     """What the rests leave of the uncertainty."""
     still = np.zeros_like(tour.poses)
-    x = features(problem.chain.forward(tour.poses, still, still).motion)
+    passed = problem.chain.forward(tour.poses, still, still)
     resting = tour.rest * len(tour.poses)
-    gained = problem.information.of_features(x, resting)
+    gained = problem.information.gained(passed, features(passed.motion), resting)
     return problem.objective.value(problem.known + gained)[0]
 
 

@@ -18,7 +18,7 @@ from hefting.planning.constraints import (
     JointStates,
 )
 from hefting.planning.cuts import Cuts
-from hefting.planning.information import Information, feature_gradient, features
+from hefting.planning.information import Tells, feature_gradient, features
 from hefting.planning.kinematics import Chain, Passed, TipGradient, TipMotion
 from hefting.planning.objective import Objective
 from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory, knots_of
@@ -90,7 +90,8 @@ class Problem:
     """(n,) [rad]"""
     known: Array
     """(10, 10) information there is already"""
-    information: Information
+    information: Tells
+    """of the motion"""
     objective: Objective
     constraints: Constraints
     cuts: Cuts | None = None
@@ -111,7 +112,7 @@ class Problem:
         states = self.basis.states(self.start, x)
         passed = self.chain.forward(*states[:3])
         own = features(passed.motion)
-        gained = self.information.of_features(own, self.duration)
+        gained = self.information.gained(passed, own, self.duration)
         return Look(self, states, passed, own, self.known + gained)
 
 
@@ -154,9 +155,10 @@ class Look:
         """Derivatives (P, n) by the control points of what has those `by_after` (10,
         10) by the information, and `by` by the excesses."""
         problem, own, tip = self.problem, self.problem.constraints, self.tip
-        by_features = problem.information.back(
-            self.features, problem.duration, by_after
+        slopes = problem.information.back(
+            self.passed, self.features, problem.duration, by_after
         )
+        by_features = slopes.features
         if "wrench+" in by:
             by_features = by_features + self._by_wrench(by["wrench+"] - by["wrench-"])
         acceleration, turning, spin = feature_gradient(tip, by_features)
@@ -166,10 +168,12 @@ class Look:
         linear, angular = own.corner_slopes(weight[:, None] * velocities)
         force = torque = np.zeros_like(linear)
         if "clearance" in by:
-            slopes = -by["clearance"] / CLEARANCE_SCALE
-            force, torque = own.clearance_slopes(tip, slopes)
+            push = -by["clearance"] / CLEARANCE_SCALE
+            force, torque = own.clearance_slopes(tip, push)
         tips = TipGradient(spin + angular, linear, turning, acceleration, force, torque)
         by_states = [*self.passed.back(tips), np.zeros_like(self.states.jerk)]
+        by_states[0] = by_states[0] + slopes.position
+        by_states[1] = by_states[1] + slopes.velocity
         for i, (name, (_, half)) in enumerate(
             zip(JointStates._fields, own.joint_scales, strict=True)
         ):

@@ -69,7 +69,8 @@ def _found(searcher: Searcher, problem: Problem, tour: Tour) -> Found:
     )
     motion = trajectory.sampled(GRID)
     still = np.zeros_like(motion.position)
-    x = features(problem.chain.forward(motion.position, still, still).motion)
-    after = problem.known + problem.information.of_features(x, problem.duration)
+    passed = problem.chain.forward(motion.position, still, still)
+    x = features(passed.motion)
+    after = problem.known + problem.information.gained(passed, x, problem.duration)
     value = problem.objective.value(after)[0]
     return Found(problem, trajectory, usage, value, after)
