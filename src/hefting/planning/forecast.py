@@ -3,7 +3,9 @@ expected to give."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -41,9 +43,44 @@ DRAWS = 1000
 LEVEL = 0.95
 
 
-@dataclass(frozen=True, eq=False)
-class Forecaster:
+class Forecaster(Protocol):
     """Tells how sure one will be."""
+
+    def forecast(self, trajectory: Trajectory, instants: int) -> Forecast:
+        """Before the motion, and at so many instants of it."""
+        ...
+
+
+def forecast_by(
+    after: Callable[[float, Array | None], Array | None],
+    held: Held,
+    duration: float,
+    instants: int,
+) -> Forecast:
+    """Before a motion of `duration` [s], and at so many instants of it.
+
+    `after` gives the covariance (10, 10) after so long a part of the motion [s], from
+    that before it; None stands for next to nothing.
+    """
+    times = np.linspace(min(SHORTEST, 0.5 * duration), duration, instants)
+    if instants <= 2:
+        times = times[-1:]
+    before = _before(held)
+    known = [before, *(after(t, before) for t in times)]
+    accuracies = [_accuracy(C, held.body) for C in known]
+    widths = [NORMAL_95 * _deviations(C, held.body) for C in known]
+    return Forecast(
+        frozen([0.0, *times]),
+        frozen([own[0] for own in widths]),
+        frozen([own[1:4] for own in widths]),
+        frozen([vector_to_tensor(own[4:]) for own in widths]),
+        tuple(accuracies),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchForecaster:
+    """By `identify`, of the wrench that is expected."""
 
     robot: Robot
     chain: Chain
@@ -56,21 +93,11 @@ class Forecaster:
     def forecast(self, trajectory: Trajectory, instants: int) -> Forecast:
         """Before the motion, and at so many instants of it."""
         recording = self.recording(trajectory)
-        first = min(SHORTEST, 0.5 * trajectory.duration)
-        times = np.linspace(first, trajectory.duration, instants)
-        if instants <= 2:
-            times = times[-1:]
-        before = self._before()
-        known = [before, *(self._after(recording, t, before) for t in times)]
-        accuracies = [_accuracy(C, self.held.body) for C in known]
-        widths = [NORMAL_95 * _deviations(C, self.held.body) for C in known]
-        return Forecast(
-            frozen([0.0, *times]),
-            frozen([own[0] for own in widths]),
-            frozen([own[1:4] for own in widths]),
-            frozen([vector_to_tensor(own[4:]) for own in widths]),
-            tuple(accuracies),
-        )
+
+        def after(duration: float, before: Array | None) -> Array | None:
+            return self._after(recording, duration, before)
+
+        return forecast_by(after, self.held, trajectory.duration, instants)
 
     def recording(self, trajectory: Trajectory) -> Recording:
         """What a robot's log is expected to hold, with seeded noise."""
@@ -98,14 +125,6 @@ class Forecaster:
             source="plan",
         )
 
-    def _before(self) -> Array | None:
-        """(10, 10) covariance of what is known now; None where next to nothing is."""
-        if self.held.estimate is not None:
-            return np.asarray(self.held.estimate.covariance)
-        if self.held.shape is None:
-            return None
-        return Bayes(self.held.shape).prior_covariance(self.held.body.mass)
-
     def _after(
         self, recording: Recording, duration: float, before: Array | None
     ) -> Array | None:
@@ -125,6 +144,15 @@ class Forecaster:
         both = _without(self.held.information, shared)
         both = both + _without(np.asarray(np.linalg.inv(C), float), shared)
         return np.linalg.inv(both) + np.outer(shared, shared)
+
+
+def _before(held: Held) -> Array | None:
+    """(10, 10) covariance of what is known now; None where next to nothing is."""
+    if held.estimate is not None:
+        return np.asarray(held.estimate.covariance)
+    if held.shape is None:
+        return None
+    return Bayes(held.shape).prior_covariance(held.body.mass)
 
 
 def _without(information: Array, shared: Array) -> Array:

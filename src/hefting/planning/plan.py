@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.measurements import NOISE_LEVELS, Noise
+from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
 from hefting.core.spatial import (
     SPEED_LIMIT,
@@ -22,11 +22,13 @@ from hefting.core.spatial import (
 )
 from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.held import Held
+from hefting.planning.joint_torques import JointTorques, refuse_of_torques
 from hefting.planning.limits import ACCELERATION, JERK, Limits
 from hefting.planning.planner import Planner
 from hefting.planning.reach import LONGER, out_of_reach, time_needed
 from hefting.planning.result import Plan
 from hefting.planning.search import Found
+from hefting.planning.sensors import Sensor, WristSensor
 from hefting.planning.space import Space
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
@@ -56,6 +58,7 @@ def plan(
     srdf: str | Path | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
     rate: float = 100.0,
+    torques: bool | ArrayLike = False,
     effort: str = "full",
     stop_and_go: bool = False,
     seed: int = 0,
@@ -84,6 +87,9 @@ def plan(
     srdf : file that says which links not to check against each other.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
+    torques : of an arm without a wrench sensor, whose joint torques are measured: True,
+        or standard deviations of their noise, of all joints or (n,) of each [N m].
+        Needs a shape, as torques hardly tell the inertia.
     effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
         long; or ``"quick"`` for a plan within some two seconds.
     stop_and_go : rests in a few poses with moves between, for mass and COM alone
@@ -91,8 +97,8 @@ def plan(
     seed : the same seed gives the same plan.
 
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range
-    or touches something, no feasible motion, and an accuracy out of reach within
-    `duration`.
+    or touches something, no feasible motion, an accuracy out of reach within
+    `duration`, and with `torques` for what is of a wrench sensor.
 
     Examples
     --------
@@ -103,17 +109,23 @@ def plan(
     _check_numbers(duration, speed, rate, seed)
     if effort == "full" and estimate is not None:
         effort = "next"
+    if torques is not False:
+        refuse_of_torques(shape, noise, force, torque, stop_and_go)
     asked = Accuracy.parse(until) if isinstance(until, str) else until
     robot = Robot.from_urdf(urdf, tip)
     limits = Limits.from_urdf(urdf, robot, acceleration, jerk, speed, force, torque)
     if estimate is not None and not isinstance(estimate, Estimate):
         estimate = Estimate.load(estimate)
-    held = Held.of(estimate, shape)
     g = check_gravity(gravity)
+    sensor = (
+        WristSensor.of(noise, estimate, rate)
+        if torques is False
+        else JointTorques.of(torques, estimate, rate, urdf, tip, g)
+    )
+    held = Held.of(estimate, shape)
     space = Space.of(urdf, tip, keep, held.corners, srdf=srdf)
-    levels, told = _noise(noise, estimate)
     planner = Planner(
-        robot, limits, held, space, levels, g, rate, start, asked, stop_and_go, seed
+        robot, limits, held, space, sensor, g, start, asked, stop_and_go, seed
     )
     best, forecast = planner.planned(duration, effort)
     if asked is not None and not asked.met_by(forecast.accuracy[-1]):
@@ -134,9 +146,14 @@ def plan(
         usage=best.usage.shares,
         clearance=best.usage.clearance,
         binding=best.usage.binding,
-        notes=(*held.notes, *told, *_assumed(acceleration, jerk), *_of(space, "note")),
+        notes=(
+            *held.notes,
+            *sensor.notes,
+            *_assumed(acceleration, jerk),
+            *_of(space, "note"),
+        ),
         warnings=_of(space, "warning"),
-        settings=_settings(held, levels, g, rate, effort, seed, best),
+        settings=_settings(held, sensor, g, rate, effort, seed, best),
     )
 
 
@@ -150,23 +167,6 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
         raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
     if seed < 0:
         raise InputError(f"{seed} is negative", "`seed`", "give 0 or more")
-
-
-def _noise(noise: Noise | None, estimate: Estimate | None):
-    """Levels of the wrench's noise, and a note where they were not given."""
-    if noise is not None:
-        if not (noise.force > 0.0 and noise.torque > 0.0):
-            raise InputError("the noise of force and torque must be positive")
-        return noise, ()
-    found = {} if estimate is None else estimate.provenance.get("noise")
-    if isinstance(found, dict) and {"force", "torque"} <= set(found):
-        force, torque = float(found["force"]), float(found["torque"])
-        if force > 0.0 and torque > 0.0:
-            what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
-            return Noise(force, torque), (note("plan-noise-assumed", what, "noise"),)
-    levels = NOISE_LEVELS["moderate"]
-    what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
-    return levels, (note("plan-noise-assumed", what, "noise"),)
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
@@ -189,7 +189,7 @@ def _of(space: Space, severity: str) -> tuple[Message, ...]:
 
 def _settings(
     held: Held,
-    noise: Noise,
+    sensor: Sensor,
     gravity: Array,
     rate: float,
     effort: str,
@@ -197,7 +197,7 @@ def _settings(
     best: Found,
 ) -> dict[str, Any]:
     return {
-        "noise": {"force": noise.force, "torque": noise.torque},
+        "noise": sensor.levels,
         "gravity": gravity.tolist(),
         "body": held.body.vector.tolist(),
         "rate": rate,

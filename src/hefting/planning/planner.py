@@ -9,26 +9,21 @@ from numpy.typing import ArrayLike
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
-from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.planning.constraints import Constraints
-from hefting.planning.forecast import GAIN, INSTANTS, Forecaster
+from hefting.planning.forecast import INSTANTS
 from hefting.planning.held import Held
-from hefting.planning.information import Information, noise_covariance
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import Limits
 from hefting.planning.objective import Objective
 from hefting.planning.problem import GRID, Basis, Problem, pieces_of
 from hefting.planning.result import Forecast
 from hefting.planning.search import Found, Searcher, effort_named
+from hefting.planning.sensors import Sensor
 from hefting.planning.space import Space
 from hefting.planning.tours import asked_of_tour, planned_tour
 from hefting.robots.robot import Robot
 
-MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
-"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
-0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
-bandwidth is some 36 rad/s. Those of slower motions are smaller."""
 RANDOM_STARTS = 12
 """Places to start from that are tried where none is given."""
 
@@ -41,11 +36,9 @@ class Planner:
     limits: Limits
     held: Held
     space: Space
-    noise: Noise
+    sensor: Sensor
     gravity: Array
     """(3,) [m/s²]"""
-    rate: float
-    """[Hz]"""
     start: ArrayLike | None
     """(n,) [rad]"""
     asked: Accuracy | None
@@ -64,8 +57,8 @@ class Planner:
             if self.stop_and_go
             else searcher.best(problem, starts)
         )
-        forecaster = Forecaster(
-            self.robot, problem.chain, self.held, self.noise, self.rate, self.seed
+        forecaster = self.sensor.forecaster(
+            self.robot, problem.chain, self.held, self.seed
         )
         return best, forecaster.forecast(best.trajectory, INSTANTS[effort])
 
@@ -73,15 +66,14 @@ class Planner:
         """The problem, with all joints at zero at the start."""
         vector = self.held.body.vector
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
-        covariance = noise_covariance(self.noise, MOTION_NOISE, vector, self.rate)
         corners = np.vstack((np.zeros(3), self.held.corners))
         return Problem(
             Chain.of(self.robot, self.gravity),
             Basis.of(duration, pieces_of(duration), GRID),
             np.zeros(len(self.limits.speed)),
             self.held.information,
-            Information.of(covariance, self.rate),
-            Objective.of(self.held.body, asked, GAIN),
+            self.sensor.information(vector),
+            Objective.of(self.held.body, asked, self.sensor.gain),
             Constraints.of(self.limits, corners, vector, self.space.half_spaces),
         )
 
