@@ -18,6 +18,7 @@ from urdfs import UR5_URDF
 
 BOX = np.array([[x, y, z] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0.0, 0.2)])  # fmt: skip
 SHAPE = ("--box", "0.1,0.1,0.2", "--object-pose", "0,0,0.1,0,0,0,1")
+TORQUES = (*SHAPE, "--torques")
 SPEED, LIMIT = 0.25, 1.0
 """[m/s] of corners by default, [rad/s] of the joints in the URDF"""
 BODY = InertialParameters.from_com(0.8, (0.0, 0.0, 0.1), np.diag((3e-3, 3e-3, 1e-3)))
@@ -157,6 +158,20 @@ def test_noise_is_that_of_a_recording(run, arm, tmp_path):
     assert settings["rate"] == pytest.approx(100.0, rel=1e-6)
 
 
+def test_torques_are_planned_for_with_their_noise(run, arm):
+    pytest.importorskip("pinocchio")
+    given = (*TORQUES, "--torque-noise", "0.3", "--duration", 3, "--json")
+    status, out, err = run(*words(arm, *given))
+    assert (status, err) == (0, "")
+    told = json.loads(out)
+    assert told["settings"]["noise"] == {"joint_torques": [0.3] * 6}
+    assert "plan-empty-run-assumed" in {own["code"] for own in told["messages"]}
+    before, *_, after = told["forecast"]["accuracy"]
+    assert before["mass"] is None
+    # 0.3 N m at 0.5 m, of some 300 samples of a few joints, is 10 g of 1 kg
+    assert 0.002 < after["mass"] < 0.05
+
+
 def test_stop_and_go_rests(run, arm, tmp_path):
     path = tmp_path / "m.csv"
     given = (*SHAPE, "--stop-and-go", "--duration", 8, "--output", path)
@@ -196,7 +211,15 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--estimate", "none.json"), ("none.json",)),
         (("--srdf", "none.srdf"), ("none.srdf",)),
         (("--shape", "none.stl"), ("none.stl",)),
-        (("--torques",), ("unknown option --torques",)),
+        (("--torques",), ("without a shape", "--shape FILE or --box")),
+        (("--torque-noise", "0.1"), ("--torque-noise", "give --torques as well")),
+        ((*TORQUES, "--sensor-noise", "1N,1Nm"), ("--sensor-noise: is of a wrench",)),
+        ((*TORQUES, "--noise-from", "a.csv"), ("--noise-from: is of a wrench",)),
+        ((*TORQUES, "--sensor-range", "1N,1Nm"), ("--sensor-range: is of a wrench",)),
+        ((*TORQUES, "--stop-and-go"), ("joints at rest tell nothing by torques",)),
+        ((*TORQUES, "--torque-noise", "0.1,0.1"), ("of all or of 6 joints",)),
+        ((*TORQUES, "--torque-noise", "0"), ("not positive",)),
+        ((*TORQUES, "--torque-noise", "x"), ("--torque-noise", "numbers")),
     ],
 )
 def test_what_cannot_be_is_one_line(run, arm, given, said):

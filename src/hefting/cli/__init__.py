@@ -92,7 +92,7 @@ OPTIONS = {
         ),
         *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
         *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
-        *("sensor_range", "sensor_noise", "stop_and_go", "seed"),
+        *("sensor_range", "sensor_noise", "stop_and_go", "seed", "torques"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

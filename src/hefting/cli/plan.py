@@ -17,7 +17,12 @@ from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
 from hefting.request.numbers import numbers
-from hefting.request.planning import noise_of, of_joints, sensor_range_of
+from hefting.request.planning import (
+    noise_of,
+    of_joints,
+    sensor_range_of,
+    torques_of,
+)
 from hefting.request.settings import accuracy_of
 from hefting.request.shape import shape_of
 
@@ -142,6 +147,17 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
         help="largest along each axis, as in 100N,5Nm; default any",
     )
     group.add_argument(
+        "--torques",
+        action="store_true",
+        help="no wrench sensor: the joints' torques are measured; with --shape or --box",
+    )
+    group.add_argument(
+        "--torque-noise",
+        metavar="T[,T...]",
+        help="of a sample of all joints, or of each, one standard deviation [N m]; "
+        "default that of the estimate's recording, else from 0.1 at the base to 0.05",
+    )
+    group.add_argument(
         "--gravity",
         metavar="X,Y,Z",
         default=GRAVITY,
@@ -195,6 +211,7 @@ def _plan(a: argparse.Namespace) -> "Plan":
     """The plan that was asked for."""
     from hefting.planning import plan
 
+    torques = torques_of(a)
     noise, rate = noise_of(a)
     force, torque = sensor_range_of(a.sensor_range)
     given: dict[str, Any] = {
@@ -213,6 +230,7 @@ def _plan(a: argparse.Namespace) -> "Plan":
         "srdf": a.srdf,
         "gravity": numbers(a.gravity, 3, "--gravity"),
         "rate": rate,
+        "torques": torques,
         "effort": "quick" if a.quick else "full",
         "stop_and_go": a.stop_and_go,
         "seed": a.seed,

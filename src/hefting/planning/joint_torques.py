@@ -174,7 +174,7 @@ def _noise(
         noise, of = np.geomspace(FIRST_NOISE, LAST_NOISE, joints), "taken to be"
     each = ", ".join(f"{value:.2g}" for value in noise)
     what = f"noise of the joint torques {of} {each} N m"
-    return noise, (note("plan-noise-assumed", what, "torques"),)
+    return noise, (note("plan-torque-noise-assumed", what, "torques"),)
 
 
 def _given(values: object, joints: int) -> Array:

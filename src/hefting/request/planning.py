@@ -47,6 +47,28 @@ def sensor_range_of(text: str | None) -> tuple[float | None, float | None]:
     return force, torque
 
 
+def torques_of(a: Any) -> bool | float | list[float]:
+    """Whether joint torques are measured, and their noise [N m] where it was given.
+
+    Raises `InputError` without a shape, and for options of a wrench sensor.
+    """
+    if not a.torques:
+        if a.torque_noise is not None:
+            what = "is for joint torques"
+            raise InputError(what, "--torque-noise", "give --torques as well")
+        return False
+    for name in ("sensor_noise", "noise_from", "sensor_range"):
+        if getattr(a, name) is not None:
+            option = f"--{name.replace('_', '-')}"
+            what = "is of a wrench sensor, not for --torques"
+            raise InputError(what, option, "leave it out")
+    if a.shape is None and a.box is None:
+        what = "joint torques hardly tell an inertia without a shape"
+        raise InputError(what, "--torques", "give --shape FILE or --box")
+    noise = of_joints(a.torque_noise, "--torque-noise")
+    return True if noise is None else noise
+
+
 def of_joints(text: str | None, option: str) -> float | list[float] | None:
     """One number for all joints, or one of each, separated by commas; None where
     nothing was given."""
