@@ -108,7 +108,7 @@ class _Columns:
         own = G[:, PARAMETERS:, PARAMETERS:] + CHANGES
         taken = np.linalg.solve(own, G[:, PARAMETERS:, :PARAMETERS])
         unit = np.broadcast_to(np.eye(PARAMETERS), (len(c), PARAMETERS, PARAMETERS))
-        return G, np.concatenate((unit, -taken), axis=1)
+        return G, np.concatenate((unit, np.asarray(-taken, dtype=float)), axis=1)
 
     def back(self, by: Array) -> Slopes:
         """Derivatives of what has those `by` / 2 (n, 12, 12) by G."""

@@ -158,7 +158,8 @@ class TorqueForecaster:
         except (HeftingError, np.linalg.LinAlgError):
             return before
         A = found.state.factor[:, :10]
-        return np.linalg.inv(self.held.information + A.T @ A)
+        C = np.linalg.inv(self.held.information + A.T @ A)
+        return np.asarray(C, dtype=float)
 
 
 def _noise(

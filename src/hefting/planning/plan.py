@@ -117,7 +117,7 @@ def plan(
     if estimate is not None and not isinstance(estimate, Estimate):
         estimate = Estimate.load(estimate)
     g = check_gravity(gravity)
-    sensor = (
+    sensor: Sensor = (
         WristSensor.of(noise, estimate, rate)
         if torques is False
         else JointTorques.of(torques, estimate, rate, urdf, tip, g)
