@@ -11,8 +11,9 @@ its speed, w in 0..1 the weight of its samples and P the information of the chan
     G_j = sum_k w_jk c_jk c_jk',    Lambda = sum_j (G_bb - G_bu (G_uu + P)^-1 G_ub) / sigma_j²
 
 Samples in which a joint hardly moves do not count in the estimator, as its friction has
-no law there; here the weight w is smooth. With E_j' = [I, -G_bu (G_uu + P)^-1] the
-derivative of Lambda by G_j is E_j' dG_j E_j: a best value changes nothing to first order.
+no law there; here the weight w is smooth, and next to nothing where the sign changes.
+With E_j' = [I, -G_bu (G_uu + P)^-1] the derivative of Lambda by G_j is E_j' dG_j E_j: a
+best value changes nothing to first order.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.planning.information import EFFECTS, Slopes
 from hefting.planning.kinematics import Passed
-from hefting.torques.equations import SIGN_SPEED, STICTION_SPEED
+from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.runs import FRICTION_CHANGE, OFFSET_CHANGE
 
 PARAMETERS = 10
@@ -87,7 +88,7 @@ class _Columns:
         """(n, 12, K) c"""
         rates = self.passed.rates
         b = np.einsum("ink,ipk->npk", self.screws, self.regressors)
-        sign = np.tanh(rates / SIGN_SPEED)
+        sign = np.sign(rates)
         return np.concatenate((b, np.stack((np.ones_like(sign), sign), 1)), axis=1)
 
     @cached_property
@@ -122,7 +123,6 @@ class _Columns:
         parted = by_screws.reshape(2, 3, *rates.shape).swapaxes(0, 1)
         rising = STEEPNESS * rates ** (STEEPNESS - 1) / STICTION_SPEED**STEEPNESS
         velocity = self.samples * by_weights * rising / (1.0 + self.powers) ** 2
-        velocity += pull[:, -1] * (1.0 - c[:, -1] ** 2) / SIGN_SPEED
         return Slopes(
             MAP.T @ by_regressors.reshape(6 * PARAMETERS, -1),
             self.passed.screws_back(parted),
