@@ -18,8 +18,8 @@ help:  ## list the targets
 demo: .venv/run.stamp  ## simulate a robot wielding a hammer, identify it, write pictures to demo/
 	$(BIN)/hefting demo --output demo
 
-test: .venv/dev.stamp  ## run every test
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+test: .venv/dev.stamp  ## run every test, or those of TESTS="tests/a.py tests/b.py"
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(TESTS)
 
 lint: .venv/dev.stamp  ## formatting, lint and types
 	$(BIN)/ruff format --check .

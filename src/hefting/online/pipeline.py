@@ -98,7 +98,6 @@ class Pipeline:
 
     def step(self) -> LiveEstimate:
         """What is known now. `look` is to follow, once that is told."""
-        self._receive(self._asker.answer())
         self.follow()
         return self.told()
 
@@ -141,7 +140,8 @@ class Pipeline:
             self._follower = Follower.of(found.pose_filter)
 
     def follow(self) -> None:
-        """Filter the new poses."""
+        """Take what was understood meanwhile, and filter the new poses."""
+        self._receive(self._asker.answer())
         if self._follower is None:
             return
         orientation = self._stream("orientation")
