@@ -32,7 +32,6 @@ def random_plan(n, duration=2.0, source="arm.urdf", tip="tool", size=2.0, asked=
         corners=0.1 * np.array([[0, 0, 0], [1, 1, 0], [-1, 0, 2.0]]),
         forecast=forecast(duration),
         asked=asked,
-        reached=None if asked is None else True,
         time_needed=None if asked is None else 0.6 * duration,
         usage={"corner_speed": 0.99, "speed": 0.4, "acceleration": 0.8},
         binding=(note("plan-corner-speed", "the corners' speed binds in 62 % of it"),),

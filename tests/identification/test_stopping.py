@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from commands import refused
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
-from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.core.recording import Recording, Stream
@@ -74,14 +73,14 @@ class Watched(Bayes):
 
     looks: list[tuple[int, bool | None]] = field(default_factory=list)
 
-    def estimate(self, state, start=None) -> Estimate:
-        found = super().estimate(state, start)
+    def continued(self, state, before):
+        found, last = super().continued(state, before)
         # warm
-        assert (0 if start is None else start.samples) == (
+        assert (0 if before is None else before.samples) == (
             self.looks[-1][0] if self.looks else 0
         )
         self.looks.append((found.samples, found.sufficient))
-        return found
+        return found, last
 
 
 def watched(until: str, noise: Noise = NOISE, bias: BiasModel = "none") -> Watched:

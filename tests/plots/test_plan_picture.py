@@ -73,7 +73,7 @@ def test_what_is_open_is_not_drawn(plan, rows):
 def test_what_is_asked_is_dashed(plan, rows):
     heights = {float(x.get_ydata()[0]) for x in rows[3].get_lines() if len(x.get_xdata()) == 2}  # fmt: skip
     assert heights == {1.0, 2.0, 20.0}
-    bare = plot_plan(replace(plan, asked=None, reached=None)).axes[3]
+    bare = plot_plan(replace(plan, asked=None)).axes[3]
     assert len(bare.get_lines()) == 3
 
 

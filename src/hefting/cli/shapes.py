@@ -1,12 +1,8 @@
 """The object's shape on the command line: a file, its convex hull, or a box."""
 
 import argparse
-from typing import TYPE_CHECKING
 
 from hefting.cli.options import POSE
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:

@@ -128,6 +128,18 @@ def skew(vector: ArrayLike) -> Array:
     return matrix
 
 
+def cross(u: Array, v: Array) -> Array:
+    """Cross products (3, ...) of vectors (3, ...): faster than `numpy.cross`, and for
+    vectors whose components come first."""
+    return np.stack(
+        (
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        )
+    )
+
+
 def tensor_to_vector(tensor: ArrayLike) -> Array:
     """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (...,
     6)."""

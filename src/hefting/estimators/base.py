@@ -265,17 +265,11 @@ class Estimator:
         are none."""
         raise NotImplementedError
 
-    def estimate_from(self, state: State, start: Estimate | None) -> Estimate:
-        """The estimate; those that search for it may begin at `start`, an earlier one
-        over the same shape."""
-        return self.estimate(state)
-
     def continued(self, state: Any, before: Any) -> tuple[Estimate, Any]:
-        """The estimate, and what the next one, of more samples, begins with to save
-        time: `before` of the next call. At first that is an earlier estimate over the
-        same shape, or None."""
-        estimate = self.estimate_from(state, before)
-        return estimate, estimate
+        """The estimate, and what that of more samples may begin with to save time, as
+        `before`; None where that saves none. `before` may also be an earlier estimate
+        over the same shape."""
+        return self.estimate(state), None
 
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
         """What was known of a body of such a mass [kg] before any sample, as in

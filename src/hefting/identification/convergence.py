@@ -59,7 +59,7 @@ def convergence(
     last: Estimate | None = None
     for rows, state in _states(estimator, found, count):
         try:
-            last = estimator.estimate_from(state, last)
+            last, _ = estimator.continued(state, last)
         except NotIdentifiableError:
             continue
         seen.append(rows)

@@ -219,7 +219,7 @@ class Live:
         if state.samples.samples < FEWEST_SAMPLES:
             return None
         try:
-            return self.estimator.estimate_from(state.samples, start)
+            return self.estimator.continued(state.samples, start)[0]
         except NotIdentifiableError:
             return None
 

@@ -41,7 +41,7 @@ def first_sufficient(
         state, seen = estimator.update(state, z[seen:end]), end
         try:
             seen_in_all = state if before is None else estimator.merge(before, state)
-            estimate = estimator.estimate_from(seen_in_all, estimate)
+            estimate, _ = estimator.continued(seen_in_all, estimate)
         except NotIdentifiableError:
             if seen == len(z):
                 raise

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, cross, frozen
 from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
@@ -77,6 +77,11 @@ class Constraints:
             (zero, own.jerk),
         )
 
+    @property
+    def _ways(self) -> Array:
+        """(3, c, 1) [m] to the corners"""
+        return self.corners.T[:, :, None]
+
     def joint_shares(self, states: JointStates) -> list[Array]:
         """Signed shares (K, n) of the limits of each of position, speed, acceleration
         and jerk."""
@@ -85,29 +90,13 @@ class Constraints:
 
     def corner_velocities(self, tip: TipMotion) -> Array:
         """(c, 3, K) in sensor axes [m/s]"""
-        w, p = tip.angular_velocity, self.corners[:, :, None]
-        turning = np.stack(
-            (
-                w[1] * p[:, 2] - w[2] * p[:, 1],
-                w[2] * p[:, 0] - w[0] * p[:, 2],
-                w[0] * p[:, 1] - w[1] * p[:, 0],
-            ),
-            axis=1,
-        )
-        return tip.velocity + turning
+        turning = cross(tip.angular_velocity[:, None], self._ways)
+        return tip.velocity + turning.swapaxes(0, 1)
 
     def corner_slopes(self, by: Array) -> tuple[Array, Array]:
         """Derivatives (3, K) by velocity and angular velocity of what has those `by`
         (c, 3, K) by the velocities of the corners."""
-        p = self.corners[:, :, None]
-        turning = np.stack(
-            (
-                (p[:, 1] * by[:, 2] - p[:, 2] * by[:, 1]).sum(axis=0),
-                (p[:, 2] * by[:, 0] - p[:, 0] * by[:, 2]).sum(axis=0),
-                (p[:, 0] * by[:, 1] - p[:, 1] * by[:, 0]).sum(axis=0),
-            )
-        )
-        return by.sum(axis=0), turning
+        return by.sum(axis=0), cross(self._ways, by.swapaxes(0, 1)).sum(axis=1)
 
     def corner_shares(self, velocities: Array) -> Array:
         """(c, K) speeds of the corners over the limit."""
@@ -142,6 +131,4 @@ class Constraints:
         c, K) by the clearances."""
         normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
         push = np.einsum("pck,pik->cik", by, normals)
-        return push.sum(axis=0), np.cross(
-            self.corners[:, :, None], push, axisa=1, axisb=1, axisc=1
-        ).sum(axis=0)
+        return self.corner_slopes(push)

@@ -24,7 +24,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from hefting.core.spatial import Array, frozen, rotation_matrices, skew
+from hefting.core.spatial import Array, cross, frozen, rotation_matrices, skew
 from hefting.robots.robot import Robot
 
 W, V, DW, A, P = range(5)
@@ -97,7 +97,7 @@ class Chain:
         turned = np.ascontiguousarray(np.repeat(np.eye(3)[:, :, None], K, axis=2))
         links = []
         for i, column in enumerate(self.columns):
-            m, (cross, square) = self.multipliers[i], self.turns[i]
+            m, (across, square) = self.multipliers[i], self.turns[i]
             _step(x, self.steps[i])
             angle = m * q[:, column] + self.offsets[i]
             sin, cos = np.sin(angle), np.cos(angle)
@@ -105,7 +105,7 @@ class Chain:
             flat = (3, VECTORS + 3, K)
             both = (
                 both.reshape(flat)
-                - sin * (cross @ both).reshape(flat)
+                - sin * (across @ both).reshape(flat)
                 + (1.0 - cos) * (square @ both).reshape(flat)
             )
             x, turned = both[:, :VECTORS], both[:, VECTORS:]
@@ -113,8 +113,8 @@ class Chain:
             rate = m * dq[:, column]
             carried = x.copy()
             x[:, W] += axis * rate
-            x[:, DW] += axis * (m * ddq[:, column]) + _cross(x[:, W], axis) * rate
-            x[:, A] += _cross(x[:, V], axis) * rate
+            x[:, DW] += axis * (m * ddq[:, column]) + cross(x[:, W], axis) * rate
+            x[:, A] += cross(x[:, V], axis) * rate
             links.append((sin, cos, rate, carried))
         _step(x, self.steps[-1])
         x = np.einsum("ji,jck->ick", self.home, x)
@@ -124,7 +124,7 @@ class Chain:
             w,
             v,
             x[:, DW],
-            x[:, A] + _cross(w, v),
+            x[:, A] + cross(w, v),
             np.einsum("icK,iK->cK", turned, x[:, P]),
             np.moveaxis(turned, 0, 1),
         )
@@ -166,16 +166,16 @@ class Passed:
         chain, K = self.chain, self.motion.velocity.shape[1]
         found = np.zeros((3, 2, len(chain.columns), K))
         for i, (sin, cos, _, _) in enumerate(self.links):
-            cross, square = chain.turns[i]
+            across, square = chain.turns[i]
             before = found[:, :, :i]
-            before[:, 0] += _cross(before[:, 1], chain.steps[i][:, None, None])
+            before[:, 0] += cross(before[:, 1], chain.steps[i][:, None, None])
             flat = before.reshape(3, -1)
             before += (
                 (1.0 - cos) * (square @ flat).reshape(before.shape)
-                - sin * (cross @ flat).reshape(before.shape)
+                - sin * (across @ flat).reshape(before.shape)
             )  # fmt: skip
             found[:, 1, i] = chain.multipliers[i] * chain.axes[i][:, None]
-        found[:, 0] += _cross(found[:, 1], chain.steps[-1][:, None, None])
+        found[:, 0] += cross(found[:, 1], chain.steps[-1][:, None, None])
         return np.einsum("ji,jcnk->icnk", chain.home, found)
 
     def screws_back(self, by: Array) -> Array:
@@ -186,8 +186,8 @@ class Passed:
         the Lie bracket, for i > j, else zero.
         """
         v, w = self.screws[:, 0], self.screws[:, 1]
-        turn = _cross(w, by[:, 1]) + _cross(v, by[:, 0])
-        shift = _cross(w, by[:, 0])
+        turn = cross(w, by[:, 1]) + cross(v, by[:, 0])
+        shift = cross(w, by[:, 0])
         turn, shift = (own.cumsum(axis=1) - own for own in (turn, shift))
         return -(w * turn + v * shift).sum(axis=0).T
 
@@ -199,8 +199,8 @@ class Passed:
         # wrenches: pairs of moment and force, of velocity, acceleration and pose
         y = np.stack(
             (
-                g.angular_velocity + _cross(v, g.acceleration),
-                g.velocity + _cross(g.acceleration, w),
+                g.angular_velocity + cross(v, g.acceleration),
+                g.velocity + cross(g.acceleration, w),
                 g.angular_acceleration,
                 g.acceleration,
                 g.torque,
@@ -214,25 +214,25 @@ class Passed:
             _step_back(y, chain.steps[i + 1])
             sin, cos, rate, x = self.links[i]
             column, m, axis = chain.columns[i], chain.multipliers[i], chain.axes[i]
-            cross, square = chain.turns[i]
+            across, square = chain.turns[i]
             side = axis[:, None]
             # of V_i x S, where the joint's own part of V_i is along S
             found[1, column] += m * (
                 axis @ (y[:, 0])
-                + ((cross.T @ x[:, W]) * y[:, 2]).sum(axis=0)
-                + ((cross.T @ x[:, V]) * y[:, 3]).sum(axis=0)
+                + ((across.T @ x[:, W]) * y[:, 2]).sum(axis=0)
+                + ((across.T @ x[:, V]) * y[:, 3]).sum(axis=0)
             )
             found[2, column] += m * (axis @ y[:, 2])
-            y[:, 0] += rate * _cross(side, y[:, 2])
-            y[:, 1] += rate * _cross(side, y[:, 3])
+            y[:, 0] += rate * cross(side, y[:, 2])
+            y[:, 1] += rate * cross(side, y[:, 3])
             turn = axis @ y[:, 4]
             for pair, vector in ((0, W), (1, V), (2, DW), (3, A)):
-                turn -= ((cross @ x[:, vector]) * y[:, pair]).sum(axis=0)
+                turn -= ((across @ x[:, vector]) * y[:, pair]).sum(axis=0)
             found[0, column] += m * turn
             flat = y.reshape(3, -1)
             y = (
                 y
-                + sin * (cross @ flat).reshape(y.shape)
+                + sin * (across @ flat).reshape(y.shape)
                 + (1.0 - cos) * (square @ flat).reshape(y.shape)
             )
         position, velocity, acceleration = (each.T for each in found)
@@ -241,23 +241,12 @@ class Passed:
 
 def _step(x: Array, step: Array) -> None:
     """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
-    x[:, V] += _cross(x[:, W], step[:, None])
-    x[:, A] += _cross(x[:, DW], step[:, None])
+    x[:, V] += cross(x[:, W], step[:, None])
+    x[:, A] += cross(x[:, DW], step[:, None])
     x[:, P] += step[:, None]
 
 
 def _step_back(y: Array, step: Array) -> None:
     """Move wrenches (3, 6, K) against a step (3,) [m]."""
     for pair in (0, 2, 4):
-        y[:, pair] += _cross(step[:, None], y[:, pair + 1])
-
-
-def _cross(u: Array, v: Array) -> Array:
-    """Cross products (3, K) of vectors (3, K) or (3, 1)."""
-    return np.stack(
-        (
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        )
-    )
+        y[:, pair] += cross(step[:, None], y[:, pair + 1])

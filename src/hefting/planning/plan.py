@@ -141,7 +141,6 @@ def plan(
         corners=best.problem.constraints.corners,
         forecast=forecast,
         asked=asked,
-        reached=None if asked is None else True,
         time_needed=None if asked is None else time_needed(forecast, asked),
         usage=best.usage.shares,
         clearance=best.usage.clearance,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from hefting.core.accuracy import Accuracy
@@ -83,8 +84,6 @@ class Plan:
     """how sure one is expected to be"""
     asked: Accuracy | None = None
     """what was to be reached"""
-    reached: bool | None = None
-    """whether that is expected; None where nothing was asked"""
     time_needed: float | None = None
     """[s] after which it is expected to be reached; None where nothing was asked"""
     usage: dict[str, float] = field(default_factory=dict[str, float])
@@ -109,6 +108,13 @@ class Plan:
         return self.trajectory.duration
 
     @property
+    def reached(self) -> bool | None:
+        """Whether what was asked is expected at the end; None where nothing was."""
+        if self.asked is None:
+            return None
+        return self.asked.met_by(self.forecast.accuracy[-1])
+
+    @cached_property
     def motion(self) -> JointMotion:
         """Sampled at `RATE`, start and end among the samples."""
         return self.trajectory.sampled(RATE)

@@ -8,16 +8,14 @@ from itertools import product
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen, rotation_matrices
 from hefting.planning.convex_parts import convex_parts
+from hefting.robots.arm import MOST_LINKS, links_in_order, robot_of
 from hefting.robots.robot import Robot
-from hefting.robots.urdf import SCALAR, Tree
+from hefting.robots.urdf import Tree
 from hefting.robots.visuals import Geometry, read_geometries
 from hefting.scene.link_surfaces import LinkSurfaces
 
-MOST_LINKS = 200
-"""Links that are checked at most; humanoids with hands have about a hundred."""
 MOST_SOLIDS = 12
 """Solids of one link at most: where its URDF has more, one hull holds them all."""
 THIN = 1e-3
@@ -80,8 +78,8 @@ def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
     bearer: dict[int, int | None] = {0: None}
     moved = {tree.root: 0}
     links = []
-    for name, parent in _in_order(tree)[:MOST_LINKS]:
-        if (robot := _robot(tree, name)) is None:
+    for name, parent in links_in_order(tree)[:MOST_LINKS]:
+        if (robot := robot_of(tree, name)) is None:
             continue
         columns = tuple(
             tip.joints.index(moving) if moving in tip.joints else -1
@@ -121,27 +119,6 @@ def solid_of(name: str, link: int, points: Array) -> Solid:
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = float(np.linalg.norm(points - center, axis=1).max())
     return Solid(name, link, frozen(points), faces, frozen(center), radius)
-
-
-def _in_order(tree: Tree) -> list[tuple[str, str | None]]:
-    """Each link with the one that bears it, parents first."""
-    children: dict[str, list[str]] = {link: [] for link in tree.links}
-    for joint in tree.joints.values():
-        children[joint.parent].append(joint.child)
-    order: list[tuple[str, str | None]] = [(tree.root, None)]
-    for link, _ in order:  # grows on the way
-        order += [(child, link) for child in children[link]]
-    return order
-
-
-def _robot(tree: Tree, link: str) -> Robot | None:
-    """The joints that move a link; None where one of them has no single position."""
-    if any(joint.kind not in (*SCALAR, "fixed") for joint in tree.chain(link)):
-        return None
-    try:
-        return Robot.from_tree(tree, link)
-    except InputError:
-        return None
 
 
 def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Array]:

@@ -57,8 +57,6 @@ class Space:
     """Solid and half-space of each pair that is checked"""
     contacts: Contacts | None
     """Pairs of solids that are checked; None without coal, or where there are none"""
-    corners: Array | None
-    """(8, 3) [m] of the object's box in the tip's frame"""
     messages: tuple[Message, ...] = field(default=())
     """What is not checked"""
 
@@ -69,9 +67,7 @@ class Space:
         tip: str,
         keep: Sequence[str | HalfSpace] = (),
         corners: ArrayLike | None = None,
-        position: ArrayLike | None = None,
         srdf: str | Path | None = None,
-        seed: int = 0,
     ) -> Self:
         """The space of a robot.
 
@@ -81,10 +77,7 @@ class Space:
         keep : half-spaces in the axes of its root link, see `HalfSpace.parse`. Links
             that no joint moves are not held to them.
         corners : (8, 3) [m] of the object's box in the tip's frame.
-        position : (n, 2) [rad] or [m], least and largest positions of the joints that
-            move the tip; by default those of the URDF.
         srdf : file that says which links not to check against each other.
-        seed : of the random configurations.
 
         Solids are the convex hulls of the collision geometry. Links that one joint
         connects are not checked against each other, nor is the object against the link
@@ -101,8 +94,8 @@ class Space:
         links = read_links(tree, robot)
         box = None if corners is None else frozen(np.asarray(corners, dtype=float))
         solids, messages = _solids(tree, tip, links, box)
-        bounds = _finite(robot.limits if position is None else position)
-        random = np.random.default_rng(seed).uniform(
+        bounds = _finite(robot.limits)
+        random = np.random.default_rng(0).uniform(
             *bounds.T, size=(SAMPLES, len(bounds))
         )
         poses = _poses(links, solids, random)
@@ -114,7 +107,6 @@ class Space:
             tuple(solids),
             outside,
             contacts,
-            box,
             (*messages, *more, *others),
         )
 
@@ -137,18 +129,6 @@ class Space:
         else:
             names = "nothing"
         return float(distance[k]), names
-
-    def corners_clearance(self, position: Array, rotation: Array) -> Array:
-        """Smallest signed distance (K,) [m] of the object's corners from the
-        half-spaces, at tip positions (K, 3) and rotations (K, 3, 3) in the root frame;
-        of the tip itself where no shape is known, `FAR` without half-spaces."""
-        own = np.zeros((1, 3)) if self.corners is None else self.corners
-        distance = np.full(len(position), FAR)
-        for half in self.half_spaces:
-            own_offset = half.clearance(position)
-            along = np.einsum("kij,i->kj", rotation, half.normal) @ own.T
-            distance = np.minimum(distance, own_offset + along.min(axis=1))
-        return distance
 
     def _nearest(self, q: Array) -> tuple[Array, Indices, Indices]:
         """Smallest distance (K,), and the index of what it is between: in `outside`, or

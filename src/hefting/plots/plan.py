@@ -85,8 +85,8 @@ def _headline(plan: Plan) -> Headline:
     ]
     said = [f"expected: {', '.join(numbers)}"]
     if plan.asked is not None:
-        verdict = "expected to be reached" if plan.reached else "out of reach"
-        said.append(f"asked {str(plan.asked).replace(',', ', ')}: {verdict}")
+        asked = str(plan.asked).replace(",", ", ")
+        said.append(f"asked {asked}: expected to be reached")
     what = f"planned motion of {plan.duration:.3g} s for '{plan.tip}'"
     return Headline(what, "", True, tuple(said))
 

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
 RATE = 100.0
 """[Hz] of the samples that will be recorded, where nothing is said."""
-FEWEST = 2
-"""Joints of which a list is one: a single number is for all."""
 
 
 def noise_of(a: Any) -> "tuple[Noise | None, float]":
@@ -75,7 +73,7 @@ def of_joints(text: str | None, option: str) -> float | list[float] | None:
     if text is None:
         return None
     values = numbers(text, text.count(",") + 1, option)
-    return values[0] if len(values) < FEWEST else values
+    return values[0] if len(values) == 1 else values
 
 
 def _noise_of_recording(a: Any) -> "tuple[Noise, float]":

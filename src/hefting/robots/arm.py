@@ -16,7 +16,7 @@ from hefting.robots.urdf import Tree, read_urdf
 from hefting.robots.visuals import Geometry, read_geometries
 
 MOST_LINKS = 200
-"""Links that are drawn at most; humanoids with hands have about a hundred."""
+"""Links that are drawn or checked at most; humanoids with hands have about a hundred."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +54,8 @@ class Arm:
         columns = named_columns(recording, Robot.from_tree(tree, sensor_frame))
         links: list[Link] = []
         places: dict[str, int] = {}
-        for name, parent in _in_order(tree)[:MOST_LINKS]:
-            robot = _robot(tree, name)
+        for name, parent in links_in_order(tree)[:MOST_LINKS]:
+            robot = robot_of(tree, name)
             unknown = robot is None or set(robot.joints) - set(columns)
             if robot is None or unknown:
                 continue
@@ -77,7 +77,7 @@ class Arm:
         return position, orientation
 
 
-def _robot(tree: Tree, link: str) -> Robot | None:
+def robot_of(tree: Tree, link: str) -> Robot | None:
     """The joints that move a link; None where one of them has no single position."""
     try:
         return Robot.from_tree(tree, link)
@@ -85,7 +85,7 @@ def _robot(tree: Tree, link: str) -> Robot | None:
         return None
 
 
-def _in_order(tree: Tree) -> list[tuple[str, str | None]]:
+def links_in_order(tree: Tree) -> list[tuple[str, str | None]]:
     """Each link with its parent, parents first."""
     children: dict[str, list[str]] = {link: [] for link in tree.links}
     for joint in tree.joints.values():

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.spatial import Array, frozen, rotation_matrices
+from hefting.core.spatial import Array, cross, frozen, rotation_matrices
 from hefting.robots.urdf import SCALAR, Joint, Tree, listed, read_urdf
 
 CHUNK = 8_192
@@ -197,11 +197,11 @@ class Robot:
             sin, cos = np.sin(0.5 * amount), np.cos(0.5 * amount)
             p -= point
             # p + cos twist + sin axis x twist: Rodrigues, by half angles
-            twist = _cross(axis, p) * (2.0 * sin)
+            twist = cross(axis, p) * (2.0 * sin)
             p += point
             p += cos * twist
             twist *= sin
-            p += _cross(axis, twist)
+            p += cross(axis, twist)
             quaternion = _product(np.vstack((axis * sin, cos)), quaternion)
         position[:] = p
         orientation[:] = quaternion / np.sqrt(
@@ -214,18 +214,7 @@ def _product(first: Array, second: Array) -> Array:
     `first`, in fixed axes."""
     u, v, a, b = first[:3], second[:3], first[3], second[3]
     return np.concatenate(
-        (a * v + b * u + _cross(u, v), (a * b - (u * v).sum(axis=0))[None])
-    )
-
-
-def _cross(u: Array, v: Array) -> Array:
-    """Cross products (3, ...) of vectors (3, ...)."""
-    return np.stack(
-        (
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        )
+        (a * v + b * u + cross(u, v), (a * b - (u * v).sum(axis=0))[None])
     )
 
 

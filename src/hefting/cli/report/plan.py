@@ -24,7 +24,7 @@ MOST_OPEN = 10.0
 def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
     """What was planned, half-widths now and after it beside what was asked, what binds,
     and what was assumed; with `verbose` also how much of each limit is used."""
-    lines = [Line(_headline(plan), "bold" if plan.reached is not False else "yellow")]
+    lines = [Line(_headline(plan), "bold")]
     lines += [Line(f"warning: {text}", "yellow") for text in plan.warnings]
     lines += map(_whole, _table(plan))
     lines += [Line(f"binds: {text}") for text in plan.binding]
@@ -40,11 +40,9 @@ def _headline(plan: Plan) -> str:
     what = (
         f"motion of {plan.duration:.4g} s for '{plan.tip}' by {len(plan.joints)} joints"
     )
-    if plan.asked is None:
+    if plan.time_needed is None:
         return what
-    if plan.reached and plan.time_needed is not None:
-        return f"{what}: what is asked is expected after {plan.time_needed:.3g} s"
-    return f"{what}: what is asked is not expected to be reached"
+    return f"{what}: what is asked is expected after {plan.time_needed:.3g} s"
 
 
 def _speed(plan: Plan) -> str:

@@ -213,15 +213,11 @@ class Bayes(Estimator):
         """The accuracy that `until` asks for."""
         return self.until if isinstance(self.until, Accuracy) else None
 
-    def estimate_from(self, state: State, start: Estimate | None) -> Estimate:
-        """The estimate; `start`, an earlier one over the same shape, saves time. Errors
-        as for `estimate`."""
-        return self.estimate(state, start)
-
     def continued(
         self, state: State, before: Estimate | Pass | None
     ) -> tuple[Estimate, Pass]:
-        """The estimate, and the last pass to it, with which the next one begins."""
+        """The estimate, and the last pass to it, with which the next one begins. Errors
+        as for `estimate`."""
         posterior = self.posterior(state, before)
         return self._summary(state, posterior), posterior.last
 
