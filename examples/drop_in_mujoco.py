@@ -46,8 +46,8 @@ models = {
 # %%
 # Let go
 # ------
-# All are let go by the same gripper, so that the grasped point of all moves alike at first. What is followed is a point of
-# the head.
+# All are let go by the same gripper, so that the grasped point of all moves alike at first. What is followed is a point
+# of the head.
 
 HEAD = np.array([0.0, 0.20, 0.06])  # [m] in the frame of the sensor, and of the body
 
@@ -80,21 +80,25 @@ for how, each in paths.items():
         print(f"{how}, {name}: {1e3 * off.max():.1f} mm off at most")
 
 # %%
-# Dropped at rest, bodies of all kinds fall alike: a drop tells nothing. Thrown with a spin they do not. The figure has the
-# path of the head, and how far it is from that of the true hammer.
+# Dropped at rest, bodies of all kinds fall alike: a drop tells nothing. Thrown with a spin they do not. The figure has
+# the path of the head, and how far it is from that of the true hammer.
 
 colours = {"true": INK, "identified": BLUE, "even density": VERMILION}
 with style():
     figure = figure_of(2.9, width=6.5)
     side, off = figure.subplots(1, 2)
     for name, path in paths["thrown"].items():
-        line = {"linewidth": 2.5, "alpha": 0.3} if name == "true" else {"linewidth": 0.9}
+        line = (
+            {"linewidth": 2.5, "alpha": 0.3} if name == "true" else {"linewidth": 0.9}
+        )
         side.plot(path[:, 0], path[:, 2], color=colours[name], label=name, **line)
         if name != "true":
             distance = np.linalg.norm(path - paths["thrown"]["true"], axis=1)
             off.plot(1e-3 * np.arange(1, 801), 1e3 * distance, color=colours[name])
     side.set(xlabel="x [m]", ylabel="z [m]", aspect="equal")
-    off.set(xlabel="time [s]", ylabel="head off by [mm]", yscale="log", ylim=(0.1, None))
+    off.set(
+        xlabel="time [s]", ylabel="head off by [mm]", yscale="log", ylim=(0.1, None)
+    )
     figure.legend(loc="outside upper center", ncols=3)
 save_figure(figure, "drop_in_mujoco")
 figure  # shown in a notebook

@@ -2,9 +2,9 @@
 The paper's main figure, in small
 =================================
 
-How far off is the inertia when a robot moves slowly, as it must beside people? This example runs a part of the experiments
-of `Nadeau et al. 2022 <https://arxiv.org/abs/2203.00830>`__ (Figure 5) with the code of ``hefting reproduce``: one of
-eight objects, all speeds, noise levels and methods.
+How far off is the inertia when a robot moves slowly, as it must beside people? This example runs a part of the
+experiments of `Nadeau et al. 2022 <https://arxiv.org/abs/2203.00830>`__ (Figure 5) with the code of
+``hefting reproduce``: one of eight objects, at all speeds and noise levels, by all methods.
 
 Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/error_by_speed.py``.
 """
@@ -37,9 +37,9 @@ for row in table.rows:
 # %%
 # The figure
 # ----------
-# From left to right more noise; in each, faster to the right. The dashed line is the signal-to-noise ratio, the vertical
-# one the speed that ISO 10218-1 allows beside people. Least squares (OLS) and total least squares (RTLS) know nothing of
-# the shape. ``hefting reproduce`` runs all eight objects and every other experiment of the paper.
+# From left to right more noise; in each, faster to the right. The dashed line is the signal-to-noise ratio, the dotted
+# one the reduced speed of ISO 10218-1. Least squares (OLS) and total least squares (RTLS) know nothing of the shape.
+# ``hefting reproduce`` runs all eight objects and every other experiment of the paper.
 
 figure = made.figures["error-by-speed"]
 save_figure(figure, "error_by_speed")

@@ -62,7 +62,9 @@ print(alone)
 weighed = hefting.identify(full, tool=tool, mass="0.670kg±1g")
 for name, found in (("alone", alone), ("with scale", weighed)):
     low, high = found.interval("mass")
-    print(f"{name}: {1e3 * found.mass:.1f} g, 95 % interval {1e3 * (high - low):.1f} g wide")
+    print(
+        f"{name}: {1e3 * found.mass:.1f} g, 95 % interval {1e3 * (high - low):.1f} g wide"
+    )
 
 # %%
 # The figure has each mass less the true one, with its interval.
@@ -76,11 +78,13 @@ bars = {
 with style():
     figure = figure_of(1.9, width=5.0)
     axes = figure.subplots()
-    for row, (name, (found, true, colour)) in enumerate(bars.items()):
+    for row, (found, true, colour) in enumerate(bars.values()):
         low, high = (1e3 * (end - true) for end in found.interval("mass"))
         axes.plot((low, high), (row, row), color=colour, linewidth=3.0, alpha=0.5)
         axes.plot(1e3 * (found.mass - true), row, "o", color=colour)
-        axes.annotate(f"{found.mass:.3f} kg", (high, row), (6, -2), textcoords="offset points")
+        axes.annotate(
+            f"{found.mass:.3f} kg", (high, row), (6, -2), textcoords="offset points"
+        )
     axes.axvline(0.0, color=INK, linewidth=0.6)
     axes.set_yticks(range(len(bars)), list(bars))
     axes.set(xlabel="mass found less true mass [g]", ylim=(3.6, -0.6))

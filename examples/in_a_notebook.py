@@ -23,9 +23,7 @@ from hefting.simulation.demo import POSE
 
 held = HeldObject.of(hammer(), POSE)
 motion = UR5.motion(sinusoids(duration=10.0, rate=100.0, angular_speed=1.0))
-log = simulate(
-    motion, held.parameters, noise=hefting.NOISE_LEVELS["moderate"], seed=1
-)
+log = simulate(motion, held.parameters, noise=hefting.NOISE_LEVELS["moderate"], seed=1)
 shape = held.points()
 found = hefting.identify(log, shape)
 found

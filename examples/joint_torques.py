@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-import hefting
 from hefting.identification.by_torques import ByTorques
 from hefting.plots import save_figure
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style

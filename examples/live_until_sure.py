@@ -28,7 +28,7 @@ log = simulate(motion, held.parameters, noise=hefting.NOISE_LEVELS["moderate"], 
 robot = {name: log[name].values for name in ("position", "orientation", "wrench")}
 time = log["wrench"].time
 
-live = hefting.Live(held.points(), until="mass=1%,com=1mm,inertia=15%")
+live = hefting.Live(held.points(), until="mass=1%,com=1.2mm,inertia=15%")
 print(live)
 
 # %%
@@ -53,8 +53,8 @@ print(f"mass {last.mass:.4f} kg, true {held.parameters.mass:.4f} kg")
 print(f"half-widths now: {last.accuracy}")
 
 # %%
-# The figure has these half-widths while the robot moves; dashed, what was asked for. The wrench's bias and noise, and how
-# long noise lasts, are found on the way: until they are, the intervals are wide.
+# The figure has these half-widths while the robot moves; dashed, what was asked for. The wrench's bias and noise, and
+# how long noise lasts, are found on the way: until they are, the intervals are wide.
 
 asked = live.estimator.until
 rows = (
@@ -65,10 +65,15 @@ rows = (
 seconds = [when for when, _ in history]
 with style():
     figure = figure_of(2.2, width=7.0)
-    for axes, (name, label, scale, colour) in zip(figure.subplots(1, 3), rows, strict=True):
+    for axes, (name, label, scale, colour) in zip(
+        figure.subplots(1, 3), rows, strict=True
+    ):
         widths = [scale * getattr(each.accuracy, name) for _, each in history]
         axes.plot(seconds, np.where(np.isfinite(widths), widths, np.nan), color=colour)
-        axes.axhline(scale * getattr(asked, name), color=INK, linestyle="--", linewidth=0.8)
-        axes.set(xlabel="time [s]", ylabel=f"± {label}", yscale="log")
+        axes.axhline(
+            scale * getattr(asked, name), color=INK, linestyle="--", linewidth=0.8
+        )
+        axes.set(xlabel="time [s]", ylabel=f"± {label}")
+        axes.set_ylim(0.0, 4.0 * scale * getattr(asked, name))
 save_figure(figure, "live_until_sure")
 figure  # shown in a notebook

@@ -40,7 +40,7 @@ faults = Faults(
     on_sensor=True,
 )
 first = wield_analytically(UR5, sinusoids(12.0, 100.0), held.parameters)
-hefting.write_log(record(first, faults, seed=3), "log.csv")
+hefting.write_log(record(first, faults, seed=1), "log.csv")
 
 # %%
 # Read
@@ -80,7 +80,8 @@ print(f"clock offset {1e3 * found.ingested.conditioned.offset:.1f} ms (true: 25 
 second = wield_analytically(UR5, random_smooth(6.0, 100.0, seed=5), held.parameters)
 another = record(second, faults, seed=4)
 prediction = hefting.predict(found.estimate, another)
-print("rms of measured − predicted, less the mean:", prediction.agreement.varying)
+force, torque = prediction.agreement.varying
+print(f"unexplained, less its mean: {force:.3f} N, {torque:.4f} N m rms")
 
 figure = plot_prediction(prediction)
 save_figure(figure, "log_step_by_step")

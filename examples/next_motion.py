@@ -43,7 +43,9 @@ first = hefting.identify(by_hand, held.points())
 def widths(mass, com, inertia) -> str:
     """Half the widths of 95 % intervals, the largest of the axes."""
     largest = float(np.max(np.diagonal(inertia)))
-    return f"±{1e3 * mass:.1f} g, ±{1e3 * np.max(com):.2f} mm, ±{1e3 * largest:.2f} g m²"
+    return (
+        f"±{1e3 * mass:.1f} g, ±{1e3 * np.max(com):.2f} mm, ±{1e3 * largest:.2f} g m²"
+    )
 
 
 print("now:     ", widths(*first.estimate.half_widths.values()))
@@ -82,8 +84,8 @@ for name, found in (("by hand twice", twice), ("by hand, planned", planned)):
     print(f"    inertia off by {100 * error:.1f} %")
 
 # %%
-# The figure has the planned joints with their limits, the speed of the fastest corner, and how sure one is expected to
-# become on the way.
+# The figure has the planned joints with their limits, the speed of the fastest corner, and how sure one is
+# expected to be before and after it.
 
 figure = plot_plan(plan)
 save_figure(figure, "next_motion")

@@ -21,9 +21,7 @@ from hefting.simulation.demo import POSE
 
 held = HeldObject.of(hammer(), POSE)  # POSE: of the hammer in the sensor frame
 motion = UR5.motion(sinusoids(duration=10.0, rate=100.0, angular_speed=1.0))
-log = simulate(
-    motion, held.parameters, noise=hefting.NOISE_LEVELS["moderate"], seed=1
-)
+log = simulate(motion, held.parameters, noise=hefting.NOISE_LEVELS["moderate"], seed=1)
 
 time = log["wrench"].time  # (K,) s
 position = log["position"].values  # (K, 3) m
@@ -56,8 +54,6 @@ print(f"the verdict: {found.verdict}, by {found.estimate.method}")
 # inertia found, beside the true ones. On the right is the wrench as measured and as the object explains it; what
 # remains should look like noise.
 
-figure = plot_identification(
-    found.measurements, found.estimate, truth=held.parameters
-)
+figure = plot_identification(found.measurements, found.estimate, truth=held.parameters)
 save_figure(figure, "own_arrays")
 figure  # shown in a notebook

@@ -27,8 +27,9 @@ rng = np.random.default_rng(5)
 turns = Rotation.random(12, random_state=rng)
 force = turns.inv().apply([0.0, 0.0, 9.80665 * body.mass])  # what bears the weight
 torque = np.cross(body.center_of_mass, force)
-wrench = np.hstack((force, torque)) + [2.0, -1.0, 3.0, 0.1, 0.0, -0.05]  # with a bias
-wrench += rng.normal(size=wrench.shape) * [0.02, 0.02, 0.02, 0.001, 0.001, 0.001]
+bias = [2.0, -1.0, 3.0, 0.1, 0.02, -0.05]
+noise = [0.02, 0.02, 0.02, 0.001, 0.001, 0.001]
+wrench = np.hstack((force, torque)) + rng.normal(bias, noise, (12, 6))
 
 found = hefting.identify(orientation=turns, wrench=wrench, bias="estimate")
 print(found)
@@ -37,11 +38,12 @@ print(found)
 # What is open
 # ------------
 # The inertia is marked as open: what stands for it comes from elsewhere, here from what is thought of objects near the
-# sensor. A controller takes mass and centre of mass alone, and gets them; an export that needs an inertia refuses, unless
-# it is said what to put there.
+# sensor. A controller takes mass and centre of mass alone, and gets them; an export that needs an inertia refuses,
+# unless it is said what to put there.
 
 undetermined = found.estimate.undetermined
-print("inertia open:", undetermined.inertia_at_com.all(), "- filled from", undetermined.filled_from)
+print("inertia open:", undetermined.inertia_at_com.all())
+print("what stands for it:", undetermined.filled_from)
 print(export(found.estimate, "ur").text)
 try:
     export(found.estimate, "mjcf")

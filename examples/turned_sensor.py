@@ -39,8 +39,9 @@ log = {
 # %%
 # What is found
 # -------------
-# The verdict is that the answer is not to be used; the reasons name the mistake, and what to give. Mistakes that people
-# make are fitted to the same samples side by side, and one is named where it explains them better than the log as given.
+# The verdict is that the answer is not to be used; the reasons name the mistake, and what to give. Mistakes that
+# people make are fitted to the same samples side by side, and one is named where it explains them better than the log
+# as given.
 
 wrong = hefting.identify(log)
 print("verdict:", wrong.verdict)
@@ -57,7 +58,8 @@ print(mended)
 
 # %%
 # The figure has the centre of mass, and the part of the torque that the object does not explain. Where no truth is
-# known, the latter tells the two apart: after the mending it is noise.
+# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were left out, as nothing
+# that is held could need such a wrench.
 
 names, colours = ("as logged", "mended"), (VERMILION, BLUE)
 with style():
@@ -68,10 +70,11 @@ with style():
         where.plot(x, y, "o", color=colour, label=name)
         curves = wrench_curves(found.measurements, found.estimate)
         torque = np.linalg.norm(curves.residual[:, 3:], axis=1)
-        rest.plot(curves.time, torque, color=colour, linewidth=0.7)
+        rest.plot(curves.time, torque, ".", color=colour, markersize=1.5)
     x, y, _ = 1e3 * body.center_of_mass
     where.plot(x, y, "+", color=INK, markersize=12, label="truth")
     where.set(xlabel="COM x [mm]", ylabel="COM y [mm]")
+    where.set_aspect("equal", adjustable="datalim")
     where.margins(0.3)
     rest.set(xlabel="time [s]", ylabel="unexplained torque [N m]", ylim=(0.0, None))
     figure.legend(loc="outside upper center", ncols=3)

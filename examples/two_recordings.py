@@ -11,7 +11,7 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/two_recordings
 # %%
 # Three days
 # ----------
-# On Wednesday somebody has put a nail bag of 60 g on the hammer's head.
+# On Wednesday a magnet of 60 g sticks to the hammer's head.
 
 import hefting
 from hefting.plots import save_figure
@@ -20,8 +20,8 @@ from hefting.simulation import UR5, HeldObject, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE
 
 body = HeldObject.of(hammer(), POSE).parameters
-bag = hefting.InertialParameters.from_com(
-    0.06, body.center_of_mass, [[2e-5, 0, 0], [0, 2e-5, 0], [0, 0, 2e-5]]
+magnet = hefting.InertialParameters.from_com(
+    0.06, (0.0, 0.2, 0.085), [[4e-6, 0, 0], [0, 4e-6, 0], [0, 0, 4e-6]]
 )
 
 
@@ -33,7 +33,7 @@ def recorded(day: int, held: hefting.InertialParameters) -> hefting.Recording:
 
 
 monday, tuesday = recorded(1, body), recorded(2, body)
-wednesday = recorded(3, body + bag)
+wednesday = recorded(3, body + magnet)
 
 # %%
 # Two days together
@@ -69,13 +69,17 @@ rows = {
 with style():
     figure = figure_of(2.1, width=5.0)
     axes = figure.subplots()
-    for row, (name, found) in enumerate(rows.items()):
+    for row, found in enumerate(rows.values()):
         low, high = 1e3 * found.interval("mass")
         colour = BLUE if found.verdict.usable else VERMILION
         axes.plot((low, high), (row, row), color=colour, linewidth=3.0, alpha=0.5)
         axes.plot(1e3 * found.mass, row, "o", color=colour)
-        axes.annotate(f"{found.verdict}", (high, row), (6, -2), textcoords="offset points")
-    axes.axvline(1e3 * body.mass, color=INK, linewidth=0.6, label="true mass of the hammer")
+        axes.annotate(
+            f"{found.verdict}", (high, row), (6, -2), textcoords="offset points"
+        )
+    axes.axvline(
+        1e3 * body.mass, color=INK, linewidth=0.6, label="true mass of the hammer"
+    )
     axes.set_yticks(range(len(rows)), list(rows))
     axes.set(xlabel="mass [g]", ylim=(4.6, -0.6))
     axes.margins(x=0.3)

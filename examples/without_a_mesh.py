@@ -48,7 +48,9 @@ print("known        mass      COM       inertia")
 for name, each in found.items():
     half = each.estimate.half_widths
     com, inertia = half["center_of_mass"].max(), np.diag(half["inertia_at_com"]).max()
-    print(f"{name:10s} ±{1e3 * half['mass']:5.2f} g  ±{1e3 * com:5.2f} mm  ±{1e3 * inertia:5.3f} g m²")
+    print(
+        f"{name:10s} ±{1e3 * half['mass']:5.2f} g  ±{1e3 * com:5.2f} mm  ±{1e3 * inertia:5.3f} g m²"
+    )
 
 # %%
 # The figure has the three moments of inertia with their intervals, and the true ones as lines.
@@ -58,13 +60,22 @@ true = 1e3 * np.diag(body.inertia_at_com)
 with style():
     figure = figure_of(2.5, width=6.0)
     axes = figure.subplots()
-    for k, ((name, each), colour) in enumerate(zip(found.items(), colours, strict=True)):
+    for k, ((name, each), colour) in enumerate(
+        zip(found.items(), colours, strict=True)
+    ):
         at = np.arange(3) + 0.2 * (k - 1)
         lows, highs = 1e3 * np.diagonal(each.interval("inertia"), axis1=1, axis2=2)
         middle = 1e3 * np.diag(each.inertia)
         reach = (middle - lows, highs - middle)
         axes.errorbar(at, middle, reach, fmt="o", color=colour, capsize=3, label=name)
-    axes.hlines(true, np.arange(3) - 0.4, np.arange(3) + 0.4, color=INK, linewidth=0.8, label="truth")
+    axes.hlines(
+        true,
+        np.arange(3) - 0.4,
+        np.arange(3) + 0.4,
+        color=INK,
+        linewidth=0.8,
+        label="truth",
+    )
     axes.set_xticks(range(3), ("xx", "yy", "zz"))
     axes.set(ylabel="inertia about the COM [g m²]")
     figure.legend(loc="outside upper center", ncols=4, title="known of the shape")

@@ -1,0 +1,85 @@
+"""The gallery: which examples it has, in which order, and how their figures come onto
+their pages."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from sphinx_gallery.scrapers import figure_rst
+
+from hefting.jobs import source_version
+
+ORDER = (
+    "own_arrays",
+    "log_step_by_step",
+    "turned_sensor",
+    "without_a_mesh",
+    "gripper_and_object",
+    "two_recordings",
+    "all_methods",
+    "static_poses",
+    "joint_torques",
+    "live_until_sure",
+    "next_motion",
+    "many_recordings",
+    "drop_in_mujoco",
+    "in_a_notebook",
+    "error_by_speed",
+)
+"""Names of the scripts in ``examples/``: first what everybody needs."""
+COPY, PAGES, MADE_BY = "_build/examples", "gallery", "made_by"
+"""In the folder of the site: where the scripts run, where their pages are written, and
+the file there that says from which sources of the library they are."""
+
+
+def settings(folder: Path) -> dict[str, Any]:
+    """Of sphinx-gallery, for a site in `folder` that has ``examples/`` beside it.
+
+    Scripts run in a copy of their folder, where they may write. A page stays until its
+    script or the library changes.
+    """
+    copy, pages = folder / COPY, folder / PAGES
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(folder.parent / "examples", copy, ignore=_not_sources)
+    pages.mkdir(exist_ok=True)
+    sources, stamp = source_version(), pages / MADE_BY
+    if not stamp.exists() or stamp.read_text(encoding="utf-8") != sources:
+        for each in pages.glob("*.md5"):
+            each.unlink()
+        stamp.write_text(sources, encoding="utf-8")
+    return {
+        "examples_dirs": COPY,
+        "gallery_dirs": PAGES,
+        "filename_pattern": "",  # every script is run
+        "within_subsection_order": "site_parts.gallery.place",
+        "image_scrapers": ("site_parts.gallery.scrape",),
+        "reset_modules": (),
+        "capture_repr": ("_repr_html_",),
+        "abort_on_example_error": True,
+        "write_computation_times": False,
+        "min_reported_time": 1e9,  # the same page however long it took
+        "show_signature": False,
+        "download_all_examples": False,
+    }
+
+
+def place(name: str) -> int:
+    """Of a script in the gallery."""
+    return ORDER.index(Path(name).stem)
+
+
+def scrape(block: Any, variables: dict[str, Any], configuration: dict[str, Any]) -> str:
+    """The pictures that a block has just written, as they are, for its page."""
+    moved = []
+    folder = Path(variables["src_file"]).parent
+    for path, target in zip(
+        sorted(folder.glob("*.png")), variables["image_path_iterator"], strict=False
+    ):
+        shutil.move(path, target)
+        moved.append(target)
+    return figure_rst(moved, configuration["src_dir"]) if moved else ""
+
+
+def _not_sources(folder: Any, names: list[str]) -> list[str]:
+    """What a script has left that was run where it is."""
+    return [name for name in names if not name.endswith((".py", ".rst"))]
