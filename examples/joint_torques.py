@@ -11,8 +11,8 @@ Run it with ``pip install 'hefting[sim,robot,plot]'`` and ``python examples/join
 # %%
 # An empty and a loaded run
 # -------------------------
-# A simulated UR5e whose links differ from its URDF as those of real arms do, with friction in every joint. The empty run
-# is another motion.
+# A simulated UR5e whose links differ from its URDF as those of real arms do, with friction in every joint. The empty
+# run is another motion.
 
 from pathlib import Path
 
