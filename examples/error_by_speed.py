@@ -1,6 +1,6 @@
 """
-The paper's main figure, in small
-=================================
+The paper's main figure
+=======================
 
 How far off is the inertia when a robot moves slowly, as it must beside people? This example runs a part of the
 experiments of `Nadeau et al. 2022 <https://arxiv.org/abs/2203.00830>`__ (Figure 5) with the code of

@@ -83,6 +83,9 @@ prediction = hefting.predict(found.estimate, another)
 force, torque = prediction.agreement.varying
 print(f"unexplained, less its mean: {force:.3f} N, {torque:.4f} N m rms")
 
+# %%
+# The figure has the prediction with its band over what was measured, and what is left between the two.
+
 figure = plot_prediction(prediction)
 save_figure(figure, "log_step_by_step")
 figure  # shown in a notebook

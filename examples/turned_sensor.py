@@ -58,8 +58,8 @@ print(mended)
 
 # %%
 # The figure has the centre of mass, and the part of the torque that the object does not explain. Where no truth is
-# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were left out, as nothing
-# that is held could need such a wrench.
+# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were taken for contacts and
+# left out: no object explains them in the axes of the flange.
 
 names, colours = ("as logged", "mended"), (VERMILION, BLUE)
 with style():
@@ -70,7 +70,7 @@ with style():
         where.plot(x, y, "o", color=colour, label=name)
         curves = wrench_curves(found.measurements, found.estimate)
         torque = np.linalg.norm(curves.residual[:, 3:], axis=1)
-        rest.plot(curves.time, torque, ".", color=colour, markersize=1.5)
+        rest.plot(found.measurements.time, torque, ".", color=colour, markersize=1.5)
     x, y, _ = 1e3 * body.center_of_mass
     where.plot(x, y, "+", color=INK, markersize=12, label="truth")
     where.set(xlabel="COM x [mm]", ylabel="COM y [mm]")

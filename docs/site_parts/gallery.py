@@ -3,8 +3,10 @@ their pages."""
 
 import shutil
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
+from PIL import Image
 from sphinx_gallery.scrapers import figure_rst
 
 from hefting.jobs import source_version
@@ -30,6 +32,9 @@ ORDER = (
 COPY, PAGES, MADE_BY = "_build/examples", "gallery", "made_by"
 """In the folder of the site: where the scripts run, where their pages are written, and
 the file there that says from which sources of the library they are."""
+WIDE = 1300
+"""Pixels from which on a picture is wider than a printed column; it keeps its size on
+phones, and is moved sideways."""
 
 
 def settings(folder: Path) -> dict[str, Any]:
@@ -60,6 +65,7 @@ def settings(folder: Path) -> dict[str, Any]:
         "min_reported_time": 1e9,  # the same page however long it took
         "show_signature": False,
         "download_all_examples": False,
+        "thumbnail_size": (600, 420),
     }
 
 
@@ -69,15 +75,29 @@ def place(name: str) -> int:
 
 
 def scrape(block: Any, variables: dict[str, Any], configuration: dict[str, Any]) -> str:
-    """The pictures that a block has just written, as they are, for its page."""
-    moved = []
-    folder = Path(variables["src_file"]).parent
-    for path, target in zip(
-        sorted(folder.glob("*.png")), variables["image_path_iterator"], strict=False
-    ):
+    """The pictures that a block has just written, as they are, for its page; the first
+    image of a script is a part of the first picture, for its thumbnail."""
+    paths, shown = variables["image_path_iterator"], []
+    for path in sorted(Path(variables["src_file"]).parent.glob("*.png")):
+        with Image.open(path) as picture:
+            wide = picture.width > WIDE
+            if len(paths) == 0:
+                picture.crop(_below_headline(*picture.size)).save(next(paths))
+        target = next(paths)
         shutil.move(path, target)
-        moved.append(target)
-    return figure_rst(moved, configuration["src_dir"]) if moved else ""
+        drawn = figure_rst([target], configuration["src_dir"])
+        kind = "drawn wide" if wide else "drawn"
+        shown.append(f".. container:: {kind}\n{indent(drawn, '    ')}")
+    return "\n".join(shown)
+
+
+def _below_headline(width: int, height: int) -> tuple[int, int, int, int]:
+    """Left, upper, right and lower edge of the part of a picture that is still legible
+    in a thumbnail: all of one that is about as high as wide, or lower."""
+    if height < 1.2 * width:
+        return 0, 0, width, height
+    top = round(0.13 * height)
+    return 0, top, width, top + round(0.7 * width)
 
 
 def _not_sources(folder: Any, names: list[str]) -> list[str]:

@@ -91,6 +91,8 @@ def turned_sensor(names, printed):
     assert not wrong.verdict.usable
     assert "axes-turned" in codes(wrong)
     assert "z:30" in printed
+    assert {span.cause for span in wrong.ingested.left_out} == {"contact"}
+    assert not mended.ingested.left_out
     assert mended.verdict.usable
     assert inside(mended, "center_of_mass", true.center_of_mass)
     assert not inside(wrong, "center_of_mass", true.center_of_mass)
