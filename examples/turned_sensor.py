@@ -58,8 +58,8 @@ print(mended)
 
 # %%
 # The figure has the centre of mass, and the part of the torque that the object does not explain. Where no truth is
-# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were taken for contacts and
-# left out: no object explains them in the axes of the flange.
+# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were taken for contacts
+# and left out: no object explains them in the axes of the flange.
 
 names, colours = ("as logged", "mended"), (VERMILION, BLUE)
 with style():
