@@ -1,6 +1,7 @@
 """The gallery: which examples it has, in which order, and how their figures come onto
 their pages."""
 
+import re
 import shutil
 from pathlib import Path
 from textwrap import indent
@@ -32,6 +33,11 @@ ORDER = (
 COPY, PAGES, MADE_BY = "_build/examples", "gallery", "made_by"
 """In the folder of the site: where the scripts run, where their pages are written, and
 the file there that says from which sources of the library they are."""
+ARCHIVE = re.compile(
+    r"^ *\.\. container:: sphx-glr-download sphx-glr-download-zip\n\s+:download:.*\n",
+    re.MULTILINE,
+)
+"""What says where an archive is on a page."""
 WIDE = 1300
 """Pixels from which on a picture is wider than a printed column; it keeps its size on
 phones, and is moved sideways."""
@@ -89,6 +95,13 @@ def scrape(block: Any, variables: dict[str, Any], configuration: dict[str, Any])
         kind = "drawn wide" if wide else "drawn"
         shown.append(f".. container:: {kind}\n{indent(drawn, '    ')}")
     return "\n".join(shown)
+
+
+def without_archives(app: Any, name: str, source: list[str]) -> None:
+    """Take the archive of each script and its notebook, which are there beside it, off
+    its page (``source-read``): no two builds make the same one."""
+    if name.startswith(f"{PAGES}/"):
+        source[0] = ARCHIVE.sub("", source[0])
 
 
 def _below_headline(width: int, height: int) -> tuple[int, int, int, int]:
