@@ -72,6 +72,7 @@ def settings(folder: Path) -> dict[str, Any]:
         "show_signature": False,
         "download_all_examples": False,
         "thumbnail_size": (600, 420),
+        "first_notebook_cell": "%matplotlib inline",
     }
 
 
