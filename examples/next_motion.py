@@ -72,7 +72,7 @@ for each in (*plan.binding, *plan.notes):
 # %%
 # Is it so?
 # ---------
-# Both recordings together, the planned motion played in simulation, beside the same motion made by hand twice.
+# Both recordings together, the planned motion played in simulation, beside a second motion by hand.
 
 planned = hefting.identify([by_hand, played(plan.motion)], held.points())
 again = played(random_smooth(4.0, 100.0, 0.3, seed=3, arm=robot.arm, speed_limit=0.25))
