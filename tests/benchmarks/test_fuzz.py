@@ -39,6 +39,7 @@ FAILED_ONCE = (
     ("parquet", 13, 1756),  # times of 1e-242 s
     ("options", 14, 797),  # a shape of thousands of characters, repeated in the error
     ("estimate", 15, 883),  # a mass of 1e-210 kg
+    ("plan-estimate", 2, 134),  # a covariance that is none
     ("arm", 13, 357),  # masses of which forces overflow when summed
 )
 """Files, by reader, seed and number, that made a traceback or a warning."""
