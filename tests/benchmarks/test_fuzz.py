@@ -40,6 +40,7 @@ FAILED_ONCE = (
     ("options", 14, 797),  # a shape of thousands of characters, repeated in the error
     ("estimate", 15, 883),  # a mass of 1e-210 kg
     ("plan-estimate", 2, 134),  # a covariance that is none
+    ("plan-estimate", 2, 237),  # a noise that is a list
     ("arm", 13, 357),  # masses of which forces overflow when summed
 )
 """Files, by reader, seed and number, that made a traceback or a warning."""
