@@ -44,6 +44,9 @@ SHAPE = (
 SIMULATED = "--duration 1 --rate 20"
 """A short simulation."""
 
+PLANNED = "--tip tool --duration 1 --quick --keep z>=-1 --output {out}.csv"
+"""A short plan."""
+
 
 @dataclass(frozen=True)
 class Reader:
@@ -54,6 +57,8 @@ class Reader:
     """one of these commands reads every file"""
     then: tuple[str, ...] = ()
     """one of these follows where the first could, half of the time"""
+    slow: bool = False
+    """a file takes seconds: read only where it is asked for"""
 
 
 def _into(target: str, link: str) -> Reader:
@@ -140,6 +145,24 @@ READERS = {
     "arm": Reader(
         XML * 8 + TEXT,
         (f"simulate {{out}}.csv --arm {{file}} --sensor-frame tool0 {SIMULATED}",),
+    ),
+    "plan-arm": Reader(
+        XML * 8 + TEXT,
+        (
+            f"plan --urdf {{file}} {PLANNED}",
+            f"plan --urdf {{file}} --box 0.1,0.1,0.1 {PLANNED}",
+        ),
+        slow=True,
+    ),
+    "plan-srdf": Reader(
+        XML * 8 + TEXT,
+        (f"plan --urdf {{folder}}/arm.urdf --srdf {{file}} {PLANNED}",),
+        slow=True,
+    ),
+    "plan-estimate": Reader(
+        JSON + TEXT,
+        (f"plan --urdf {{folder}}/arm.urdf --estimate {{file}} {PLANNED}",),
+        slow=True,
     ),
     "options": Reader(TEXT, ()),
 }

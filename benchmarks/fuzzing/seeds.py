@@ -50,6 +50,9 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "cloud": _clouds(),
         "held": _meshes(),
         "arm": _read(folder, "robot.urdf"),
+        "plan-arm": _read(folder, "arm.urdf"),
+        "plan-srdf": [Seed("arm.srdf", SRDF.encode())],
+        "plan-estimate": _read(folder, "estimate.json", "ols.json"),
         "options": [Seed("words.txt", line.encode()) for line in OPTIONS],
     }  # fmt: skip
 
@@ -68,9 +71,17 @@ OPTIONS = (
 )
 """Commands, a word a line, whose words are mutated."""
 
+SRDF = (
+    '<robot name="r"><group name="all"><chain base_link="base" tip_link="tool"/></group>'
+    '<disable_collisions link1="turret" link2="lower" reason="Never"/>'
+    '<disable_collisions link1="base" link2="upper" reason="Never"/></robot>'
+)
+"""Which links of the arm of boxes are not checked against each other."""
+
 
 def _make_logs(folder: Path) -> None:
     """Everything that can be read, and the results of reading it."""
+    from folding_arm import folding_arm
     from hefting.core.files import write_atomically
     from hefting.core.inertia import InertialParameters
     from hefting.core.measurements import NOISE_LEVELS
@@ -101,6 +112,7 @@ def _make_logs(folder: Path) -> None:
     with_joints = {"joint_positions": angles, "wrench": log["wrench"]}
     write_log(Recording(with_joints), folder / "joints.csv")
     (folder / "robot.urdf").write_text(UR5_URDF)
+    folding_arm(folder)
     (folder / "robot.csv").write_bytes(_foreign(log))
     (folder / "robot.toml").write_text(COLUMN_MAP)
     (folder / "ur.csv").write_bytes(_ur_record(log))

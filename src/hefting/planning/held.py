@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -43,7 +44,7 @@ class Held:
         """From an earlier estimate, a shape, both or neither.
 
         An estimate is taken to know the shape already. Raises `InputError` for one
-        without mass or covariance.
+        without mass, and for a covariance that is none.
         """
         notes: list[Message] = []
         if estimate is None:
@@ -120,12 +121,8 @@ def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
     if C is None:
         what = f"the estimate by {estimate.method} has no covariance to plan from"
         raise InputError(what, fix="identify with Bayes")
-    finite = np.isfinite(C.diagonal())
-    information = np.zeros((10, 10))
-    units = np.sqrt(np.maximum(C.diagonal()[finite], 1e-300))
-    own = C[np.ix_(finite, finite)] / np.outer(units, units)
-    inverse = np.linalg.pinv(own, rcond=1e-12, hermitian=True)
-    information[np.ix_(finite, finite)] = inverse / np.outer(units, units)
-    if not finite.all():  # as large as anything that a gripper holds
+    own = Covariance.of(C)
+    information = own.information
+    if own.open.any():  # as large as anything that a gripper holds
         information += np.linalg.inv(Bayes().prior_covariance(body.mass))
     return body, information

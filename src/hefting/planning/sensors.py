@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, TypeGuard
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
@@ -21,6 +21,8 @@ MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
 """Errors of the accelerations that smoothing the poses of a planned motion leaves, with
 0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
 bandwidth is some 36 rad/s. Those of slower motions are smaller."""
+MOST_NOISE = 1e3
+"""[N], [N m] Noise of an estimate's recording from which on it is not believed."""
 
 
 class Sensor(Protocol):
@@ -72,10 +74,10 @@ class WristSensor:
             if not (noise.force > 0.0 and noise.torque > 0.0):
                 raise InputError("the noise of force and torque must be positive")
             return cls(noise, rate)
-        found = {} if estimate is None else estimate.provenance.get("noise")
-        if isinstance(found, dict) and {"force", "torque"} <= set(found):
-            force, torque = float(found["force"]), float(found["torque"])
-            if force > 0.0 and torque > 0.0:
+        found = None if estimate is None else estimate.provenance.get("noise")
+        if isinstance(found, dict):
+            force, torque = (found.get(name) for name in ("force", "torque"))
+            if _is_level(force) and _is_level(torque):
                 what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
                 told = note("plan-noise-assumed", what, "noise")
                 return cls(Noise(force, torque), rate, (told,))
@@ -98,3 +100,8 @@ class WristSensor:
     ) -> WrenchForecaster:
         """By `hefting.identify`."""
         return WrenchForecaster(robot, chain, held, self.noise, self.rate, seed)
+
+
+def _is_level(value: object) -> TypeGuard[float]:
+    """Whether a value that was read from a file can be a standard deviation."""
+    return isinstance(value, float | int) and 0.0 < value < MOST_NOISE

@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.covariance import Covariance
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.spatial import CHUNK, Array, Mask
@@ -23,9 +23,6 @@ from hefting.motion.weighting import (
 TOUCHES = 1e-6
 """Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing
 makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
-NEGATIVE = 1e-6
-"""Share of the largest eigenvalue by which one may be negative through rounding,
-standard deviations scaled to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,25 +41,8 @@ class Spread:
 
         Raises `InputError` for what is no covariance.
         """
-        open_ = np.isinf(covariance.diagonal())
-        known = np.where(open_ | open_[:, None], 0.0, covariance)
-        if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
-            raise InputError(
-                "the estimate's covariance has a negative or missing variance",
-                fix="identify it again",
-            )
-        size = np.where(known.diagonal() > 0.0, np.sqrt(known.diagonal()), 1.0)
-        scaled = known / size / size[:, None]
-        values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-        if (
-            values[0] < -NEGATIVE * max(values[-1], 1.0)
-            or np.abs(scaled - scaled.T).max() > NEGATIVE
-        ):
-            raise InputError(
-                "the estimate's covariance is not one: not symmetric or not positive",
-                fix="identify it again",
-            )
-        return cls(size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)), open_)
+        own = Covariance.of(covariance)
+        return cls(own.root, own.open)
 
     def std(self, rows: Array) -> Array:
         """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where

@@ -66,7 +66,10 @@ def _bias_of_each(estimate: Estimate, samples: int) -> Array:
     bias = estimate.bias
     if bias is None or bias.ndim == 1:
         return np.zeros(6) if bias is None else bias
-    rows = [each.get("rows", 0) for each in estimate.provenance.get("recordings", ())]
-    if len(rows) != len(bias) or sum(rows) != samples:
+    try:  # provenance may be that of a file
+        rows = [int(each["rows"]) for each in estimate.provenance["recordings"]]
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return np.zeros(6)
+    if len(rows) != len(bias) or min(rows) < 0 or sum(rows) != samples:
         return np.zeros(6)
     return np.repeat(bias, rows, axis=0)

@@ -1,0 +1,67 @@
+"""Covariance of the ten parameters of a body, infinite where one is open: checked, and
+taken apart."""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.spatial import Array, Mask
+
+NEGATIVE = 1e-6
+"""Share of the largest eigenvalue by which one may be negative through rounding,
+standard deviations scaled to 1."""
+NOTHING = 1e-12
+"""Share of the largest eigenvalue below which there is no variance but rounding."""
+
+
+class Covariance(NamedTuple):
+    """A covariance (10, 10) as ``D V diag(values) V' D``, with the standard deviations on
+    the diagonal of D; zero where a parameter is open."""
+
+    size: Array
+    """(10,) standard deviations, 1 where there is none"""
+    values: Array
+    """(10,) eigenvalues, not negative, smallest first"""
+    vectors: Array
+    """(10, 10) eigenvectors by columns"""
+    open: Mask
+    """(10,) parameters that are not determined at all"""
+
+    @classmethod
+    def of(cls, covariance: Array) -> Self:
+        """From a covariance (10, 10), infinite on its diagonal where open.
+
+        Raises `InputError` for what is no covariance.
+        """
+        open_ = np.isinf(covariance.diagonal())
+        known = np.where(open_ | open_[:, None], 0.0, covariance)
+        if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
+            raise InputError(
+                "the estimate's covariance has a negative or missing variance",
+                fix="identify it again",
+            )
+        size = np.where(known.diagonal() > 0.0, np.sqrt(known.diagonal()), 1.0)
+        scaled = known / size / size[:, None]
+        values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+        if (
+            values[0] < -NEGATIVE * max(values[-1], 1.0)
+            or np.abs(scaled - scaled.T).max() > NEGATIVE
+        ):
+            raise InputError(
+                "the estimate's covariance is not one: not symmetric or not positive",
+                fix="identify it again",
+            )
+        return cls(size, np.maximum(values, 0.0), vectors, open_)
+
+    @property
+    def root(self) -> Array:
+        """(10, 10) of which ``root @ root.T`` is the covariance."""
+        return self.size[:, None] * self.vectors * np.sqrt(self.values)
+
+    @property
+    def information(self) -> Array:
+        """(10, 10) its inverse; of directions without variance, nothing."""
+        some = self.values > NOTHING * self.values[-1]
+        ways = self.vectors[:, some] / self.size[:, None]
+        return (ways / self.values[some]) @ ways.T

@@ -1,0 +1,66 @@
+"""A covariance taken apart is put together again; what is none is refused."""
+
+import numpy as np
+import pytest
+
+from hefting.core.covariance import Covariance
+from hefting.core.errors import InputError
+
+RNG = np.random.default_rng(5)
+SIZES = 10.0 ** RNG.uniform(-6, 1, 10)
+"""Of deviations: those of masses and of inertias differ by as much."""
+
+
+def covariance():
+    """Of full rank."""
+    root = SIZES[:, None] * RNG.normal(size=(10, 10))
+    return root @ root.T
+
+
+def test_root_and_information():
+    C = covariance()
+    own = Covariance.of(C)
+    scale = np.outer(own.size, own.size)
+    # rounding of sums of ten numbers, and of an inverse of a condition of 1e4
+    np.testing.assert_allclose(own.root @ own.root.T / scale, C / scale, atol=1e-14)
+    np.testing.assert_allclose(own.information @ C, np.eye(10), atol=1e-6)
+    assert not own.open.any()
+
+
+def test_what_is_open_has_no_information():
+    C = covariance()
+    C[3], C[:, 3], C[3, 3] = 0.0, 0.0, np.inf
+    own = Covariance.of(C)
+    assert own.open.tolist() == [i == 3 for i in range(10)]
+    scaled = own.information * np.outer(own.size, own.size)
+    assert np.abs(scaled[3]).max() < 1e-9 * np.abs(scaled).max()  # rounding
+    assert np.abs(own.root[3]).max() < 1e-9
+    rest = np.arange(10) != 3
+    found = own.information[np.ix_(rest, rest)] @ C[np.ix_(rest, rest)]
+    np.testing.assert_allclose(found, np.eye(9), atol=1e-6)
+
+
+def test_a_direction_without_variance_has_none():
+    """Of ten numbers that two determine, all information is of these two."""
+    root = RNG.normal(size=(10, 2))
+    own = Covariance.of(root @ root.T)
+    assert np.linalg.matrix_rank(own.information, tol=1e-9) == 2
+    back = root.T @ own.information @ root
+    np.testing.assert_allclose(back, np.eye(2), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("places", "value", "what"),
+    [
+        ([(2, 2)], -1e-3, "negative or missing"),
+        ([(1, 4)], np.nan, "negative or missing"),
+        ([(0, 1)], 1e3, "not symmetric"),
+        ([(0, 1), (1, 0)], 1e3, "not positive"),  # a correlation above 1
+    ],
+)
+def test_what_is_none_is_refused(places, value, what):
+    C = covariance()
+    for place in places:
+        C[place] = value
+    with pytest.raises(InputError, match=what):
+        Covariance.of(C)
