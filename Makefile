@@ -38,7 +38,7 @@ lock: .venv/dev.stamp  ## renew the locked requirements from pyproject.toml
 	$(BIN)/python requirements/lock.py
 
 clean:  ## remove the environment and everything made
-	rm -rf .venv demo .pytest_cache .ruff_cache dist docs/_build docs/api docs/commands docs/project docs/drawn
+	rm -rf .venv demo .pytest_cache .ruff_cache dist docs/_build docs/api docs/commands docs/project docs/drawn docs/gallery
 
 .DELETE_ON_ERROR:
 

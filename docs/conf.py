@@ -7,6 +7,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import hefting  # noqa: E402
+from site_parts import gallery  # noqa: E402
 
 project = "Hefting"
 author = "the Hefting authors"
@@ -20,6 +21,7 @@ extensions = [
     "numpydoc",
     "myst_parser",
     "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
     "site_parts",
 ]
 exclude_patterns = ["_build", "README.md"]
@@ -47,6 +49,9 @@ intersphinx_mapping = {
         str(HERE / "inventories" / "scipy.inv"),
     ),
 }
+
+# examples/, run at build: a page each, with what it prints and draws
+sphinx_gallery_conf = gallery.settings(HERE)
 
 # how it looks
 html_theme = "furo"

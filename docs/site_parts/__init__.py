@@ -7,7 +7,7 @@ from typing import Any
 from pygments.lexers.special import TextLexer
 
 import figures
-from site_parts import docstrings, links, mathml, pages
+from site_parts import docstrings, gallery, links, mathml, pages
 
 
 def write(app: Any) -> None:
@@ -22,6 +22,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.connect("builder-inited", write)
     app.connect("autodoc-process-docstring", docstrings.prepare, priority=100)
     app.connect("source-read", links.rewrite)
+    app.connect("source-read", gallery.without_archives)
     app.add_role("known", links.known)
     app.add_post_transform(links.KnownNames)
     app.connect("missing-reference", links.as_text)

@@ -19,6 +19,7 @@ PAGE_OF = {
     "CONTRIBUTING.md": "project/contributing.md",
     "SECURITY.md": "project/security.md",
     "src/hefting/core/spatial.py": "conventions.md",
+    "examples": "gallery/index.rst",
 }
 """Page of the site that shows a file which is not in this folder."""
 LINK = re.compile(r"\[([^\]]*)\]\(([^)#\s]*)((?:#[^)\s]*)?)\)")
@@ -31,7 +32,8 @@ DOTTED = re.compile(r"hefting(\.\w+)+$")
 def rewrite(app: Any, name: str, source: list[str]) -> None:
     """Let links that leave the folder lead to pages of the site (``source-read``)."""
     folder = posixpath.dirname(name)
-    if folder == "project":  # was made from a file one folder above the site
+    # made from files one folder above the site, whose links are right, or not Markdown
+    if folder in ("project", "gallery"):
         return
     source[0] = outside(source[0], posixpath.join("docs", folder), folder)
 
@@ -48,6 +50,8 @@ def outside(text: str, folder: str, page_folder: str) -> str:
         page = PAGE_OF.get(path)
         if page is None and path.startswith("docs/"):
             page = path.removeprefix("docs/")
+        if page is None and path.startswith("examples/"):
+            page = f"gallery/{posixpath.basename(path).removesuffix('.py')}.rst"
         if page is None:
             return words if "`" in words else f"`{words}`"
         return f"[{words}]({posixpath.relpath(page, page_folder or '.')}{anchor})"

@@ -9,6 +9,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import error
+from hefting.core.undetermined import Undetermined
 
 BODY = InertialParameters.from_com(
     0.51234, [0.0123, -0.08, 0.06], np.diag([3e-3, 2e-3, 1e-3])
@@ -48,6 +49,17 @@ def test_open_quantities_and_none_at_all():
     assert "mass           0.51234 kg" in without
     assert "±" not in without
     assert "100 samples\n" in without + "\n"
+
+
+def test_what_is_undetermined_is_open_whatever_its_interval():
+    """An interval of a prior has ends, but does not come from the recording."""
+    mask = np.eye(3, dtype=bool)
+    text = repr(estimate(undetermined=Undetermined(inertia_at_com=mask)))
+    assert "xx open, xy 0.00 ± 0.20, xz 0.00 ± 0.20" in text
+    assert "yy open, yz 0.00 ± 0.20, zz open" in text
+    assert "mass           0.5123 ± 0.0021 kg" in text
+    text = repr(estimate(undetermined=Undetermined(mass=True), intervals=None))
+    assert "mass           open kg" in text
 
 
 def test_it_stays_short_whatever_is_to_be_said():

@@ -1,7 +1,6 @@
 """The docs' maps are read as written, their commands are commands, their links lead
 somewhere."""
 
-import importlib.util
 import re
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from hefting.cli import build_parser
 from hefting.logs.column_map import load_map
 from hefting.simulation import demo
 
-GALLERY = Path(__file__).parents[2] / "docs" / "gallery.py"
 FOLDER = Path(__file__).parents[2] / "docs"
 DOCS = sorted(
     path for part in (".", "howto", "concepts") for path in FOLDER.glob(f"{part}/*.md")
@@ -67,18 +65,3 @@ def test_python_runs_as_written(path, tmp_path, monkeypatch, capsys):
 def _masked(text: str) -> str:
     """Without numbers, whose last digits depend on the machine."""
     return re.sub(r"-?\d[\d.]*", "#", text)
-
-
-def test_the_gallery_shows_the_last_line_of_each_block(tmp_path):
-    """Its own blocks run as those of the other pages do."""
-    spec = importlib.util.spec_from_file_location("gallery", GALLERY)
-    gallery = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(gallery)
-    shape = "hefting.Shape.from_box(0, 1, 0, 1, 0, 1)"
-    page = gallery.page_of(
-        f"# A <b>\n\n```python\nimport hefting\nbox = {shape}\nbox\n```\n\nB\n\n"
-        "```python\nbox = 3\n```\n"
-    )
-    assert "<h1>A &lt;b&gt;</h1>" in page
-    assert page.count("<pre>") == 2
-    assert page.count('class="hefting"') == 1

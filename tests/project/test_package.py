@@ -13,7 +13,7 @@ from project.environments import ROOT, Environment, metadata_of
 
 USES = {
     "batch": "import hefting.jobs.cluster, distributed",
-    "docs": "import furo, myst_parser, numpydoc, sphinx, sphinx_copybutton",
+    "docs": "import furo, myst_parser, numpydoc, sphinx, sphinx_copybutton, sphinx_gallery",
     "live": "import cyclonedds, foxglove, rosbags, websockets, zenoh",
     "plot": "import hefting.plots, matplotlib",
     "robot": "import hefting.torques.dynamics, pinocchio",
@@ -91,7 +91,12 @@ def test_the_source_builds_the_same_wheel(built, tmp_path):
     with tarfile.open(built[1]) as archive:
         archive.extractall(tmp_path, filter="data")
     (folder,) = tmp_path.iterdir()
-    for name in ("tests/conftest.py", "benchmarks/problem.py", "docs/live.md"):
+    for name in (
+        "tests/conftest.py",
+        "benchmarks/problem.py",
+        "docs/live.md",
+        "examples/own_arrays.py",
+    ):
         assert (folder / name).is_file()
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d"]
     subprocess.run(

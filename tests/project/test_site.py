@@ -17,7 +17,7 @@ import hefting
 from hefting.cli import COMMANDS
 
 ROOT = Path(__file__).parents[2]
-MADE = ("_build", "api", "commands", "drawn", "project")
+MADE = ("_build", "api", "commands", "drawn", "gallery", "project")
 """Parts of docs/ that an earlier build wrote."""
 BUILD = ("-m", "sphinx", "-n", "-W", "--keep-going", "-q")
 
@@ -31,6 +31,7 @@ def site(tmp_path_factory):
         folder / "docs",
         ignore=lambda path, names: MADE if Path(path) == ROOT / "docs" else (),
     )
+    shutil.copytree(ROOT / "examples", folder / "examples")
     for path in ROOT.glob("*.md"):
         shutil.copy(path, folder)
     paths = (str(Path(hefting.__file__).parents[1]), os.environ.get("PYTHONPATH", ""))
@@ -38,6 +39,8 @@ def site(tmp_path_factory):
         [
             sys.executable,
             *BUILD,
+            "-D",
+            "sphinx_gallery_conf.plot_gallery=0",  # test_examples.py runs them
             "-d",
             folder / "trees",
             folder / "docs",
@@ -133,6 +136,17 @@ def test_each_command_has_a_page(command, pages, site):
     text = (site / "commands" / f"{command}.html").read_text()
     assert "common options" in text or "usage" in text
     assert f"{command}.html" in pages["commands/index.html"].links
+
+
+def test_each_example_has_a_page(pages, site):
+    """With its script and its notebook."""
+    examples = {path.stem for path in (ROOT / "examples").glob("*.py")}
+    shown = {path for path in pages if path.startswith("gallery/")}
+    assert shown == {f"gallery/{name}.html" for name in (*examples, "index")}
+    for name in examples:
+        assert f"{name}.html" in pages["gallery/index.html"].links
+        suffixes = {Path(link).suffix for link in pages[f"gallery/{name}.html"].links}
+        assert {".py", ".ipynb"} <= suffixes
 
 
 def test_each_public_name_has_a_page(pages):

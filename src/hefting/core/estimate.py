@@ -123,7 +123,7 @@ class Estimate(Shown):
         return "\n".join(
             (
                 f"{title} by {self.method}, verdict: {self.verdict}",
-                *body_lines(self.parameters, self.intervals),
+                *body_lines(self.parameters, self.intervals, self.undetermined),
                 f"  from           {self.samples} samples{extent}",
                 *warning_lines(self.warnings),
             )

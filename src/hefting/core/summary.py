@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array, tensor_to_vector
+from hefting.core.spatial import Array, Mask, tensor_to_vector
+from hefting.core.undetermined import Undetermined
 
 MOST_WARNINGS = 3
 """Warnings that are shown."""
@@ -17,17 +18,29 @@ ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 
 
 def body_lines(
-    body: InertialParameters, intervals: Mapping[str, Array] | None
+    body: InertialParameters,
+    intervals: Mapping[str, Array] | None,
+    undetermined: Undetermined,
 ) -> list[str]:
     """Mass, COM and inertia, each with half the width of its 95 % interval.
 
-    Numbers are rounded to two digits of that; ``open`` stands where an interval has no
-    end.
+    Numbers are rounded to two digits of that; ``open`` stands for numbers that are
+    undetermined, and where an interval has no end.
     """
     ends = intervals or {}
-    (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0)
-    com = _shown(body.center_of_mass, ends.get("center_of_mass"), 1e3)
-    inertia = _shown(body.inertia_at_com, ends.get("inertia_at_com"), 1e3)
+    (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0, undetermined.mass)
+    com = _shown(
+        body.center_of_mass,
+        ends.get("center_of_mass"),
+        1e3,
+        undetermined.center_of_mass,
+    )
+    inertia = _shown(
+        body.inertia_at_com,
+        ends.get("inertia_at_com"),
+        1e3,
+        undetermined.inertia_at_com,
+    )
     tensor = [f"{name} {value}" for name, value in zip(ENTRIES, inertia, strict=True)]
     return [
         f"  mass           {mass} kg",
@@ -50,12 +63,16 @@ def _cut(text: str) -> str:
     return f"{text[: LONGEST_WARNING - 4]} ..."
 
 
-def _shown(values: Array, ends: Array | None, scale: float) -> list[str]:
-    """Numbers of a quantity, `scale` times, with half the width of their intervals."""
+def _shown(
+    values: Array, ends: Array | None, scale: float, undetermined: Mask | bool
+) -> list[str]:
+    """Numbers of a quantity, `scale` times, with half the width of their intervals;
+    ``open`` for those that are `undetermined`."""
     numbers = scale * _flat(values)
-    if ends is None:
-        return [f"{number:.6g}" for number in numbers]
-    half = 0.5 * scale * (_flat(ends[1]) - _flat(ends[0]))
+    half = np.zeros_like(numbers)
+    if ends is not None:
+        half = 0.5 * scale * (_flat(ends[1]) - _flat(ends[0]))
+    half[_flat(np.array(undetermined, dtype=float)) > 0.0] = np.inf
     return [_with_half_width(*each) for each in zip(numbers, half, strict=True)]
 
 
