@@ -7,6 +7,7 @@ with parameters for what differs: the fastest set-up that was found. Both solve 
 problem, to Clarabel's default tolerance; tighter ones change no digit that is shown.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -43,8 +44,10 @@ def reduced_rows(A: Array, b: Array, count: int = 11) -> tuple[Array, Array]:
 
 
 def solved(problem: cp.Problem, vector: cp.Expression) -> Answer:
-    """By Clarabel, to its default tolerance. Raises `cvxpy.SolverError`."""
-    problem.solve(solver=cp.CLARABEL)
+    """By Clarabel, to its default tolerance; what it calls inaccurate is taken. Raises
+    `cvxpy.SolverError`."""
+    with warnings.catch_warnings(action="ignore", category=UserWarning):
+        problem.solve(solver=cp.CLARABEL)
     if vector.value is None:
         raise cp.SolverError(str(problem.status))
     return Answer(InertialParameters(np.asarray(vector.value, dtype=float)))

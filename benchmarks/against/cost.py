@@ -53,19 +53,27 @@ def hammer_task(samples: int, points: int = 56) -> Task:
     return given(exact, Shape.from_mesh(hammer().mesh(), points=points), 1)
 
 
-def by_samples(parties: Sequence[Party], sizes: Sequence[int]) -> dict[str, Curve]:
+def by_samples(
+    parties: Sequence[Party], sizes: Sequence[int], repetitions: int = REPETITIONS
+) -> dict[str, Curve]:
     """Of one recording that gets longer."""
-    return followed(parties, sizes, hammer_task)
+    return followed(parties, sizes, hammer_task, repetitions)
 
 
-def by_points(parties: Sequence[Party], sizes: Sequence[int]) -> dict[str, Curve]:
+def by_points(
+    parties: Sequence[Party], sizes: Sequence[int], repetitions: int = REPETITIONS
+) -> dict[str, Curve]:
     """Of a shape that gets finer, over `EACH` samples. The size is what is asked for;
     the shape has about as many."""
     chosen = [party for party in parties if party.name in BY_POINTS]
-    return followed(chosen, sizes, lambda points: hammer_task(EACH, points))
+    return followed(
+        chosen, sizes, lambda points: hammer_task(EACH, points), repetitions
+    )
 
 
-def by_recordings(parties: Sequence[Party], sizes: Sequence[int]) -> dict[str, Curve]:
+def by_recordings(
+    parties: Sequence[Party], sizes: Sequence[int], repetitions: int = REPETITIONS
+) -> dict[str, Curve]:
     """Of so many recordings of one object, `EACH` samples each: Hefting merges their
     states, its peers get the samples one after the other."""
     whole = hammer_task(EACH * max(sizes))
@@ -75,7 +83,7 @@ def by_recordings(parties: Sequence[Party], sizes: Sequence[int]) -> dict[str, C
     def task(count: int) -> Task:
         return replace(whole, z=whole.z[: EACH * count])
 
-    return followed(chosen, sizes, task)
+    return followed(chosen, sizes, task, repetitions)
 
 
 def merging(name: str) -> Party:
@@ -98,7 +106,10 @@ def merging(name: str) -> Party:
 
 
 def followed(
-    parties: Iterable[Party], sizes: Sequence[int], task_of: Callable[[int], Task]
+    parties: Iterable[Party],
+    sizes: Sequence[int],
+    task_of: Callable[[int], Task],
+    repetitions: int,
 ) -> dict[str, Curve]:
     """Medians by size of each party in `FOLLOWED`, until one is beyond its limit."""
     left = [party for party in parties if party.name in FOLLOWED]
@@ -106,7 +117,7 @@ def followed(
     for size in sizes:
         task, beyond = task_of(size), set()
         for party in left:
-            seconds = median(party, task)
+            seconds = median(party, task, repetitions)
             found[party.name]["at"].append(size)
             found[party.name]["seconds"].append(rounded([seconds])[0])
             if seconds > party.limit:
@@ -115,7 +126,7 @@ def followed(
     return found
 
 
-def median(party: Party, task: Task) -> float:
+def median(party: Party, task: Task, repetitions: int) -> float:
     """Of a few repetitions, after one that is not counted; of long work the first is
     the only one."""
 
@@ -126,7 +137,7 @@ def median(party: Party, task: Task) -> float:
     first = once()
     if first > party.limit:
         return first
-    count = REPETITIONS if first < SHORT else 1
+    count = repetitions if first < SHORT else 1
     return float(np.median([once() for _ in range(count)]))
 
 

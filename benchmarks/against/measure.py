@@ -20,7 +20,7 @@ from benchmarks.against.versions import differences, installed
 from benchmarks.report import Section
 
 SAMPLES = (150, 1000)
-QUICK_SAMPLES = (50,)
+QUICK_SAMPLES = (150,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +78,9 @@ def costs(every: list[Party], quick: bool) -> dict[str, dict[str, cost.Curve]]:
     if quick:
         brief = [party for party in every if party.name != cost.LONGEST]
         return {
-            "samples": cost.by_samples(brief, cost.QUICK_SAMPLES),
-            "points": cost.by_points(brief, cost.QUICK_POINTS),
-            "recordings": cost.by_recordings(brief, cost.QUICK_RECORDINGS),
+            "samples": cost.by_samples(brief, cost.QUICK_SAMPLES, 1),
+            "points": cost.by_points(brief, cost.QUICK_POINTS, 1),
+            "recordings": cost.by_recordings(brief, cost.QUICK_RECORDINGS, 1),
         }
     return {
         "samples": cost.by_samples(every, cost.SAMPLES),

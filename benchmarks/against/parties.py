@@ -9,7 +9,17 @@ MODULES = {
     "benchmarks.against.ours": (),
     "benchmarks.against.regressor": ("pinocchio",),
     "benchmarks.against.conic": ("cvxpy", "clarabel"),
-    "benchmarks.against.sysid": ("mujoco", "absl", "colorama", "tabulate", "plotly"),
+    "benchmarks.against.sysid": (
+        "mujoco",
+        "absl",
+        "colorama",
+        "imageio",
+        "jinja2",
+        "matplotlib",
+        "plotly",
+        "tabulate",
+        "yaml",
+    ),
 }
 """Where parties are made, and what those need."""
 

@@ -66,12 +66,11 @@ def accuracy(where: str, ours: Outcome, peers: Sequence[Outcome]) -> list[Row]:
     """The default method's errors over the best peer's, and what its answers are."""
     rows = []
     for i, quantity in enumerate(QUANTITIES if peers else ()):
-        best = min(peers, key=lambda peer: peer.median_errors[i])
+        best = min(peer.median_errors[i] for peer in peers)
         rows.append(
             Row(
-                f"{DEFAULT}, median error of the {quantity}, over that of "
-                f"{best.party.name}",
-                figure=float(ours.median_errors[i] / best.median_errors[i]),
+                f"{DEFAULT}, median error of the {quantity}, over the best peer's",
+                figure=float(ours.median_errors[i] / best),
                 unit="of the best peer's",
                 at_most=BESIDE_BEST,
                 name=f"peers, {where}, {quantity}{BEST}",

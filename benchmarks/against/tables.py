@@ -13,6 +13,9 @@ from benchmarks.report import number, seconds
 from hefting.reproduction.experiment import shown
 from hefting.reproduction.setting import MOSTLY_WRONG
 
+MISSED, PRINTED = "**missed**", "[bold]missed[/bold]"
+"""Of a goal, on a page and on the terminal."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -26,7 +29,8 @@ class Table:
 def tables(values: dict[str, Any]) -> list[Table]:
     """All of them, from what `benchmarks.against.measure` says."""
     found = [of_set(each) for each in values["sets"]]
-    return [*found, of_cost(values["cost"]), paper(values["published"]), goals(values)]
+    found += [of_cost(values["cost"]), paper(values["published"])]
+    return [*found, *goals(values)]
 
 
 def of_set(each: dict[str, Any]) -> Table:
@@ -129,26 +133,53 @@ def clipped(value: float | None) -> str:
     return "> 500" if value is None or value >= MOSTLY_WRONG else shown(value)
 
 
-def goals(values: dict[str, Any]) -> Table:
-    """Every goal, and whether it is met."""
-    rows = []
+def goals(values: dict[str, Any]) -> list[Table]:
+    """Every goal, those of the sets side by side, those of cost below each other; what
+    is missed stands out."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
     for goal in values["goals"]:
-        sign, bound = (
-            ("≥", goal["at_least"])
-            if goal["at_least"] is not None
-            else ("≤", goal["at_most"])
+        where = goal["section"].removeprefix("against peers, ")
+        found.setdefault(goal["what"], {})[where] = goal
+    sets = list(
+        dict.fromkeys(
+            where for each in found.values() for where in each if "," in where
         )
-        unit = "%" if goal["unit"] == "%" else ""
-        rows.append(
-            (
-                goal["section"].removeprefix("against peers, "),
-                goal["what"],
-                number(goal["figure"], unit),
-                f"{sign} {number(bound, unit)}",
-                "met" if goal["met"] else "**missed**",
-            )
-        )
-    return Table("Goals", ("", "", "found", "goal", ""), tuple(rows))
+    )
+    of_sets = {what: each for what, each in found.items() if sets[0] in each}
+    others = {what: each["cost"] for what, each in found.items() if "cost" in each}
+    return [
+        Table(
+            "Goals by set",
+            ("", "goal", *sets),
+            tuple(
+                (
+                    what,
+                    bound(next(iter(each.values()))),
+                    *(reached(each[name]) if name in each else "" for name in sets),
+                )
+                for what, each in of_sets.items()
+            ),
+        ),
+        Table(
+            "Goals of cost",
+            ("", "goal", "found"),
+            tuple((what, bound(g), reached(g)) for what, g in others.items()),
+        ),
+    ]
+
+
+def bound(goal: dict[str, Any]) -> str:
+    """What a figure should be."""
+    unit = "%" if goal["unit"] == "%" else ""
+    if goal["at_least"] is not None:
+        return f"≥ {number(goal['at_least'], unit)}"
+    return f"≤ {number(goal['at_most'], unit)}"
+
+
+def reached(goal: dict[str, Any]) -> str:
+    """What it is, and that it is missed."""
+    figure = number(goal["figure"], "%" if goal["unit"] == "%" else "")
+    return figure if goal["met"] else f"{figure} {MISSED}"
 
 
 def show(every: Sequence[Table]) -> None:
