@@ -15,7 +15,7 @@ import cvxpy as cp
 import numpy as np
 
 from benchmarks.against.ours import BARE
-from benchmarks.against.party import Answer, Party, Task
+from benchmarks.against.party import Answer, NoAnswerError, Party, Task
 from benchmarks.conic import paper_matrices
 from benchmarks.estimators import body
 from hefting.core.inertia import InertialParameters
@@ -44,12 +44,14 @@ def reduced_rows(A: Array, b: Array, count: int = 11) -> tuple[Array, Array]:
 
 
 def solved(problem: cp.Problem, vector: cp.Expression) -> Answer:
-    """By Clarabel, to its default tolerance; what it calls inaccurate is taken. Raises
-    `cvxpy.SolverError`."""
+    """By Clarabel, to its default tolerance; what it calls inaccurate is taken."""
     with warnings.catch_warnings(action="ignore", category=UserWarning):
-        problem.solve(solver=cp.CLARABEL)
+        try:
+            problem.solve(solver=cp.CLARABEL)
+        except cp.SolverError as error:
+            raise NoAnswerError(str(error)) from error
     if vector.value is None:
-        raise cp.SolverError(str(problem.status))
+        raise NoAnswerError(str(problem.status))
     return Answer(InertialParameters(np.asarray(vector.value, dtype=float)))
 
 

@@ -10,6 +10,10 @@ from hefting.core.spatial import Array
 from hefting.shapes import Shape
 
 
+class NoAnswerError(Exception):
+    """A party's solver fails."""
+
+
 @dataclass(frozen=True, eq=False)
 class Task:
     """What a party is given: nothing else is known to it."""
@@ -40,7 +44,7 @@ class Party:
 
     name: str
     identify: Callable[[Task, Any], Answer]
-    """timed; gets what `prepare` returned"""
+    """timed; gets what `prepare` returned; raises `NoAnswerError`"""
     prepare: Callable[[Task], Any] = lambda task: None
     """not timed: what serves any recording of the object"""
     beside: str = ""
