@@ -10,6 +10,7 @@ always a body, its intervals as good as they say. They hold for every set-up of 
 from collections.abc import Sequence
 
 from benchmarks.against.cost import Curve
+from benchmarks.against.ours import BARE
 from benchmarks.against.runs import QUANTITIES, Outcome
 from benchmarks.report import Row, Section
 
@@ -50,7 +51,7 @@ def of_set(name: str, samples: int, outcomes: Sequence[Outcome]) -> Section:
         rows += [
             Row(peer.party.name, peer.timing),
             Row(
-                f"  {ours.party.name}",
+                f"  {ours.party.name.removesuffix(BARE)}",
                 ours.timing,
                 ratio,
                 "x",
@@ -71,7 +72,7 @@ def accuracy(where: str, ours: Outcome, peers: Sequence[Outcome]) -> list[Row]:
             Row(
                 f"{DEFAULT}, median error of the {quantity}, over the best peer's",
                 figure=float(ours.median_errors[i] / best),
-                unit="of the best peer's",
+                unit="of best",
                 at_most=BESIDE_BEST,
                 name=f"peers, {where}, {quantity}{BEST}",
             )
@@ -106,7 +107,8 @@ def of_cost(cost: dict[str, dict[str, Curve]], beside: dict[str, str]) -> Sectio
             mine = ours["seconds"][ours["at"].index(size)]
             rows.append(
                 Row(
-                    f"{peer}, {size:,} {what}: its time over that of {beside[peer]}",
+                    f"{peer} over {beside[peer].removesuffix(BARE)}, {size:,} "
+                    + (what if size > 1 else what.removesuffix("s")),
                     figure=theirs / mine,
                     unit="times",
                     at_least=goal(peer),

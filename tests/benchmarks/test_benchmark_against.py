@@ -162,7 +162,7 @@ def test_goals_say_what_is_missed():
         (
             Row("peer"),
             Row("  ours", figure=99.0, unit="x", at_least=100.0),
-            Row("error", figure=0.5, unit="of the best peer's", at_most=1.0),
+            Row("error", figure=0.5, unit="of best", at_most=1.0),
         ),
     )
     found = goals([section])
