@@ -108,6 +108,8 @@ def every(
     folder: Path, before: Path | None, quick: bool
 ) -> "Iterator[tuple[str, Callable[[], Section | list[Section]]]]":
     """Name of each part, and what measures it."""
+    from benchmarks.against.__main__ import PART
+    from benchmarks.against.__main__ import sections as against_peers
     from benchmarks.conic import against_conic_solver
     from benchmarks.estimators import (
         from_the_moments,
@@ -155,6 +157,7 @@ def every(
         "a long recording",
         partial(long_recording, QUICK_ROWS if quick else ROWS, folder),
     )
+    yield PART, partial(against_peers, quick)
 
 
 def measured(

@@ -15,17 +15,23 @@ FROM_PINOCCHIO = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9]
 """Pinocchio has Ixx Ixy Iyy Ixz Iyz Izz, the project Jxx Jxy Jxz Jyy Jyz Jzz."""
 
 
-def with_pinocchio(arrays: tuple[Array, ...]) -> Array:
-    """Ten parameters (10,) as a user of Pinocchio finds them: a loop over the samples,
-    then least squares."""
+def pinocchio_rows(arrays: tuple[Array, ...]) -> tuple[Array, Array]:
+    """Regressors (K, 6, 10), columns in Pinocchio's order, and wrenches (K, 6), as a
+    user of Pinocchio finds them: by a loop over the samples."""
     _, g, a, w, alpha, force, torque = arrays
     A, origin_at_rest = np.empty((len(a), 6, 10)), np.zeros(3)
     for k in range(len(a)):
         A[k] = pin.bodyRegressor(
             pin.Motion(origin_at_rest, w[k]), pin.Motion(a[k] - g[k], alpha[k])
         )
-    b = np.hstack((force, torque)).ravel()
-    return np.linalg.lstsq(A.reshape(-1, 10), b, rcond=None)[0][FROM_PINOCCHIO]
+    return A, np.hstack((force, torque))
+
+
+def with_pinocchio(arrays: tuple[Array, ...]) -> Array:
+    """Ten parameters (10,): those rows, then least squares."""
+    A, b = pinocchio_rows(arrays)
+    solution = np.linalg.lstsq(A.reshape(-1, 10), b.ravel(), rcond=None)[0]
+    return solution[FROM_PINOCCHIO]
 
 
 def against_pinocchio(samples: int, rounds: int) -> Section:

@@ -7,6 +7,7 @@ from the one before.
 
 import sys
 import time
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +23,8 @@ z = wielded(KNOWN + samples)
 motion = (z.gravity, z.linear_acceleration, z.angular_velocity, z.angular_acceleration)
 arrays = (z.time, *motion, z.force, z.torque)
 # earlier code, with which this is compared, has no intervals
-point = {"intervals": False} if "intervals" in PMD.hyperparameters() else {}
-pmd = PMD(shape(56), **point)
+known = {field.name for field in fields(PMD)}
+pmd = PMD(shape(56), **({"intervals": False} if "intervals" in known else {}))
 state = pmd.update(pmd.start(), z[:KNOWN])
 estimate = pmd.estimate(state)
 took = []

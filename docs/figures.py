@@ -3,6 +3,7 @@
 ``python docs/figures.py FOLDER`` writes them; the site's build does so in drawn/.
 """
 
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -30,6 +31,8 @@ from hefting.simulation import UR5, hammer, simulate, sinusoids, wield
 from hefting.simulation.demo import POSE, SEED
 from hefting.simulation.wield import POSE_NOISE
 
+KEPT = Path(__file__).resolve().parents[1] / "benchmarks" / "against.json"
+"""What `benchmarks.against` measured."""
 NAMES = ("m", "m cx", "m cy", "m cz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 
 
@@ -257,6 +260,14 @@ def held_at_rest(z: Measurements) -> tuple[np.ndarray, np.ndarray]:
     return force, np.cross(body.center_of_mass, force)
 
 
+def peers_figure() -> Figure:
+    """Cost beside that of peers, as it was measured last."""
+    sys.path.append(str(KEPT.parents[1]))
+    from benchmarks.against.figure import cost_figure
+
+    return cost_figure(json.loads(KEPT.read_text())["cost"])
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "model": model,
     "dynamism": dynamism_figure,
@@ -264,16 +275,18 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "samples": samples_figure,
     "identifiability": identifiability_figure,
     "bayes": bayes_figure,
+    "peers": peers_figure,
 }
 """Every figure by the name of its file."""
 
 
 def write(folder: Path) -> None:
-    """Write those that are older than this file."""
+    """Write those that are older than this file, or than what was measured."""
     folder.mkdir(parents=True, exist_ok=True)
+    changed = max(path.stat().st_mtime for path in (Path(__file__), KEPT))
     for name, draw in FIGURES.items():
         path = folder / f"{name}.svg"
-        if path.exists() and path.stat().st_mtime > Path(__file__).stat().st_mtime:
+        if path.exists() and path.stat().st_mtime > changed:
             continue
         with style():
             write_atomically(path, picture_of(draw(), ".svg"))

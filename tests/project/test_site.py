@@ -32,6 +32,7 @@ def site(tmp_path_factory):
         ignore=lambda path, names: MADE if Path(path) == ROOT / "docs" else (),
     )
     shutil.copytree(ROOT / "examples", folder / "examples")
+    shutil.copytree(ROOT / "benchmarks", folder / "benchmarks")  # draws its figures
     for path in ROOT.glob("*.md"):
         shutil.copy(path, folder)
     paths = (str(Path(hefting.__file__).parents[1]), os.environ.get("PYTHONPATH", ""))

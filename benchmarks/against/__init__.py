@@ -1,0 +1,1 @@
+"""Hefting and its peers on the same recordings: ``python -m benchmarks.against``."""
