@@ -69,12 +69,14 @@ def test_workers_that_are_killed_cost_time_only(cluster, jobs):
     assert found == {k: k * k for k in range(60)}
 
 
-def test_a_task_that_kills_its_workers_is_lost_alone(jobs):
+def test_a_task_that_kills_its_workers_is_lost_alone(cluster, jobs, monkeypatch):
+    """By default after four workers; here after two."""
+    monkeypatch.setattr(cluster.scheduler, "allowed_failures", 1)
     tasks = [*range(10), POISON, *range(11, 20)]
     found = dict(jobs.run(job_tasks.square, tasks))
     lost = found.pop(10)
     assert isinstance(lost, Lost)
-    assert lost.reason == "workers died 4 times; have they memory enough?"
+    assert lost.reason == "workers died 2 times; have they memory enough?"
     assert found == {k: k * k for k in range(20) if k != 10}
 
 
