@@ -23,7 +23,7 @@ def local(tmp_path_factory):
     folder = tmp_path_factory.mktemp("local")
     data = recorded(folder)
     logs = [*data.whole, *data.broken]
-    return logs, data.shared, batch(logs, folder / "results", **data.shared)
+    return logs, data.shared, batch(logs, folder / "results", jobs=1, **data.shared)
 
 
 @pytest.fixture
@@ -91,6 +91,6 @@ def test_a_scheduler_that_dies_is_said_and_nothing_is_lost(local, tmp_path):
         for process in (scheduler, worker):
             process.kill()
             process.wait()
-    again = batch(logs, tmp_path / "r", jobs=2, resume=True, **shared)
+    again = batch(logs, tmp_path / "r", jobs=1, resume=True, **shared)
     assert again.progress.kept >= 3
     assert rows(again).equals(rows(alone))
