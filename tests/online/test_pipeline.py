@@ -30,10 +30,12 @@ def deviations(estimate, whole):
 
 
 def test_intervals_hold_while_everything_is_wrong():
-    """Delay, drifting bias, the other sign, spikes and touches: of 8 streams at 2 and
-    5 s, ten intervals each, 92 % hold; 100 seeds in `benchmarks.online`."""
+    """Delay, drifting bias, the other sign, spikes and touches: of 4 streams at 2 and
+    5 s, ten intervals each, two at most do not hold. Of 24 streams 1 of 240 does not:
+    three of 80 are missed in 1 of 200 runs. Intervals of half the width miss a third.
+    100 seeds in `benchmarks.online`."""
     found = []
-    for seed in range(8):
+    for seed in range(4):
         case = faulty(seed, 5.2)
         _, said = play(case.recording)
         for instant in (2.0, 5.0):
@@ -41,7 +43,8 @@ def test_intervals_hold_while_everything_is_wrong():
             found.append(held(now.estimate, case.body))
             assert now.object == 1
             assert now.estimate.provenance["wrench"] == "on-sensor"
-    assert np.mean(found) >= 0.92
+    assert np.size(found) == 80
+    assert np.sum(found) >= 78
 
 
 @pytest.mark.parametrize("seed", range(3))
