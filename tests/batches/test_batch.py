@@ -289,11 +289,11 @@ def test_a_full_disk_loses_nothing_and_is_said(tmp_path):
     assert found.progress.done == 2
 
 
-def test_a_batch_that_is_killed_and_resumed_gives_the_same_table(tmp_path):
-    data = recorded(tmp_path)
-    whole = batch(data.folder, tmp_path / "whole", jobs=2, **data.shared)
+def test_a_batch_that_is_killed_and_resumed_gives_the_same_table(done, tmp_path):
+    data, whole = done
     options = [f"--{k.replace('_', '-')}={v}" for k, v in data.shared.items()]
-    command = [sys.executable, "-m", "hefting", "batch", data.folder, "--jobs", "2"]
+    command = [sys.executable, "-m", "hefting", "batch", *data.whole, *data.broken]
+    command += ["--jobs", "2"]
     command += ["--output", tmp_path / "killed", "--resume", "--json", *options]
     for pause in (1.2, 1.8):
         run = subprocess.Popen(
