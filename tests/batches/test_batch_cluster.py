@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 
 import pytest
 from recorded import recorded
@@ -14,7 +15,9 @@ from recorded import recorded
 from hefting.batches import batch
 from hefting.core.errors import HeftingError
 
-distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+pytestmark = pytest.mark.skipif(
+    find_spec("distributed") is None, reason="distributed is not installed"
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +31,8 @@ def local(tmp_path_factory):
 
 @pytest.fixture
 def cluster():
+    import distributed
+
     with distributed.LocalCluster(
         n_workers=2,
         threads_per_worker=1,

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 
 import pytest
 
@@ -18,7 +19,9 @@ from hefting.jobs.cluster import _do
 from hefting.jobs.source import source_version
 from job_tasks import POISON
 
-distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+pytestmark = pytest.mark.skipif(
+    find_spec("distributed") is None, reason="distributed is not installed"
+)
 
 SECONDS = 30
 """In which a lost scheduler is said; it takes some tenths. Dask would try for half a
@@ -27,6 +30,8 @@ minute to connect, and again [s]."""
 
 @pytest.fixture(scope="module")
 def cluster():
+    import distributed
+
     with distributed.LocalCluster(
         n_workers=2,
         threads_per_worker=1,
