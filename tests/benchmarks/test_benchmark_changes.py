@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from benchmarks.changes import event_row, main, quiet_row, run, runs
-from benchmarks.changing import CLEAN, EVENTS, LEVELS, MASSES, MOTIONS, case
+from benchmarks.changing import (
+    CLEAN,
+    EVENTS,
+    LEVELS,
+    MASSES,
+    MISFITS,
+    MOTIONS,
+    case,
+)
 
 from hefting.ingest.changes.stretches import Changes, Stretch, Touch
 
@@ -76,6 +84,7 @@ def test_the_tables(
     monkeypatch.setattr("sys.argv", ["changes", *arguments])
     main()
     said = capsys.readouterr().out
-    for name in ("all", *EVENTS, *CLEAN, "tilted"):
+    for name in ("all", *EVENTS, *CLEAN, *MISFITS):
         assert f"\n{name} " in said
+    assert said.count("\nclean ") == 2  # the title of a table, and a row
     assert said.splitlines()[1].split()[:3] == ["all", "5", "0.0"]
