@@ -54,11 +54,11 @@ def corner_steps(path, urdf, tip="tool0"):
 def test_every_file_holds_the_plan_that_is_told(run, arm, tmp_path):
     names = [f"m{s}" for s in (".csv", ".json", ".mcap", ".script", ".png", ".html")]
     outputs = [word for name in names for word in ("--output", tmp_path / name)]
-    status, out, err = run(*words(arm, *SHAPE, "--duration", 2, "--json", *outputs))
+    status, out, err = run(*words(arm, *SHAPE, "--duration", 4, "--json", *outputs))
     assert (status, err) == (0, "")
     told = json.loads(out)
     assert told["schema"] == "hefting.plan/1"
-    assert told["duration"] == 2.0
+    assert told["duration"] == 4.0
     assert all((tmp_path / name).stat().st_size > 1000 for name in names)
     table = table_of(tmp_path / "m.csv")
     # nine digits after the point
@@ -109,7 +109,7 @@ def test_half_spaces_are_kept_by_object_and_links(run, tmp_path):
     arm = folding_arm(tmp_path)
     path = tmp_path / "m.csv"
     keep = ("--keep", "z>=0.3", "--keep", "1,1,0<=0.6")
-    given = words(arm, *SHAPE, *keep, "--duration", 2, "--output", path, tip="tool")
+    given = words(arm, *SHAPE, *keep, "--duration", 3, "--output", path, tip="tool")
     status, _, err = run(*given)
     assert (status, err) == (0, "")
     corners = corner_steps(path, arm, "tool")[1]
@@ -120,9 +120,9 @@ def test_half_spaces_are_kept_by_object_and_links(run, tmp_path):
 def test_the_seed_is_the_librarys(run, arm, tmp_path):
     """Another than the default; that each has a plan of its own is tested there."""
     path = tmp_path / "m.csv"
-    given = ("--duration", 1, "--seed", 2, "--output", path)
+    given = ("--duration", 2, "--seed", 2, "--output", path)
     assert run(*words(arm, *given))[0] == 0
-    found = plan(arm, "tool0", duration=1.0, effort="quick", seed=2)
+    found = plan(arm, "tool0", duration=2.0, effort="quick", seed=2)
     # nine digits after the point
     np.testing.assert_allclose(table_of(path)[:, 1:], found.motion.position, atol=1e-9)
 
@@ -142,7 +142,7 @@ def test_it_begins_with_what_an_estimate_knows(run, arm, tmp_path):
 def test_noise_and_start_are_those_given(run, arm):
     start = (0.1, -1.2, 1.3, -0.4, 0.5, 0.6)
     given = ("--start", ",".join(map(str, start)), "--sensor-noise", "0.2N,4mNm")
-    told = json.loads(run(*words(arm, *given, "--duration", 1, "--json"))[1])
+    told = json.loads(run(*words(arm, *given, "--duration", 2, "--json"))[1])
     assert told["settings"]["noise"] == {"force": 0.2, "torque": 0.004}
     np.testing.assert_allclose(told["position"][0], start, atol=1e-12)
 
@@ -152,7 +152,7 @@ def test_noise_is_that_of_a_recording(run, arm, tmp_path):
     noise = Noise(force=0.3, torque=0.02)
     log = tmp_path / "log.csv"
     write_log(simulate(motion, BODY, noise=noise, seed=1), log)
-    given = ("--noise-from", log, "--duration", 1, "--json")
+    given = ("--noise-from", log, "--duration", 2, "--json")
     settings = json.loads(run(*words(arm, *given))[1])["settings"]
     # of some 400 samples, and of motion that was smoothed with them
     assert settings["noise"]["force"] == pytest.approx(0.3, rel=0.3)
@@ -194,7 +194,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--start", "7,0,0,0,0,0"), ("'joint_1' starts at 7 rad", "--start")),
         (("--start", "0,0"), ("--start", "joint_1, joint_2")),
         (("--until", "mass=1e-6%"), ("nor by any longer motion", "sensor")),
-        (("--until", "inertia=4%"), ("out of reach within 1 s", "plan for about")),
+        (("--until", "inertia=4%"), ("out of reach within 2 s", "plan for about")),
         (("--until", "weight=1"), ("--until", "mass=1%")),
         (("--keep", "z>0"), ("'z>0' is no half-space", "z>=0.05")),
         (("--speed", "0"), ("--speed", "not positive")),
@@ -225,7 +225,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
     ],
 )
 def test_what_cannot_be_is_one_line(run, arm, given, said):
-    assert refused(run(*words(arm, "--duration", 1, *given)), *said)
+    assert refused(run(*words(arm, "--duration", 2, *given)), *said)
 
 
 def test_limits_that_are_missing_are_named(run, tmp_path):
