@@ -47,7 +47,7 @@ def test_intervals_hold_while_everything_is_wrong():
     assert np.sum(found) >= 78
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     case = swapped(seed, duration=7.0, time=4.0)
     _, said = play(case.recording)
@@ -61,7 +61,7 @@ def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     assert low < case.other.mass < high
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_undisturbed_stream_is_of_one_object(seed):
     case = swapped(seed, change=False, duration=8.0)
     _, said = play(case.recording)
