@@ -10,6 +10,9 @@ ifneq ($(wildcard ../shared/torques),)
 export HEFTING_TORQUES ?= $(abspath ../shared/torques)
 endif
 
+# bytecode is kept: else each process of the tests would compile all of them anew
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help demo test lint docs bench lock clean
 
 help:  ## list the targets

@@ -7,7 +7,7 @@ parameters are known exactly. The object that was really held is taken out as a 
 found in another recording or in another part of the same one.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -114,11 +114,11 @@ class Case:
         return "whole" if self.window is None else f"{self.window:g} s"
 
 
-def hosts(data: Path) -> list[Host]:
-    """All recordings with their tools; of one without a recording of its tool, halves
-    that serve each other."""
+def hosts(data: Path, sources: Sequence[Source] = SOURCES) -> list[Host]:
+    """Recordings with their tools; of one without a recording of its tool, halves that
+    serve each other."""
     found: list[Host] = []
-    for source in SOURCES:
+    for source in sources:
         recording = read_log(data / source.log)
         if source.tool is None:
             half = 0.5 * recording.duration

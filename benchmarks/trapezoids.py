@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from hefting.core.recording import Recording
+    from hefting.shapes import Shape
     from hefting.simulation import HeldObject, JointMotion, Wielding
 
 SEEDS, QUICK_SEEDS = 10, 1
@@ -53,6 +54,7 @@ class Case:
     """index of its speed"""
     seed: int
     held: "HeldObject"
+    shape: "Shape"
     wielding: "Wielding"
     recording: "Recording"
 
@@ -95,14 +97,16 @@ def cases(kind: str, rate: float, seeds: int, duration: float) -> Iterator[Case]
     from hefting.simulation.demo import POSE
 
     objects = (HeldObject.of(hammer(), POSE), held_modular("Tee"))
+    shapes = [held.points() for held in objects]
     for level in range(len(MOVES)):
         for seed in range(seeds):
-            held = objects[(seed + level) % 2]
+            which = (seed + level) % 2
+            held = objects[which]
             joints = moves(kind, rate, level, seed, duration)
             wielding = wield_analytically(UR5, joints, held.parameters)
             faults = Faults(wrench_noise=WRENCH_NOISE)
             log = record(wielding, faults, Rates(), seed)
-            yield Case(kind, rate, level, seed, held, wielding, log)
+            yield Case(kind, rate, level, seed, held, shapes[which], wielding, log)
 
 
 def moves(
@@ -120,9 +124,10 @@ def show(kind: str, rate: float, found: list[Case]) -> None:
     """Print the rows of one kind of motion at one rate."""
     import numpy as np
 
-    for method in METHODS:
-        errors = np.array([[error(c, log(c), method) for log in LOGS] for c in found])
-        levels = np.array([case.level for case in found])
+    every = np.array([[errors_of(case, log(case)) for log in LOGS] for case in found])
+    levels = np.array([case.level for case in found])
+    for index, method in enumerate(METHODS):
+        errors = every[..., index]
         for level in (None, *range(len(MOVES))):
             chosen = errors if level is None else errors[levels == level]
             name = f"{kind} {rate:.0f} Hz {method} {speed(kind, level)}"
@@ -185,17 +190,21 @@ def exact_log(case: Case) -> "Recording":
 LOGS: tuple[Callable[[Case], "Recording"], ...] = (smoothed_log, exact_log)
 
 
-def error(case: Case, log: "Recording", method: str) -> float:
-    """Relative error of the inertia about the sensor."""
+def errors_of(case: Case, log: "Recording") -> list[float]:
+    """Relative error of the inertia about the sensor by each method."""
     import numpy as np
 
     from hefting import identify
 
-    found = identify(log, case.held.points(), method=method).estimate.parameters
+    results = identify(log, case.shape, method=list(METHODS)).results
     truth = case.held.parameters.inertia_at_origin
-    return float(
-        np.linalg.norm(found.inertia_at_origin - truth) / np.linalg.norm(truth)
-    )
+    return [
+        float(
+            np.linalg.norm(results[method].parameters.inertia_at_origin - truth)
+            / np.linalg.norm(truth)
+        )
+        for method in METHODS
+    ]
 
 
 def claims(found: list[Case], quantity: str) -> str:

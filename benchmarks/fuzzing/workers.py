@@ -171,16 +171,10 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
     """Read the files of some jobs, in a process of its own."""
     import pickle
 
-    from benchmarks.fuzzing.outcome import run_command
-
     folder, run = fuzzer.folder, fuzzer.run or run_case
     seeds = pickle.loads((folder / "seeds.pickle").read_bytes())
-    for words in (
-        ["identify", "static.csv", "--shape", "box.stl"],
-        ["inspect", "log.parquet"],
-        ["inspect", "log.mcap"],
-    ):  # import all that is large
-        run_command([str(folder / word) if "." in word else word for word in words])
+    if run is run_case:
+        _import_all(folder)
     _limit_memory()
     place = Path(tempfile.mkdtemp(dir=folder))
     os.dup2(os.open(place.with_suffix(".err"), os.O_CREAT | os.O_WRONLY), 2)
@@ -194,6 +188,18 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
         peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         connection.send((*outcome, time.monotonic() - began, peak))
     connection.close()
+
+
+def _import_all(folder: Path) -> None:
+    """Import all that is large, before the memory is limited."""
+    from benchmarks.fuzzing.outcome import run_command
+
+    for words in (
+        ["identify", "static.csv", "--shape", "box.stl"],
+        ["inspect", "log.parquet"],
+        ["inspect", "log.mcap"],
+    ):
+        run_command([str(folder / word) if "." in word else word for word in words])
 
 
 def run_case(

@@ -1,8 +1,6 @@
 """`benchmarks.accuracy`: its bound against closed forms, least squares and a larger
 problem; and a run of it."""
 
-import os
-import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
@@ -15,6 +13,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
+from benchmarks.accuracy import main
 from benchmarks.cramer_rao import Scale, bound
 
 from hefting.core.errors import NotIdentifiableError
@@ -27,7 +26,6 @@ from hefting.estimators import OLS, PMD, Bayes
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from recordings import needs_recordings
 
-ROOT = Path(__file__).resolve().parents[2]
 NOISE = Noise(0.1, 0.005, 0.5, 4.0)
 WRENCH = np.repeat((NOISE.force**2, NOISE.torque**2), 3)
 MOTION = np.repeat((NOISE.linear_acceleration**2, NOISE.angular_acceleration**2), 3)
@@ -207,12 +205,20 @@ def test_means_and_medians_of_errors():
 # the command
 
 
-def run(*words: str, **variables: str) -> subprocess.CompletedProcess:
-    environment = {**os.environ, **variables}
-    command = [sys.executable, "-m", "benchmarks.accuracy", *words]
-    return subprocess.run(
-        command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run the benchmark: exit status, standard output, standard error."""
+
+    def run(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["accuracy", *words])
+        status = 0
+        try:
+            main()
+        except SystemExit as stop:
+            status = stop.code
+        return status, *capsys.readouterr()
+
+    return run
 
 
 def rows(output: str, title: str) -> dict[tuple[str, str], list[float]]:
@@ -227,16 +233,16 @@ def rows(output: str, title: str) -> dict[tuple[str, str], list[float]]:
     return found
 
 
-def test_the_eight_objects():
+def test_the_eight_objects(run):
     """One window of each: in the COM far better than PMD, in the inertia than the
     bound, as the shape tells more; with a cold filter, whose claims are wrong, better
     than PMD."""
     pytest.importorskip("mujoco", reason="MuJoCo is not installed")
-    done = run("--objects", "--quick")
-    assert done.returncode == 0, done.stderr
-    assert "unbiased estimators without knowledge of the shape" in done.stdout
-    assert "objects: seed 1 of 1, 1.5 rad/s" in done.stderr
-    errors = rows(done.stdout, "those at the bound")
+    status, out, err = run("--objects", "--quick")
+    assert status == 0, err
+    assert "unbiased estimators without knowledge of the shape" in out
+    assert "objects: seed 1 of 1, 1.5 rad/s" in err
+    errors = rows(out, "those at the bound")
     assert list(errors) == [
         (motion, "1.5") for motion in ("warm", "smoothed", "smoothed, std", "cold")
     ]
@@ -246,7 +252,7 @@ def test_the_eight_objects():
         assert bayes[1] < 0.4 * pmd[1], motion  # 0.004 to 0.14
         # 0.1 to 0.3 of the bound, but cold
         assert bayes[2] < (pmd if motion == "cold" else 0.6 * known)[2], motion
-    held = rows(done.stdout, "95 % intervals")
+    held = rows(out, "95 % intervals")
     assert list(held) == list(errors)
     for key, numbers in held.items():
         np.testing.assert_allclose(
@@ -352,25 +358,24 @@ def test_which_intervals_hold():
     assert not found.errors.any()
 
 
-def test_without_the_recordings_there_are_no_tools(tmp_path):
-    done = run("--tools", HEFTING_DATA=str(tmp_path))
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.count("\n") == 1
-    assert "HEFTING_DATA" in done.stderr
+def test_without_the_recordings_there_are_no_tools(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("HEFTING_DATA", str(tmp_path))
+    status, out, err = run("--tools")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "HEFTING_DATA" in err
 
 
 @needs_recordings
-def test_the_twelve_tools():
+def test_the_twelve_tools(run):
     """With one seed Bayes' median COM and inertia are below 0.6 of PMD's in every cell
     (0.1 to 0.35 with ten)."""
-    done = run("--tools", "--quick")
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.split("All tools: Bayes' errors")[1].splitlines()[2:8]
+    status, out, err = run("--tools", "--quick")
+    assert status == 0, err
+    lines = out.split("All tools: Bayes' errors")[1].splitlines()[2:8]
     assert [line.split()[:2] for line in lines] == [
         [n, k] for k in ("150", "1,000") for n in ("low", "moderate", "high")
     ]
     for line in lines:
         assert all(0.0 < float(ratio) < 0.6 for ratio in line.split()[3:5]), line
-    assert "machinist-hammer, file, electronic-caliper, vise-clamp" in done.stdout
-    assert "HPS" in done.stdout
+    assert "machinist-hammer, file, electronic-caliper, vise-clamp" in out
+    assert "HPS" in out

@@ -1,32 +1,46 @@
 """The benchmarks of batches, small: every recording has the row it should have."""
 
 import sys
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
+from unittest.mock import patch
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT))
 
 from benchmarks import batch, batch_memory  # noqa: E402
 
+COUNT = 5
 
-def test_whole_and_broken_recordings(tmp_path, capsys):
-    batch.run(tmp_path, 5, kills=0)
-    told = capsys.readouterr().out
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A folder after the benchmark, and what that printed."""
+    folder, told = tmp_path_factory.mktemp("batch"), StringIO()
+    with redirect_stdout(told), patch("os.cpu_count", return_value=1):
+        batch.run(folder, COUNT, kills=0)
+    return folder, told.getvalue()
+
+
+def test_whole_and_broken_recordings(done):
+    _, told = done
     assert told.count("0 wrong []") == 2
     assert told.count("1 failed") == 2
 
 
-def test_a_missing_answer_is_seen(tmp_path):
-    manifest, _ = batch.write_all(tmp_path, 3, 1)
-    manifest.write_text("recording\n000001.csv\n")
-    from hefting.batches import batch as run
-
-    run(manifest, tmp_path / "r", jobs=1)  # without a shape the mass is found as well
-    assert batch.wrong_rows(tmp_path / "r", 3) == [
-        "1 rows",
-        "0: not there",
-        "2: not there",
-    ]
+def test_a_missing_answer_is_seen(done):
+    """The table of five recordings where there should be seven."""
+    outputs = {path.parent for path in done[0].glob("*/*.parquet")}
+    assert len(outputs) == 2
+    for output in outputs:
+        assert batch.wrong_rows(output, COUNT + 2) == [
+            f"{COUNT} rows",
+            f"{COUNT}: not there",
+            f"{COUNT + 1}: not there",
+        ]
 
 
 def test_memory_over_rows(monkeypatch):

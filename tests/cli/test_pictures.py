@@ -62,8 +62,15 @@ def is_picture(path):
 # hefting identify
 
 
-@pytest.mark.parametrize("log", ["log.csv", "static.csv"])
-@pytest.mark.parametrize("known", ["shape", "box", "nothing"])
+@pytest.mark.parametrize(
+    ("log", "known"),
+    [
+        ("log.csv", "shape"),
+        ("log.csv", "box"),
+        ("static.csv", "shape"),
+        ("static.csv", "nothing"),
+    ],
+)
 def test_identify_draws_any_log(run, folder, tmp_path, log, known):
     given = {
         "shape": shape_of(folder),

@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -41,15 +43,31 @@ def hefting(*words, **settings):
     )
 
 
-def fed(data: bytes, *words) -> tuple[int, str, str]:
-    """The same with standard input: status, output, errors."""
-    process = hefting(*words, stdin=subprocess.PIPE)
-    out, err = process.communicate(data, timeout=60)
-    return process.returncode, out.decode(), err.decode()
+@pytest.fixture
+def fed(run, monkeypatch):
+    """Run a command in this process with bytes in the pipe that is its standard input:
+    status, output, errors."""
+
+    def fed(data: bytes, *words) -> tuple[int, str, str]:
+        read, write = os.pipe()
+
+        def send():
+            with suppress(BrokenPipeError), open(write, "wb") as end:
+                end.write(data)
+
+        thread = Thread(target=send)
+        thread.start()
+        with open(read, "rb") as end:
+            monkeypatch.setattr(sys, "stdin", end)
+            result = run(*words)
+        thread.join()
+        return result
+
+    return fed
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.mcap"])
-def test_a_log_from_standard_input_is_the_same(folder, name):
+def test_a_log_from_standard_input_is_the_same(folder, fed, name):
     status, out, err = fed((folder / name).read_bytes(), "identify", "-", "--json")
     assert (status, err) == (0, "")
     direct = identify(folder / name).estimate
@@ -58,7 +76,7 @@ def test_a_log_from_standard_input_is_the_same(folder, name):
     assert "hefting-" not in out  # no word of where it was kept
 
 
-def test_an_estimate_from_standard_input(folder):
+def test_an_estimate_from_standard_input(folder, fed):
     data = (folder / "e.json").read_bytes()
     assert fed(data, "export", "-", "--to", "urdf")[0] == 0
     told = fed(data, "predict", "-", folder / "log.csv", "--json")
@@ -73,7 +91,7 @@ def test_an_estimate_from_standard_input(folder):
         (b"PAR1 and no more", ("standard input",)),
     ],
 )
-def test_what_standard_input_cannot_be(data, words):
+def test_what_standard_input_cannot_be(fed, data, words):
     result = fed(data, "inspect", "-")
     assert refused(result, *words)
     assert "/" not in result[2].split(";")[0]

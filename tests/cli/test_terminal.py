@@ -13,7 +13,6 @@ if sys.platform == "win32":
     pytest.skip("there are no such terminals", allow_module_level=True)
 
 from hefting.cli.progress import STAGES
-from hefting.simulation import demo
 from terminal import (
     COLUMNS,
     ROWS,
@@ -36,16 +35,20 @@ LONGER = ("methods",)
 
 
 @pytest.fixture(scope="module")
-def sessions(tmp_path_factory):
-    """Each of the README's commands and what it wrote."""
-    return transcript(tmp_path_factory.mktemp("terminal"))
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("terminal")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """A folder where the demo has been made."""
-    folder = tmp_path_factory.mktemp("demo")
-    demo.run(folder / "demo", pictures=False)
+def sessions(folder):
+    """Each of the README's commands and what it wrote."""
+    return transcript(folder)
+
+
+@pytest.fixture(scope="module")
+def made(folder, sessions):
+    """The folder where the demo has been made."""
+    assert (folder / "demo" / "log.csv").exists()
     return folder
 
 

@@ -1,9 +1,11 @@
 """What people type and see, at 80 columns, as kept in ``transcripts/``; after a change,
 ``python tests/transcripts.py`` writes them anew, to be looked at."""
 
+import os
 import re
 import shlex
 from importlib import import_module
+from shutil import copytree
 
 import pytest
 
@@ -22,11 +24,19 @@ FOR_FILES = (["export"], ["map"])
 """Commands whose output is the text of a file, as wide as it is."""
 
 
-@pytest.fixture(scope="module", params=GROUPS)
-def pair(request, tmp_path_factory):
-    """The transcript as kept and as it is, command by command."""
-    folder = tmp_path_factory.mktemp("transcripts")
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The files that the commands read."""
+    folder = tmp_path_factory.mktemp("files")
     write_files(folder)
+    return folder
+
+
+@pytest.fixture(scope="module", params=GROUPS)
+def pair(request, files, tmp_path_factory):
+    """The transcript as kept and as it is, command by command."""
+    folder = tmp_path_factory.mktemp("transcripts") / "own"
+    copytree(files, folder, copy_function=os.link)  # pipes are not read
     kept = (FOLDER / f"{request.param}.txt").read_text()
     return parts(kept), parts(transcript_of(request.param, folder))
 

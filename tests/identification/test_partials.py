@@ -120,9 +120,9 @@ def test_parts_tell_what_the_recordings_tell(count, method, shaped):
     assert_same(whole, identify_parts(parts, known, method=method))
 
 
-def test_parts_of_twenty_recordings():
-    whole = identify_understood(understood(20), None, "OLS", {})
-    parts = [part_of(found, None, "OLS") for found in read_alone(20)]
+def test_parts_of_ten_recordings():
+    whole = identify_understood(understood(10), None, "OLS", {})
+    parts = [part_of(found, None, "OLS") for found in read_alone(10)]
     assert_same(whole, identify_parts(parts, None, method="OLS"))
 
 

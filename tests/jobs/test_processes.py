@@ -21,8 +21,7 @@ def jobs():
         yield jobs
 
 
-@pytest.mark.parametrize("workers", [1, 2, 3])
-@pytest.mark.parametrize("window", [None, 1, 3])
+@pytest.mark.parametrize(("workers", "window"), [(1, 1), (2, None), (3, 3), (3, 1)])
 def test_every_task_has_its_result(workers, window):
     found = list(run_jobs(job_tasks.square, range(50), workers, window=window))
     assert sorted(found) == [(k, k * k) for k in range(50)]
@@ -53,8 +52,7 @@ def test_tasks_are_taken_as_they_are_needed(jobs, window):
     assert 0 < ahead <= 2 * window
 
 
-@pytest.mark.parametrize("place", [0, 7, 19])
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize(("place", "workers"), [(7, 1), (0, 2), (7, 2), (19, 2)])
 def test_a_task_that_kills_its_worker_is_lost_alone(place, workers):
     tasks = [*range(20)]
     tasks[place] = POISON

@@ -30,10 +30,12 @@ def deviations(estimate, whole):
 
 
 def test_intervals_hold_while_everything_is_wrong():
-    """Delay, drifting bias, the other sign, spikes and touches: of 8 streams at 2 and
-    5 s, ten intervals each, 92 % hold; 100 seeds in `benchmarks.online`."""
+    """Delay, drifting bias, the other sign, spikes and touches: of 4 streams at 2 and
+    5 s, ten intervals each, two at most do not hold. Of 24 streams 3 of 480 do not: more
+    than two of 80 are a matter of 1.4 %. Of intervals of half the width 11 do not.
+    100 seeds in `benchmarks.online`."""
     found = []
-    for seed in range(8):
+    for seed in range(4):
         case = faulty(seed, 5.2)
         _, said = play(case.recording)
         for instant in (2.0, 5.0):
@@ -41,10 +43,11 @@ def test_intervals_hold_while_everything_is_wrong():
             found.append(held(now.estimate, case.body))
             assert now.object == 1
             assert now.estimate.provenance["wrench"] == "on-sensor"
-    assert np.mean(found) >= 0.92
+    assert np.size(found) == 80
+    assert np.sum(found) >= 78
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     case = swapped(seed, duration=7.0, time=4.0)
     _, said = play(case.recording)
@@ -58,7 +61,7 @@ def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     assert low < case.other.mass < high
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_an_undisturbed_stream_is_of_one_object(seed):
     case = swapped(seed, change=False, duration=8.0)
     _, said = play(case.recording)

@@ -207,21 +207,25 @@ def test_plotly_knows_every_attribute(mixed):
         go.Figure(plain["traces"], plain["layout"])
 
 
-def test_a_page_of_100_000_rows_is_small(tmp_path):
-    """Each failure says something else, in words, at length."""
+def test_a_page_of_many_rows_is_small(tmp_path):
+    """Each failure says something else, in words, at length. A page of ten times as many
+    rows is larger by 1.4 %, as its histograms have finer bins; 11 bytes of each row
+    would make it 5 %."""
     words = ["".join(chr(97 + int(d)) for d in str(k)) for k in range(900)]
     rows = [
         *spread(100),
         *(failed(f"{word}.csv", f"{word} " + "long " * 500) for word in words),
     ]
-    found = batch_of(tmp_path / "results", rows, copies=100)
+    few = batch_page(batch_of(tmp_path / "few", rows))
+    found = batch_of(tmp_path / "results", rows, copies=10)
     page = batch_page(found)
-    assert found.summary.total == 100_000
+    assert found.summary.total == 10_000
+    assert len(few.encode()) < len(page.encode()) < 1.05 * len(few.encode())
     assert len(page.encode()) < LARGEST
     assert "more for" in text_of(page)
     # one of the reasons that are shown stands for all after the first 500
     assert page.count("<td>InputError</td>") == MOST_REASONS - 1
-    assert "40,000  other reasons" in text_of(page).replace("40,000 ", "40,000  ")
+    assert "4,000 other reasons" in " ".join(text_of(page).split())
     assert max(len(each) for each in Words(page).words) < LONGEST + 500
 
 

@@ -2,6 +2,7 @@
 refused."""
 
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -51,9 +52,15 @@ def played(bench, plans, seed):
     return found.estimate(BOX)
 
 
+@pytest.fixture(scope="module")
+def found_of(bench, planned):
+    """The estimate from runs of the plan, by seed; each is made once."""
+    return cache(lambda seed: played(bench, [planned], seed))
+
+
 @pytest.mark.parametrize("seed", [0, 1])
-def test_runs_give_the_half_widths_that_were_expected(bench, planned, seed):
-    found = played(bench, [planned], seed)
+def test_runs_give_the_half_widths_that_were_expected(planned, found_of, seed):
+    found = found_of(seed)
     ratios = width_ratios(planned, found)
     # 0.8 to 1.25 each on three arms: the noise is found anew, and is coloured by friction
     assert 0.75 < np.median(ratios) < 1.33
@@ -81,8 +88,10 @@ def test_it_beats_random_motions_of_the_same_time(bench, planned):
         assert getattr(last, name) < most * median
 
 
-def test_the_next_plan_takes_noise_and_certainty_from_the_estimate(bench, planned):
-    estimate = played(bench, [planned], 0)
+def test_the_next_plan_takes_noise_and_certainty_from_the_estimate(
+    bench, planned, found_of
+):
+    estimate = found_of(0)
     plan, _ = bench.plan(**QUICK, estimate=estimate, duration=4.0)
     noise = estimate.provenance["torque_noise"]
     np.testing.assert_allclose(plan.settings["noise"]["joint_torques"], noise)

@@ -25,7 +25,7 @@ def urdf(tmp_path_factory):
 @pytest.fixture(scope="module")
 def first(urdf):
     """A motion for mass and COM, played, and what is known live after it."""
-    rests = plan(urdf, "flange", stop_and_go=True, duration=8.0)
+    rests = plan(urdf, "flange", stop_and_go=True, duration=8.0, effort="quick")
     log = simulate(sensor_motion(UR5E.robot, rests.motion), BODY, noise=NOISE, seed=1)
     *_, now = hefting.live(log, speed=float("inf"))
     assert now.estimate is not None

@@ -98,13 +98,13 @@ def test_what_is_asked_is_reached_and_told_when(bench):
 
 
 def test_out_of_reach_says_how_long_it_would_take(bench):
-    text = refused(bench, until="inertia=1%")
-    assert "out of reach within 4 s" in text
+    text = refused(bench, until="inertia=1%", duration=2.0)
+    assert "out of reach within 2 s" in text
     assert "plan for about" in text
 
 
 def test_what_no_motion_tells_is_said(bench):
-    text = refused(bench, until="mass=0.05%", duration=6.0)
+    text = refused(bench, until="mass=0.05%", duration=3.0)
     assert "nor by any longer motion" in text
 
 
@@ -161,7 +161,7 @@ def test_without_a_start_it_chooses_one_that_is_free(bench):
 
 
 def test_rests_tell_mass_and_com(bench):
-    plan, _ = bench.plan(stop_and_go=True, duration=8.0)
+    plan, _ = bench.plan(stop_and_go=True, duration=8.0, effort="quick")
     body = bodies(1)[0]
     found = bench.play(plan.trajectory, body, 0)
     # of random motions of 10 s the median is 0.06 % and 0.3 mm

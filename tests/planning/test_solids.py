@@ -44,7 +44,8 @@ def test_parts_cover_the_surface(seed):
     parts = convex_parts(np.asarray(mesh.vertices), np.asarray(mesh.faces))
     assert len(parts) > 1
     points = trimesh.sample.sample_surface(mesh, 100, seed=seed)[0]
-    depth = np.array([[Hull.of(part).depth(p) for part in parts] for p in points])
+    hulls = [Hull.of(part) for part in parts]
+    depth = np.array([[hull.depth(p) for hull in hulls] for p in points])
     assert depth.max(axis=1).min() > -1e-9
 
 

@@ -16,12 +16,13 @@ from plans import random_plan
 ASKED = Accuracy.parse("mass=1%,com=2mm,inertia=20%")
 
 
-@pytest.fixture
-def plan(tmp_path):
-    return random_plan(4, source=folding_arm(tmp_path), size=0.4, asked=ASKED)
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    source = folding_arm(tmp_path_factory.mktemp("plan"))
+    return random_plan(4, source=source, size=0.4, asked=ASKED)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rows(plan):
     return plot_plan(plan).axes
 
@@ -77,20 +78,17 @@ def test_what_is_asked_is_dashed(plan, rows):
     assert len(bare.get_lines()) == 3
 
 
-def test_limits_are_drawn_where_they_are_in_view(plan):
+def test_limits_are_drawn_where_they_are_in_view(plan, rows):
     near = replace(
         plan, limits=replace(plan.limits, position=np.array([[-9.0, 0.1]] * 4))
     )
     lines = plot_plan(near).axes[0].get_lines()
     ends = [x for x in lines if len(x.get_xdata()) == 2]
     assert [float(x.get_ydata()[0]) for x in ends] == [0.1] * 4
-    assert len(plot_plan(plan).axes[0].get_lines()) == 4 + _in_view(plan)
-
-
-def _in_view(plan):
-    low, high = plot_plan(plan).axes[0].get_ylim()
+    low, high = rows[0].get_ylim()
     ends = plan.limits.position.ravel()
-    return int(((ends >= low) & (ends <= high)).sum())
+    in_view = ((ends >= low) & (ends <= high)).sum()
+    assert len(rows[0].get_lines()) == 4 + in_view
 
 
 @pytest.mark.parametrize("length", [3, 60])
@@ -103,7 +101,8 @@ def test_names_of_any_length_stay_in_the_picture(plan, length):
     assert box.x1 <= figure.bbox.width
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_the_same_plan_is_drawn_with_the_same_bytes(plan, suffix):
-    first, second = (picture_of(plot_plan(plan), suffix) for _ in range(2))
-    assert first == second
+def test_the_same_plan_is_drawn_with_the_same_bytes(plan):
+    figures = [plot_plan(plan) for _ in range(2)]
+    for suffix in (".png", ".svg", ".pdf"):
+        first, second = (picture_of(figure, suffix) for figure in figures)
+        assert first == second, suffix

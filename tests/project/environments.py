@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 import venv
 import zipfile
 from email.message import Message
@@ -14,6 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
+RUNNER = Path(str(distribution("pip").locate_file("pip/__pip-runner__.py")))
 
 
 def metadata_of(wheel: Path) -> Message:
@@ -59,8 +59,8 @@ class Environment:
             archive.extractall(packages)
 
     def check(self) -> str:
-        """What ``pip check`` says."""
-        command = [sys.executable, "-m", "pip", "--python", str(self.python), "check"]
+        """What ``pip --python ... check`` says, by the script which that starts there."""
+        command = [str(self.python), str(RUNNER), "check"]
         return subprocess.run(command, capture_output=True, text=True).stdout
 
     def run(self, *words: object, cwd: Path) -> "subprocess.CompletedProcess[str]":

@@ -5,6 +5,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[2] / "src" / "hefting"
@@ -38,6 +39,7 @@ def flat(node: ast.expr | None, names: dict[str, ast.expr]) -> str | None:
             return None
 
 
+@cache
 def messages() -> list[tuple[str, str, str, str]]:
     """Code, severity, package and text of every message made in the source, in order of
     the codes."""

@@ -48,6 +48,9 @@ def run_as_written(words):
 
 
 def test_every_block_works_as_written(tmp_path, monkeypatch, capsys):
+    """With one process where the page names no number: four recordings are too few for
+    more."""
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
     write_recordings(tmp_path / "monday")
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}

@@ -5,6 +5,7 @@ import ast
 import importlib
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,12 @@ def part(path: Path) -> str:
     return "" if name == "__init__" else name
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """A file of the source as parsed."""
+    return ast.parse(path.read_text())
+
+
 def imported(tree: ast.AST) -> set[str]:
     """Parts of `hefting` that a module imports, at its top or anywhere inside."""
     names = set()
@@ -102,7 +109,7 @@ def test_the_list_of_layers_names_each_part_once():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_imports_point_one_way(path):
-    own, names = part(path), imported(ast.parse(path.read_text()))
+    own, names = part(path), imported(tree_of(path))
     if own in ("", "__main__"):
         return
     for name in names - {own}:
@@ -137,12 +144,11 @@ def public(body: list[ast.stmt], prefix: str = ""):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_everything_public_is_documented_and_files_are_small(path):
-    source = path.read_text()
-    tree = ast.parse(source)
+    tree = tree_of(path)
     assert ast.get_docstring(tree), "the module has no docstring"
     missing = [name for name, node in public(tree.body) if not ast.get_docstring(node)]
     assert not missing
-    assert len(source.splitlines()) <= 400
+    assert len(path.read_text().splitlines()) <= 400
 
 
 def run(code: str) -> str:
@@ -218,7 +224,7 @@ def modules() -> dict[str, set[str]]:
     found = {}
     for name, path in names.items():
         wanted = set()
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.Import):
                 wanted |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:

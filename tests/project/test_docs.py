@@ -3,6 +3,7 @@ somewhere."""
 
 import re
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -16,6 +17,14 @@ DOCS = sorted(
 )
 OTHERS = {"batch", "extending"}
 """Pages whose blocks need other files: tests of their own run them."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The files of the demo."""
+    folder = tmp_path_factory.mktemp("docs") / "demo"
+    demo.run(folder, pictures=False)
+    return folder
 
 
 def blocks(path, language):
@@ -46,10 +55,10 @@ def test_there_are_docs():
     [path for path in DOCS if blocks(path, "python") and path.stem not in OTHERS],
     ids=lambda path: path.stem,
 )
-def test_python_runs_as_written(path, tmp_path, monkeypatch, capsys):
+def test_python_runs_as_written(path, made, tmp_path, monkeypatch, capsys):
     """One block after the other, where the demo has written its files; what the page
     shows as printed is printed."""
-    demo.run(tmp_path / "demo", pictures=False)
+    copytree(made, tmp_path / "demo")
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     for code in blocks(path, "python"):

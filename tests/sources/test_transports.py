@@ -11,8 +11,8 @@ from benchmarks.transports import ADDRESSES, run
 
 from hefting.sources.limits import UNREADABLE
 
-SECONDS = 1.0
-MALFORMED = 100
+SECONDS = 0.4
+MALFORMED = 40
 PEERS = {"ws": "foxglove", "zenoh": "zenoh", "dds": "cyclonedds"}
 CLIENTS = {"ws": "websockets"}
 
@@ -52,7 +52,7 @@ def test_nothing_is_lost(name):
 @pytest.mark.parametrize("name", ADDRESSES)
 def test_a_source_that_dies_is_found_again(name):
     needs(name)
-    found, pump = interrupt(name, 2, life=0.3)
+    found, pump = interrupt(name, 2, life=0.1)
     assert pump.state == "ended"
     assert pump.error is None
     assert min(found.wrenches) > 0
