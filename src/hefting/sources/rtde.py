@@ -13,6 +13,7 @@ from hefting.logs.ur_csv import FORCE, RAW, find_motion_and_wrench
 from hefting.online.samples import Samples, SourceLostError
 from hefting.sources.address import address_of
 from hefting.sources.limits import UNREADABLE
+from hefting.sources.pacing import Pace
 from hefting.sources.request import Request
 from hefting.sources.rtde_protocol import (
     DATA,
@@ -50,6 +51,7 @@ class RtdeSource:
         self._socket: socket.socket | None = None
         self._packages, self._recipe = Packages(), Recipe(0, ("x",), ("DOUBLE",))
         self._early: list[bytes] = []
+        self._pace = Pace()
 
     def open(self) -> None:
         """Connect; `InputError` where the host refuses, speaks something else, or has
@@ -84,6 +86,7 @@ class RtdeSource:
 
     def read(self, timeout: float) -> list[Samples]:
         """See `hefting.online.samples.Source`."""
+        self._pace.wait()
         data = received(self._socket, self.name, timeout)
         try:
             came = self._packages.feed(data)
