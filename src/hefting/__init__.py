@@ -5,7 +5,7 @@ from importlib import import_module
 
 from hefting.core.display import shown_by
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOME = {
     "InertialParameters": "core.inertia",
