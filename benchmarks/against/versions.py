@@ -4,10 +4,13 @@ import re
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from packaging.markers import Marker
+
 PEERS = ("mujoco", "pin", "cvxpy-base", "clarabel", "numpy", "scipy")
 """Distributions that parties consist of."""
 LOCKED = Path(__file__).resolve().parents[2] / "requirements" / "dev.txt"
-PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", re.MULTILINE)
+PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)(?:\s*;\s*([^\\\n]+))?", re.MULTILINE)
+"""Name, version and, where there is one, for which environments."""
 
 
 def installed() -> dict[str, str]:
@@ -22,8 +25,12 @@ def installed() -> dict[str, str]:
 
 
 def locked(path: Path = LOCKED) -> dict[str, str]:
-    """The versions of `PEERS` that the requirements lock."""
-    pinned = dict(PIN.findall(path.read_text()))
+    """The versions of `PEERS` that the requirements lock for this Python."""
+    pinned = {
+        name: locked
+        for name, locked, marker in PIN.findall(path.read_text())
+        if not marker or Marker(marker).evaluate()
+    }
     return {name: pinned[name] for name in PEERS if name in pinned}
 
 
