@@ -1,7 +1,6 @@
 """Processes that run tests of a copy of the sources, each forked from one that has
 imported everything but the library itself."""
 
-import compileall
 import importlib
 import json
 import os
@@ -82,7 +81,9 @@ class Slot:
         """Undo all changes, and end what the process left running."""
         for path, (text, written) in self.restore.items():
             path.write_bytes(text)
-            os.utime(path, (written, written))  # what was compiled of it holds again
+            os.utime(path, (written, written))
+            for compiled in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
+                compiled.unlink()
         self.restore.clear()
         shutil.rmtree(self.folder / "tmp", ignore_errors=True)
 
@@ -131,7 +132,6 @@ def _slot(folder: Path, niceness: int) -> Slot:
     shutil.copytree(
         ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__")
     )
-    compileall.compile_dir(folder / "src", quiet=1)
     return Slot(folder, niceness)
 
 
@@ -154,8 +154,6 @@ def _fork(task: Task, slot: Slot, run: Run) -> int:
         os.chdir(ROOT)
         os.environ["PYTHONPATH"] = str(slot.sources)
         sys.path[:0] = [str(slot.sources), str(ROOT)]
-        sys.dont_write_bytecode = True
-        os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
         (slot.folder / "tmp").mkdir(exist_ok=True)
         tempfile.tempdir = os.environ["TMPDIR"] = str(slot.folder / "tmp")
         given = run(task, slot)

@@ -161,7 +161,7 @@ class _Finder:
 
     def _changed(self, node, parent, statement, scope, names) -> Iterator[Mutant]:
         """Mutants that change `node` itself, told within its `parent`."""
-        if AT_A_TIME.search(ast.unparse(node)) and isinstance(node, ast.BinOp):
+        if isinstance(node, ast.BinOp) and AT_A_TIME.search(ast.unparse(node)):
             return
         for operator, target, new in changes(node, parent):
             text = ast.unparse(new)

@@ -84,7 +84,8 @@ def changes(node: ast.AST, parent: ast.AST) -> Iterator[Change]:
     for kind, change in CHANGES.items():
         if isinstance(node, kind):
             for name, new in change(node, parent):
-                yield name, node, new
+                if ast.dump(new) != ast.dump(node):
+                    yield name, node, new
     if isinstance(node, ast.If | ast.IfExp):
         yield "condition", node.test, ast.Constant(True)
     if isinstance(node, ast.If | ast.IfExp | ast.While):
