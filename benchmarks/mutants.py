@@ -19,12 +19,12 @@ import argparse
 import json
 import random
 import sys
-from collections import defaultdict
 from pathlib import Path
 
 from benchmarks.mutation.choice import PACKAGES, TestMap, test_files
 from benchmarks.mutation.forks import ROOT
 from benchmarks.mutation.mutate import Mutant, find_mutants
+from benchmarks.mutation.page import share, write_page
 from benchmarks.mutation.run import Outcome, failing_without, run_mutants
 
 
@@ -45,7 +45,11 @@ def main() -> None:
         "--limit", type=float, default=60.0, help="seconds of tests for one mutant"
     )
     parser.add_argument("--json", type=Path, help="what came of each mutant")
+    parser.add_argument("--docs", type=Path, nargs="+", help="files of --json")
     a = parser.parse_args()
+    if a.docs:
+        write_page(a.docs)
+        return
 
     drawn = draw(candidates(a.packages.split(","), a.only, a.key), a.count, a.seed)
     tests = TestMap(ROOT / ".mutants", test_files(), a.jobs)
@@ -90,25 +94,13 @@ def draw(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
 
 def shares(outcomes: list[Outcome]) -> str:
     """Killed and all mutants, by package and by operator."""
-    lines = []
-    for kind, groups in (
-        ("package", _grouped(outcomes, lambda outcome: outcome.mutant.package)),
-        ("operator", _grouped(outcomes, lambda outcome: outcome.mutant.operator)),
-    ):
-        lines += ["", f"| {kind} | mutants | killed |", "|---|---|---|"]
-        for name, group in groups.items():
-            killed = sum(outcome.killed for outcome in group)
-            lines.append(
-                f"| {name} | {len(group)} | {killed} ({killed / len(group):.1%}) |"
-            )
+    found = [outcome.as_json() for outcome in outcomes]
+    lines = [f"killed: {share(found)}"]
+    for kind in ("package", "operator"):
+        for name in sorted({outcome[kind] for outcome in found}):
+            group = [outcome for outcome in found if outcome[kind] == name]
+            lines.append(f"  {name}: {share(group)}")
     return "\n".join(lines)
-
-
-def _grouped(outcomes, name) -> dict[str, list[Outcome]]:
-    groups = defaultdict(list)
-    for outcome in outcomes:
-        groups[name(outcome)].append(outcome)
-    return {"all": outcomes, **dict(sorted(groups.items()))}
 
 
 def _known(file: Path | None) -> dict[str, str]:

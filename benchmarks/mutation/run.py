@@ -21,8 +21,11 @@ SLOWER = 10.0
 LEAST_TIME = 5.0
 """Processor time that every test may take [s]."""
 
-FIRST = 10
+FIRST = 4
 """Tests that run before the files of the others are even imported."""
+
+MORE = 30
+"""Tests that run before those of the files that are left are imported."""
 
 LONGEST = 300.0
 """Longest that all tests of a mutant may take [s]."""
@@ -48,6 +51,7 @@ class Outcome:
         """All of it, as plain values."""
         return {
             "key": self.mutant.key,
+            "package": self.mutant.package,
             "operator": self.mutant.operator,
             **{name: value for name, value in vars(self).items() if name != "mutant"},
         }
@@ -138,7 +142,7 @@ def _write(task: tuple[Mutant | None, Any], slot: Slot) -> None:
 def _run(task: tuple[Mutant, Chosen], slot: Slot) -> dict[str, str]:
     seconds = task[1].seconds
     order = list(seconds)
-    for part in (order[:FIRST], order[FIRST:]):
+    for part in (order[:FIRST], order[FIRST:MORE], order[MORE:]):
         if not part:
             break
         watch = Watch({test: seconds[test] for test in part}, slot.report)
