@@ -132,3 +132,19 @@ def test_a_box_in_the_wrong_place_does_not_take_the_mass_away():
     free = OLS(noise=NOISE).fit(z)
     assert found.parameters.mass == pytest.approx(free.parameters.mass, rel=0.01)
     assert "shape-contradicts-wrench" in codes(found.warnings)
+
+
+@pytest.mark.parametrize("table", [bounds.BOUNDS_MEMBERS, bounds.REACH_MEMBERS])
+def test_members_are_of_bodies_that_can_be_in_a_cube_of_unit_sides(table):
+    """Deviations and weights are positive, and moments can be correlated so: three
+    of one correlation have positive variances of sum and differences. Of a body in
+    the cube c_i² + S_ii, the second moment about its middle, is 1/4 at most, and on
+    average over many less."""
+    gamma, m, a, rho, b, weight = table.T
+    for values in (gamma, m, a, b, weight):
+        assert (values > 0.0).all()
+    assert ((1.0 - rho > 0.0) & (1.0 + 2.0 * rho > 0.0)).all()
+    assert (gamma**2 + m < 0.25).all()
+    assert (a < 1.0).all()  # else S_ii would be negative as often as not
+    # three digits each; two of 0.03 were added to those that were found
+    assert weight.sum() == pytest.approx(1.06, abs=0.01)

@@ -97,6 +97,10 @@ def test_members_scatter_as_their_numbers_say():
     """Without a shell the centre of mass scatters by sigma, and the inertia given the
     centre of mass by kappa; the weights are probabilities."""
     assert MEMBERS[:, 5].sum() == pytest.approx(1.0, abs=0.02)  # three digits each
+    assert (MEMBERS[:, (0, 1, 3, 5)] > 0.0).all()
+    assert (MEMBERS[:, 2] >= 0.0).all()
+    assert (MEMBERS[:, 1] < 1.0).all()  # lengths are shares of the diagonal
+    assert set(MEMBERS[:, 4]) == {0.0, 1.0}  # whether the pose may be off
     prior = Prior.of(box(points=56), (0.0, 0.0))
     assert np.exp(prior.log_weight).sum() == pytest.approx(1.0, abs=1e-12)
     Q = covariances(box(points=56))
