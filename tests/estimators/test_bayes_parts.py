@@ -447,3 +447,22 @@ def test_normal_probabilities_and_quantiles_are_scipys():
     )
     for p in (1e-6, 0.025, 0.5, 0.7, 0.975, 1 - 1e-6):
         assert _normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)
+
+
+def test_voxels_of_points_without_volumes_are_shares_of_the_whole():
+    """Of few points and of more than are cells: shares sum to one at every level, and
+    each level has the mean of the homogeneous body."""
+    rng = np.random.default_rng(3)
+    for count in (1, 40, 400):
+        points = rng.uniform(-0.1, 0.1, (count, 3))
+        cloud = Shape(points - points.mean(axis=0))  # voxels are about the middle
+        voxels = Voxels.of(cloud)
+        expected = cloud.homogeneous.vector / cloud.homogeneous.mass
+        np.testing.assert_allclose(voxels.mean, expected, atol=1e-12)
+        for parameters, shares in (
+            (voxels.parameters, voxels.volumes),
+            (voxels.points, voxels.shares),
+            (voxels.cells, voxels.cell_shares),
+        ):
+            assert shares.sum() == pytest.approx(1.0, rel=1e-12)
+            np.testing.assert_allclose(parameters @ shares, expected, atol=1e-12)
