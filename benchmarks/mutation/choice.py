@@ -4,7 +4,7 @@ once and kept."""
 import ast
 import hashlib
 import json
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,17 +96,24 @@ class TestMap:
 
     def choose(self, mutant: Mutant, limit: float, first: str = "") -> Chosen:
         """The quickest tests that execute a mutant's line, no more than `limit` s of
-        them; `first` is the one that noticed it before."""
+        them; `first` is the one that noticed it before. The quickest case of each test
+        comes before the other cases of any."""
         costs = []
         for file, number in self.tests_of(mutant):
             found = self.files[file]
-            test = found["tests"][number]
             needs = {name: found["seconds"][name] for name in found["needs"][number]}
-            costs.append((test != first, sum(needs.values()), test, needs))
+            costs.append((sum(needs.values()), found["tests"][number], needs))
+        costs.sort(key=lambda cost: cost[:2])
+        cases: Counter[str] = Counter()
+        order = []
+        for cost, test, needs in costs:
+            function = test.partition("[")[0]
+            order.append((test != first, cases[function] > 0, cost, test, needs))
+            cases[function] += 1
         chosen: dict[str, float] = {}
         spent: set[str] = set()
         total = 0.0
-        for _, _, test, needs in sorted(costs, key=lambda cost: cost[:3]):
+        for *_, test, needs in sorted(order, key=lambda each: each[:4]):
             new = sum(s for name, s in needs.items() if name not in spent)
             if chosen and total + new > limit:
                 continue
