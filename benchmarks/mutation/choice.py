@@ -77,17 +77,29 @@ class TestMap:
     def __init__(self, folder: Path, files: list[str], jobs: int):
         self.files = _measured(folder, files, jobs)
         self.uses = _uses()
+        self.named = {
+            f"{file}::{node.name}": {name for name, _ in _names(node)}
+            for file in self.files
+            for node in ast.parse((ROOT / file).read_bytes()).body
+            if isinstance(node, ast.FunctionDef)
+        }
 
     def tests_of(self, mutant: Mutant) -> set[tuple[str, int]]:
         """Test file and number of each test that executes the mutant's line, or, where
-        it is executed on import, a line that uses its name."""
+        it is executed on import, a line that uses its name, or that use it."""
         places = {(mutant.file, line) for line in mutant.lines}
-        if mutant.names:
-            names = set(mutant.names)
-            for name in mutant.names:
-                names |= self.uses.users[name]
-            places |= {place for name in names for place in self.uses.places[name]}
-        return {
+        names = set(mutant.names)
+        for name in mutant.names:
+            names |= self.uses.users[name]
+        for name in names:
+            places |= self.uses.places[name]
+        naming = {
+            (file, number)
+            for file, found in self.files.items()
+            for number, test in enumerate(found["tests"] if names else ())
+            if names & self.named.get(test.partition("[")[0], set())
+        }
+        return naming | {
             (file, number)
             for file, found in self.files.items()
             for source, line in places
