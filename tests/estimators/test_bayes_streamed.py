@@ -211,6 +211,21 @@ def test_spectra_of_known_noise_are_found():
         assert found[-1] > 0.7 * v[-1]
 
 
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.99])
+def test_details_of_a_first_order_process_vary_as_its_covariance_says(rho):
+    """Against the covariance of all its samples, rho to the power of their distance."""
+    levels = 6
+    place = np.arange(2**levels)
+    C = rho ** np.abs(place[:, None] - place).astype(float)
+    expected = []
+    for level in range(levels):
+        half = 2**level
+        detail = np.repeat((1.0, -1.0), half) / (2.0 * half) ** 0.5
+        expected.append(detail @ C[: 2 * half, : 2 * half] @ detail)
+    # rounding, times the square of 1 / (1 - rho)
+    np.testing.assert_allclose(first_order(rho, levels), expected, rtol=1e-10)
+
+
 @pytest.mark.parametrize(
     ("rho", "size"), [(0.9, 0.25), (0.9, 1.0), (0.97, 1.0), (0.97, 16.0), (0.99, 4.0)]
 )
