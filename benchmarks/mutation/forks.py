@@ -120,6 +120,8 @@ def forked(
                 given = None
                 if slot.report.exists():
                     given = json.loads(slot.report.read_bytes())
+                    if "error" in given:
+                        raise RuntimeError(given["error"])
                 slot.tidy()
                 free.append(slot)
                 yield task, given, seconds
@@ -160,9 +162,8 @@ def _fork(task: Task, slot: Slot, run: Run) -> int:
         partial = slot.report.with_suffix(".partial")
         partial.write_text(json.dumps(given))
         partial.rename(slot.report)
-    except BaseException:
-        traceback.print_exc()
-        sys.stderr.flush()
+    except Exception:
+        slot.report.write_text(json.dumps({"error": traceback.format_exc()}))
     finally:
         os._exit(0)
 
