@@ -232,3 +232,13 @@ def test_explanations_of_static_poses():
     named = judge(case).named
     assert named is not None
     assert named.code == "axes-turned"
+
+
+def test_a_bias_is_composed_of_functions_only_where_it_is_possible():
+    """Those of a bias that may drift add up to a constant one."""
+    case = case_of(correct(0))
+    functions = case.bias_functions
+    assert functions.shape[1] >= 1
+    np.testing.assert_allclose(functions.sum(axis=1), 1.0, rtol=1e-12)
+    none = replace(case, biased=False).bias_functions
+    assert none.shape == (len(case.time), 0)
