@@ -35,6 +35,4 @@ def test_moments_without_a_bias_or_without_samples_merge_with_any(z):
         merged = first.merge(other)
         assert merged.samples == other.merge(first).samples
         expected = sum(each.factor.T @ each.factor for each in (first, other))
-        np.testing.assert_allclose(
-            merged.factor.T @ merged.factor, expected, atol=1e-9
-        )
+        np.testing.assert_allclose(merged.factor.T @ merged.factor, expected, atol=1e-9)

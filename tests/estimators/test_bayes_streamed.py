@@ -245,7 +245,9 @@ def test_noise_counts_as_coloured_beyond_a_deviation_of_chance():
     of itself."""
     degrees = np.array((6000.0, 600.0, 60.0, 6.0))
     chance = np.sqrt(2.0 / (degrees + PRIOR_DEGREES))
-    level = Colour(np.eye(10), 1.0, np.ones(5), 0.5, degrees, degrees, 1.0, False, False)
+    level = Colour(
+        np.eye(10), 1.0, np.ones(5), 0.5, degrees, degrees, 1.0, False, False
+    )
     for share, expected in ((-0.9, 0.0), (0.9, 0.0), (3.0, 2.0)):
         variances = 0.5 * np.append(1.0 + share * chance, 7.0)
         found = replace(level, variances=variances).coloured

@@ -95,7 +95,9 @@ def test_the_gain_is_learned_as_by_a_fit_that_has_it_as_an_unknown(tool):
     start = np.append(hammer().parameters.vector, 0.0)
     fit = least_squares(residuals, start, x_scale="jac", xtol=1e-12, ftol=1e-12)
     accuracy = GainAlone(share)
-    estimator = OLS(noise=WHITE, mass=reading, sensor_accuracy=accuracy, carried=carried)
+    estimator = OLS(
+        noise=WHITE, mass=reading, sensor_accuracy=accuracy, carried=carried
+    )
     found = estimator.fit(z)
     # the gain is found to first order: its square is left out
     gain = (1.0 + tool) * fit.x[10]

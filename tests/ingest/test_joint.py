@@ -23,7 +23,9 @@ def one(recording):
 
 @pytest.fixture(scope="module")
 def twice(recording):
-    return ingest_all([recording, replace(recording, source="again")], gravity="estimate")
+    return ingest_all(
+        [recording, replace(recording, source="again")], gravity="estimate"
+    )
 
 
 def test_measurements_are_counted_once_for_each_recording(one, twice):
