@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.given import Given, Mistake, correct
 from benchmarks.mistaken import mistakes
+from benchmarks.mistaken_poses import positions
 from scipy.spatial.transform import Rotation
 
 from hefting.core.spatial import STANDARD_GRAVITY
@@ -15,6 +16,7 @@ from hefting.ingest.rivals import (
     axes_turned,
     force_unit,
     lever_arm,
+    position_unit,
     sloshing,
     wrench_filtered,
 )
@@ -242,3 +244,14 @@ def test_a_bias_is_composed_of_functions_only_where_it_is_possible():
     np.testing.assert_allclose(functions.sum(axis=1), 1.0, rtol=1e-12)
     none = replace(case, biased=False).bias_functions
     assert none.shape == (len(case.time), 0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "metres"),
+    [("millimetres", 0.001), ("centimetres", 0.01), ("inches", 0.0254), ("feet", 0.3048)],
+)
+def test_positions_in_another_unit_are_named_by_it(unit, metres):
+    given = positions(1.0 / metres)(correct(2), np.random.default_rng(1))
+    found = position_unit.explain(case_of(given))
+    assert found is not None
+    assert found.what == f"the positions seem to be in {unit}"
