@@ -202,8 +202,11 @@ def _uses() -> _Uses:
             file = str(path.relative_to(ROOT / "src"))
             for node in ast.walk(ast.parse(path.read_bytes())):
                 if isinstance(node, ast.FunctionDef):
-                    for name, line in _names(node):
-                        places[name].add((file, line))
+                    for part in node.body:
+                        for name, line in _names(part):
+                            places[name].add((file, line))
+                    for name, _ in _names(node.args):  # defaults
+                        places[name].add((file, node.body[-1].lineno))
                 elif isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
                     targets = getattr(node, "targets", None) or [node.target]
                     for target in targets:
