@@ -59,6 +59,10 @@ LONGEST = 900.0
 """Longest that a test file may take [s]."""
 
 
+Test = tuple[str, int]
+"""A test file, and the number of a test in its map."""
+
+
 @dataclass(frozen=True)
 class Chosen:
     """Tests that run for a mutant, in order."""
@@ -84,48 +88,54 @@ class TestMap:
             if isinstance(node, ast.FunctionDef)
         }
 
-    def tests_of(self, mutant: Mutant) -> set[tuple[str, int]]:
-        """Test file and number of each test that executes the mutant's line, or, where
-        it is executed on import, a line that uses its name, or that use it."""
+    def tests_of(self, mutant: Mutant) -> tuple[set[Test], set[Test]]:
+        """Tests that execute the mutant's line or, where it is executed on import, a
+        line that uses its name; and tests that use the name themselves."""
         places = {(mutant.file, line) for line in mutant.lines}
         names = set(mutant.names)
         for name in mutant.names:
             names |= self.uses.users[name]
         for name in names:
             places |= self.uses.places[name]
+        executing = {
+            (file, number)
+            for file, found in self.files.items()
+            for source, line in places
+            for number in _of_line(found, source, line)
+        }
         naming = {
             (file, number)
             for file, found in self.files.items()
             for number, test in enumerate(found["tests"] if names else ())
             if names & self.named.get(test.partition("[")[0], set())
         }
-        return naming | {
-            (file, number)
-            for file, found in self.files.items()
-            for source, line in places
-            for number in _of_line(found, source, line)
-        }
+        return executing, naming
 
     def choose(self, mutant: Mutant, limit: float, first: str = "") -> Chosen:
-        """The quickest tests that execute a mutant's line, no more than `limit` s of
-        them; `first` is the one that noticed it before. The quickest case of each test
-        comes before the other cases of any."""
+        """The quickest of these tests, no more than `limit` s of them.
+
+        `first` is the one that noticed it before. Those that name a constant come
+        before those that only use it, and the quickest case of each test before the
+        other cases of any.
+        """
+        executing, naming = self.tests_of(mutant)
         costs = []
-        for file, number in self.tests_of(mutant):
+        for file, number in executing | naming:
             found = self.files[file]
             needs = {name: found["seconds"][name] for name in found["needs"][number]}
-            costs.append((sum(needs.values()), found["tests"][number], needs))
+            apart = (file, number) not in naming
+            costs.append((sum(needs.values()), found["tests"][number], apart, needs))
         costs.sort(key=lambda cost: cost[:2])
         cases: Counter[str] = Counter()
         order = []
-        for cost, test, needs in costs:
+        for cost, test, apart, needs in costs:
             function = test.partition("[")[0]
-            order.append((test != first, cases[function] > 0, cost, test, needs))
+            order.append((test != first, apart, cases[function] > 0, cost, test, needs))
             cases[function] += 1
         chosen: dict[str, float] = {}
         spent: set[str] = set()
         total = 0.0
-        for *_, test, needs in sorted(order, key=lambda each: each[:4]):
+        for *_, test, needs in sorted(order, key=lambda each: each[:5]):
             new = sum(s for name, s in needs.items() if name not in spent)
             if chosen and total + new > limit:
                 continue
