@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from disturbances import disturbed
+from disturbances import disturbed, with_wrench
+from hefting.core.regressor import ONE
 from hefting.ingest.ingest import ingest
+from hefting.ingest.joint import _weighed
 from hefting.ingest.joint_errors import common_errors
 from hefting.ingest.several import ingest_all, names_of
 
@@ -34,6 +36,27 @@ def test_measurements_are_counted_once_for_each_recording(one, twice):
     assert twice.rows == 2 * one.rows
     assert twice.samples == pytest.approx(2.0 * one.samples)
     np.testing.assert_allclose(twice.wrench_rms, one.wrench_rms, rtol=1e-9)
+    for name in ("force", "torque"):
+        expected = getattr(one.noise, name)
+        assert getattr(twice.noise, name) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_recording_of_more_noise_counts_less(recording):
+    """By the variance; samples count one on average."""
+    wrench, rng = recording["wrench"], np.random.default_rng(4)
+    noise = 10.0 * np.repeat((0.1, 0.005), 3) * rng.normal(size=wrench.values.shape)
+    loud = with_wrench(recording, wrench.time, wrench.values + noise)
+    parts = [ingest(each, gravity="estimate", bias="none") for each in (recording, loud)]
+    quiet, weak = _weighed(parts)
+    variance = [part.fit.noise.force**2 for part in parts]
+    ratio = (
+        quiet.state.full.factor[:, ONE]
+        @ quiet.state.full.factor[:, ONE]
+        / (weak.state.full.factor[:, ONE] @ weak.state.full.factor[:, ONE])
+    )
+    # of force and torque together, which differ alike, by fits of their own
+    assert ratio == pytest.approx(variance[1] / variance[0], rel=0.2)
+    assert _weighed([parts[0], parts[0]]) == [parts[0], parts[0]]
 
 
 def test_errors_of_each_recording_average_and_errors_of_both_do_not(one, twice):

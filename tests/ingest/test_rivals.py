@@ -248,7 +248,12 @@ def test_a_bias_is_composed_of_functions_only_where_it_is_possible():
 
 @pytest.mark.parametrize(
     ("unit", "metres"),
-    [("millimetres", 0.001), ("centimetres", 0.01), ("inches", 0.0254), ("feet", 0.3048)],
+    [
+        ("millimetres", 0.001),
+        ("centimetres", 0.01),
+        ("inches", 0.0254),
+        ("feet", 0.3048),
+    ],
 )
 def test_positions_in_another_unit_are_named_by_it(unit, metres):
     given = positions(1.0 / metres)(correct(2), np.random.default_rng(1))
