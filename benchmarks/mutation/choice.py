@@ -3,6 +3,7 @@ once and kept."""
 
 import ast
 import hashlib
+import itertools
 import json
 from collections import Counter, defaultdict
 from collections.abc import Iterable
@@ -91,8 +92,9 @@ class TestMap:
     def tests_of(self, mutant: Mutant) -> tuple[set[Test], set[Test]]:
         """Tests that execute the mutant's line or, where it is executed on import, a
         line that uses its name; and tests that use the name themselves."""
-        places = {(mutant.file, line) for line in mutant.lines}
-        names = set(mutant.names)
+        names, places = set(mutant.names), set()
+        if not names:
+            places = {(mutant.file, line) for line in mutant.lines}
         for name in mutant.names:
             names |= self.uses.users[name]
         for name in names:
@@ -210,14 +212,17 @@ def _uses() -> _Uses:
     for package in PACKAGES:
         for path in sorted((ROOT / "src/hefting" / package).rglob("*.py")):
             file = str(path.relative_to(ROOT / "src"))
-            for node in ast.walk(ast.parse(path.read_bytes())):
+            tree = ast.parse(path.read_bytes())
+            for node in ast.walk(tree):
                 if isinstance(node, ast.FunctionDef):
                     for part in node.body:
                         for name, line in _names(part):
                             places[name].add((file, line))
                     for name, _ in _names(node.args):  # defaults
                         places[name].add((file, node.body[-1].lineno))
-                elif isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
+            classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+            for node in itertools.chain(tree.body, *(each.body for each in classes)):
+                if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
                     targets = getattr(node, "targets", None) or [node.target]
                     for target in targets:
                         if isinstance(target, ast.Name):

@@ -127,7 +127,7 @@ class _Finder:
                 return
             for default in [*node.args.defaults, *node.args.kw_defaults]:
                 if default is not None:
-                    yield from self._expression(default, node, inner, (node.name,))
+                    yield from self._expression(default, node, inner, ())
             yield from self._block(node.body, inner, ())
             return
         if isinstance(node, ast.ClassDef):
