@@ -199,4 +199,8 @@ def test_a_body_far_from_its_shape_is_found_whichever_way_the_sensor_is_turned(t
     found = Bayes(placed(turn @ aside)).fit(z.with_noise(NOISE_LEVELS["low"], 1))
     error = found.parameters.center_of_mass - body.center_of_mass
     assert np.linalg.norm(error) < 3e-3  # three times as much
+    moments = [
+        np.linalg.eigvalsh(each.inertia_at_com) for each in (found.parameters, body)
+    ]
+    np.testing.assert_allclose(*moments, atol=0.2 * moments[1].max())
     assert found.parameters.mass == pytest.approx(body.mass, rel=0.01)

@@ -106,6 +106,8 @@ def test_the_gain_is_learned_as_by_a_fit_that_has_it_as_an_unknown(tool):
     )
     assert found.parameters.mass == pytest.approx(fit.x[0], abs=share * std)
     np.testing.assert_allclose(found.parameters.vector, fit.x[:10], atol=1e-4 * MASS)
+    bayes = Bayes(noise=WHITE, mass=reading, sensor_accuracy=accuracy, carried=carried)
+    assert bayes.fit(z).provenance["sensor_gain"] == pytest.approx(gain, rel=0.1)
     # as sure as that fit, by its curvature
     J = fit.jac
     scale = np.linalg.norm(J, axis=0)
