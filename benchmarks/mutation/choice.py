@@ -116,7 +116,7 @@ class TestMap:
     def choose(self, mutant: Mutant, limit: float, first: str = "") -> Chosen:
         """The quickest of these tests, no more than `limit` s of them.
 
-        `first` is the one that noticed it before. Those that name a constant come
+        All cases of the test `first`, which noticed it before, come first. Those that name a constant come
         before those that only use it, and the quickest case of each test before the
         other cases of any.
         """
@@ -132,7 +132,8 @@ class TestMap:
         order = []
         for cost, test, apart, needs in costs:
             function = test.partition("[")[0]
-            order.append((test != first, apart, cases[function] > 0, cost, test, needs))
+            other = function != first.partition("[")[0]
+            order.append((other, apart, cases[function] > 0, cost, test, needs))
             cases[function] += 1
         chosen: dict[str, float] = {}
         spent: set[str] = set()
