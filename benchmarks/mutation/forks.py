@@ -47,6 +47,9 @@ PYTEST = (
 MEMORY = 8 * 2**30
 """Most memory of a process [bytes]."""
 
+ASLEEP = 20.0
+"""Times the longest processor time after which a process that does nothing is ended."""
+
 Task = TypeVar("Task")
 Run = Callable[[Task, "Slot"], Any]
 
@@ -112,7 +115,7 @@ def forked(
                 while free and (task := next(waiting, None)) is not None:
                     slot = free.pop()
                     prepare(task, slot)
-                    busy[_fork(task, slot, run)] = (task, slot)
+                    busy[_fork(task, slot, run, longest)] = (task, slot)
                 if not busy:
                     return
                 process, seconds = _wait(busy, longest)
@@ -137,7 +140,7 @@ def _slot(folder: Path, niceness: int) -> Slot:
     return Slot(folder, niceness)
 
 
-def _fork(task: Task, slot: Slot, run: Run) -> int:
+def _fork(task: Task, slot: Slot, run: Run, longest: float) -> int:
     """Start a task; the number of its process."""
     slot.report.unlink(missing_ok=True)
     slot.started = time.monotonic()
@@ -149,6 +152,7 @@ def _fork(task: Task, slot: Slot, run: Run) -> int:
         os.nice(slot.niceness)
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(longest), int(longest)))
         log = os.open(slot.folder / "log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         for stream in (1, 2):
             os.dup2(log, stream)
@@ -172,7 +176,7 @@ def _wait(busy: dict[int, tuple[Any, Slot]], longest: float) -> tuple[int, float
     """Wait for a process to end, or end one that takes too long."""
     while True:
         for process, (_, slot) in busy.items():
-            late = time.monotonic() - slot.started > longest
+            late = time.monotonic() - slot.started > ASLEEP * longest
             if late:
                 os.kill(process, signal.SIGKILL)
             ended, _, usage = os.wait4(process, 0 if late else os.WNOHANG)
