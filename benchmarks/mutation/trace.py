@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from coverage import Coverage
 
-from benchmarks.mutation.forks import PYTEST
+from benchmarks.mutation.forks import PYTEST, ROOT
 
 NEGLIGIBLE = 0.005
 """Processor time that is not kept [s]."""
@@ -58,14 +58,19 @@ class Trace:
         self.last = time.process_time()
 
     def remembering(self, original: Callable) -> Callable:
-        """`functools.cache` or `lru_cache` for functions of the tests: each call is a
-        context of its own."""
+        """`functools.cache` or `lru_cache` for functions of the tests and of the
+        library: each call is a context of its own."""
+        own = (f"{ROOT}/tests/", f"{self.source}/")
 
         def decorate(function: Any = None, *options: Any, **named: Any) -> Any:
             if not callable(function):
-                return original(**named) if named else original(function)
-            cached = original(function, *options, **named)
-            if "/tests/" not in getattr(function, "__code__", decorate).co_filename:
+                later = original(**named) if named else original(function)
+                return lambda function: follow(function, later(function))
+            return follow(function, original(function, *options, **named))
+
+        def follow(function: Any, cached: Any) -> Any:
+            code = getattr(function, "__code__", None)
+            if code is None or not code.co_filename.startswith(own):
                 return cached
 
             @functools.wraps(function)
@@ -74,6 +79,8 @@ class Trace:
                 with self.context(f"cache {function.__qualname__} {key}"):
                     return cached(*given, **named)
 
+            for name in ("cache_clear", "cache_info"):
+                setattr(call, name, getattr(cached, name))
             return call
 
         return decorate

@@ -15,9 +15,10 @@ def z():
 
 
 def test_moments_that_may_hold_two_biases_are_not_merged_unasked(z):
-    first, second = Moments.of(z[:40]), Moments.of(z[40:])
-    with pytest.raises(InputError, match="a wrench bias of its own"):
-        first.merge(second)
+    for samples in (1, 40):
+        first, second = Moments.of(z[:samples]), Moments.of(z[samples:])
+        with pytest.raises(InputError, match="a wrench bias of its own"):
+            first.merge(second)
     merged = first.merge(second, one_bias=True)
     whole = Moments.of(z)
     assert merged.samples == whole.samples

@@ -46,7 +46,9 @@ def test_a_recording_of_more_noise_counts_less(recording):
     wrench, rng = recording["wrench"], np.random.default_rng(4)
     noise = 10.0 * np.repeat((0.1, 0.005), 3) * rng.normal(size=wrench.values.shape)
     loud = with_wrench(recording, wrench.time, wrench.values + noise)
-    parts = [ingest(each, gravity="estimate", bias="none") for each in (recording, loud)]
+    parts = [
+        ingest(each, gravity="estimate", bias="none") for each in (recording, loud)
+    ]
     quiet, weak = _weighed(parts)
     variance = [part.fit.noise.force**2 for part in parts]
     ratio = (
