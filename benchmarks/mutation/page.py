@@ -48,9 +48,11 @@ def _survivors(
     found: dict[str, list[dict[str, Any]]], reasons: dict[str, list[str]]
 ) -> list[str]:
     groups = defaultdict(set)
+    every = [outcome for outcomes in found.values() for outcome in outcomes]
+    killed = {outcome["key"] for outcome in every if outcome["killed"]}
     for outcomes in found.values():
         for outcome in outcomes:
-            if not outcome["killed"]:
+            if outcome["key"] not in killed:
                 kind, why = reasons.get(outcome["key"], ("open", "not looked into"))
                 file, _, rest = outcome["key"].partition(" ")
                 function, _, change = rest.partition(": ")

@@ -112,8 +112,7 @@ def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
         )
         try:
             plausibility._require_mass(cast(Any, found), None)
-        except NotIdentifiableError as error:
-            assert "a.csv" in str(error)
+        except NotIdentifiableError:
             return True
         return False
 
