@@ -4,7 +4,7 @@ import pytest
 
 from hefting.core import files
 from hefting.core.errors import InputError
-from hefting.core.files import read_json
+from hefting.core.files import parse_xml, read_json
 
 
 @pytest.mark.parametrize("unit", [b"[],", b"[1],", b"{},", b'{"a":[]},', b"[[[]]],"])
@@ -30,3 +30,18 @@ def test_too_large(tmp_path, monkeypatch):
     path.write_text("[" + "1," * 60 + "1]")
     with pytest.raises(InputError, match="larger than 100 bytes"):
         read_json(path)
+
+
+def test_xml_that_declares_its_type_is_refused_before_anything_is_expanded():
+    """Entities could be expanded to gigabytes, or name files of the machine."""
+    seen = []
+
+    def parse(text: bytes):
+        parse_xml(text, "x.xml", lambda tag, *_: seen.append(tag), lambda *_: None)
+
+    parse(b"<a><b/></a>")
+    assert seen == ["a", "b"]
+    for inside in (b"", b'[<!ENTITY e "x">]', b'SYSTEM "file:///etc/passwd"'):
+        with pytest.raises(InputError, match="document type declaration"):
+            parse(b"<!DOCTYPE a " + inside + b"><a>&e;</a>")
+    assert seen == ["a", "b"]

@@ -92,6 +92,13 @@ def test_joint_streams_must_agree():
         )
 
 
+def test_joint_names_are_as_many_as_joint_columns():
+    q = {"joint_positions": Stream(np.zeros(1), np.ones((1, 2)))}
+    assert Recording(q, joint_names=("one", "two")).joint_names == ("one", "two")
+    with pytest.raises(InputError, match="3 joint names for 2 joint columns"):
+        Recording(q, joint_names=("one", "two", "three"))
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_values_that_are_not_finite_are_named_by_row_and_column(bad):
     values = np.zeros((5, 6))

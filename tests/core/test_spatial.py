@@ -10,6 +10,7 @@ from hefting.core.spatial import (
     TENSOR_COLUMNS,
     TENSOR_ROWS,
     check_pose,
+    cross,
     frozen,
     inverse_pose,
     move_motion,
@@ -41,6 +42,12 @@ def test_skew_is_the_cross_product(rng):
         np.einsum("...ij,...j->...i", skew(u), v), np.cross(u, v), atol=1e-15
     )
     np.testing.assert_array_equal(skew(u), -np.swapaxes(skew(u), -1, -2))
+
+
+def test_cross_products_of_vectors_whose_components_come_first(rng):
+    u, v = rng.normal(size=(2, 3, 5, 4))
+    expected = np.cross(u, v, axis=0)
+    np.testing.assert_allclose(cross(u, v), expected, atol=ROUNDING)
 
 
 def test_squared_lengths_are_of_force_and_torque(rng):

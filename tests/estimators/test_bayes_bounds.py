@@ -132,3 +132,47 @@ def test_a_box_in_the_wrong_place_does_not_take_the_mass_away():
     free = OLS(noise=NOISE).fit(z)
     assert found.parameters.mass == pytest.approx(free.parameters.mass, rel=0.01)
     assert "shape-contradicts-wrench" in codes(found.warnings)
+
+
+@pytest.mark.parametrize("table", [bounds.BOUNDS_MEMBERS, bounds.REACH_MEMBERS])
+def test_members_are_of_bodies_that_can_be_in_a_cube_of_unit_sides(table):
+    """Deviations and weights are positive, and moments can be correlated so: three
+    of one correlation have positive variances of sum and differences. Of a body in
+    the cube c_i² + S_ii, the second moment about its middle, is 1/4 at most, and on
+    average over many less."""
+    gamma, m, a, rho, b, weight = table.T
+    for values in (gamma, m, a, b, weight):
+        assert (values > 0.0).all()
+    assert ((1.0 - rho > 0.0) & (1.0 + 2.0 * rho > 0.0)).all()
+    assert (gamma**2 + m < 0.25).all()
+    assert (a < 1.0).all()  # else S_ii would be negative as often as not
+    # three digits each; two of 0.03 were added to those that were found
+    assert weight.sum() == pytest.approx(1.06, abs=0.01)
+
+
+def test_members_scatter_as_their_numbers_say():
+    """Of a cube of unit sides, by the covariance of the COM and the second moment; the
+    numbers of the table are made wider for objects unlike those it was found by."""
+    table = bounds.REACH_MEMBERS
+    means, factors = bounds.bounded_members(table, np.ones(3), 0.0)
+    back = np.linalg.inv(bounds._onto_parameters(np.ones(3)))
+    Q = back @ (factors @ factors.transpose(0, 2, 1)) @ back.T
+    mean = means[:, 1:] @ back.T
+    gamma, m, a, rho, b, _ = table.T
+    same, other = [3, 6, 8], [4, 5, 7]  # S_ii and S_ij
+    np.testing.assert_allclose(means[:, 0], 1.0)
+    np.testing.assert_allclose(mean[:, :3], 0.0, atol=1e-15)
+    np.testing.assert_allclose(mean[:, same], m[:, None] * np.ones(3), rtol=1e-12)
+    deviation = np.sqrt(np.diagonal(Q, axis1=1, axis2=2))
+    wide = bounds.WIDER_COM, bounds.WIDER_MOMENTS
+    for columns, expected in (
+        ([0, 1, 2], wide[0] * gamma),
+        (same, np.sqrt(wide[1] * a) * m),
+        (other, np.sqrt(wide[1] * b) * m),
+    ):
+        np.testing.assert_allclose(deviation[:, columns].T / expected, 1.0, rtol=1e-9)
+    correlation = Q / (deviation[:, :, None] * deviation[:, None, :])
+    expected = np.zeros_like(Q) + np.eye(9)
+    for i, k in ((3, 6), (3, 8), (6, 8)):
+        expected[:, i, k] = expected[:, k, i] = rho
+    np.testing.assert_allclose(correlation, expected, atol=1e-9)

@@ -97,6 +97,10 @@ def test_members_scatter_as_their_numbers_say():
     """Without a shell the centre of mass scatters by sigma, and the inertia given the
     centre of mass by kappa; the weights are probabilities."""
     assert MEMBERS[:, 5].sum() == pytest.approx(1.0, abs=0.02)  # three digits each
+    assert (MEMBERS[:, (0, 1, 3, 5)] > 0.0).all()
+    assert (MEMBERS[:, 2] >= 0.0).all()
+    assert (MEMBERS[:, 1] < 1.0).all()  # lengths are shares of the diagonal
+    assert set(MEMBERS[:, 4]) == {0.0, 1.0}  # whether the pose may be off
     prior = Prior.of(box(points=56), (0.0, 0.0))
     assert np.exp(prior.log_weight).sum() == pytest.approx(1.0, abs=1e-12)
     Q = covariances(box(points=56))
@@ -443,3 +447,22 @@ def test_normal_probabilities_and_quantiles_are_scipys():
     )
     for p in (1e-6, 0.025, 0.5, 0.7, 0.975, 1 - 1e-6):
         assert _normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)
+
+
+def test_voxels_of_points_without_volumes_are_shares_of_the_whole():
+    """Of few points and of more than are cells: shares sum to one at every level, and
+    each level has the mean of the homogeneous body."""
+    rng = np.random.default_rng(3)
+    for count in (1, 40, 400):
+        points = rng.uniform(-0.1, 0.1, (count, 3))
+        cloud = Shape(points - points.mean(axis=0))  # voxels are about the middle
+        voxels = Voxels.of(cloud)
+        expected = cloud.homogeneous.vector / cloud.homogeneous.mass
+        np.testing.assert_allclose(voxels.mean, expected, atol=1e-12)
+        for parameters, shares in (
+            (voxels.parameters, voxels.volumes),
+            (voxels.points, voxels.shares),
+            (voxels.cells, voxels.cell_shares),
+        ):
+            assert shares.sum() == pytest.approx(1.0, rel=1e-12)
+            np.testing.assert_allclose(parameters @ shares, expected, atol=1e-12)

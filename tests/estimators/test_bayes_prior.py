@@ -185,3 +185,22 @@ def test_even_where_the_shape_contradicts_the_wrench():
     for name, (low, high) in estimate.intervals.items():
         value = getattr(estimate.parameters, name)
         assert np.all((low <= value) & (value <= high)), name
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.5])
+def test_a_body_far_from_its_shape_is_found_whichever_way_the_sensor_is_turned(turned):
+    """30 cm beside the object; the sensor's x and y axes point the other way after half
+    a turn. Without the shape the samples tell the COM to a millimetre."""
+    turn, aside = np.eye(4), POSE.copy()
+    turn[:3, :3] = Rotation.from_rotvec((0.0, 0.0, 2.0 * np.pi * turned)).as_matrix()
+    aside[0, 3] += 0.3
+    body = hammer().parameters.moved(turn @ POSE)
+    z = wield(UR5.motion(random_smooth(3.0, 100.0, 1.5, seed=2)), body)
+    found = Bayes(placed(turn @ aside)).fit(z.with_noise(NOISE_LEVELS["low"], 1))
+    error = found.parameters.center_of_mass - body.center_of_mass
+    assert np.linalg.norm(error) < 3e-3  # three times as much
+    moments = [
+        np.linalg.eigvalsh(each.inertia_at_com) for each in (found.parameters, body)
+    ]
+    np.testing.assert_allclose(*moments, atol=0.2 * moments[1].max())
+    assert found.parameters.mass == pytest.approx(body.mass, rel=0.01)

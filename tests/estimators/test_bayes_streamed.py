@@ -10,7 +10,8 @@ from hammers import exact, noisy, shape
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
-from hefting.estimators.bayes.spectrum import first_order, spectrum
+from hefting.estimators.bayes.colour import Colour
+from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, first_order, spectrum
 from hefting.estimators.stretches import FIRST_STRETCH_LENGTH, MOST_STRETCHES
 from hefting.simulation import hammer
 
@@ -208,6 +209,49 @@ def test_spectra_of_known_noise_are_found():
         found = spectrum(v[:-1] * d, d, 4000.0)[0]
         assert (np.abs(np.log2(found[:-1] / v[:-1])) < 1.0).all(), rho
         assert found[-1] > 0.7 * v[-1]
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9, 0.99])
+def test_details_of_a_first_order_process_vary_as_its_covariance_says(rho):
+    """Against the covariance of all its samples, rho to the power of their distance."""
+    levels = 6
+    place = np.arange(2**levels)
+    C = rho ** np.abs(place[:, None] - place).astype(float)
+    expected = []
+    for level in range(levels):
+        half = 2**level
+        detail = np.repeat((1.0, -1.0), half) / (2.0 * half) ** 0.5
+        expected.append(detail @ C[: 2 * half, : 2 * half] @ detail)
+    # rounding, times the square of 1 / (1 - rho)
+    np.testing.assert_allclose(first_order(rho, levels), expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("rho", "size"), [(0.9, 0.25), (0.9, 1.0), (0.97, 1.0), (0.97, 16.0), (0.99, 4.0)]
+)
+def test_white_noise_and_a_process_beside_it_are_told_apart(rho, size):
+    """From their energies: every scale, and what is beyond them, by no more than the
+    members of the family are apart (a factor of 4 in size, 2 in length); the white
+    noise by a sixth."""
+    d = 6.0 * 2.0 ** np.arange(10, -1, -1)
+    v = 1.0 + size * first_order(rho, len(d) + 1)
+    found, white = spectrum(v[:-1] * d, d, 2048.0)
+    assert (np.abs(np.log2(found / v)) < 0.5).all()
+    assert white == pytest.approx(1.0, abs=0.16)
+
+
+def test_noise_counts_as_coloured_beyond_a_deviation_of_chance():
+    """An energy of d degrees of freedom, and those of the prior, varies by sqrt(2/d)
+    of itself."""
+    degrees = np.array((6000.0, 600.0, 60.0, 6.0))
+    chance = np.sqrt(2.0 / (degrees + PRIOR_DEGREES))
+    level = Colour(
+        np.eye(10), 1.0, np.ones(5), 0.5, degrees, degrees, 1.0, False, False
+    )
+    for share, expected in ((-0.9, 0.0), (0.9, 0.0), (3.0, 2.0)):
+        variances = 0.5 * np.append(1.0 + share * chance, 7.0)
+        found = replace(level, variances=variances).coloured
+        np.testing.assert_allclose(found, 0.5 * expected * chance, atol=1e-12)
 
 
 @pytest.mark.parametrize("pose_std", [(0.0, 0.0), None])

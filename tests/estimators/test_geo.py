@@ -10,6 +10,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import GEO, LMI, PMD, cone, semidefinite
+from hefting.estimators.coordinates import vec
 from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 from semidefinite_oracle import assert_optimal, case, geo_case, lowest
@@ -257,3 +258,41 @@ def test_a_solver_that_is_stopped_says_so(monkeypatch):
         found = method.fit(z).certificate
         assert not found.converged, method.name
         assert found.gap > 1e-6 * found.objective, method.name
+
+
+def test_the_divergence_is_that_of_its_definition():
+    """Against the determinant; infinite where there is no body."""
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        X = rng.normal(size=(4, 4)) + 2.0 * np.eye(4)
+        Q = X @ X.T
+        expected = np.trace(Q) - np.linalg.slogdet(Q)[1] - 4.0
+        # rounding of terms up to a hundred
+        assert semidefinite.divergence(Q) == pytest.approx(expected, abs=1e-11)
+    assert semidefinite.divergence(np.eye(4)) == pytest.approx(0.0, abs=1e-14)
+    assert semidefinite.divergence(np.diag((1.0, 1.0, 1.0, -1e-3))) == np.inf
+
+
+@pytest.mark.parametrize("better", ["first", "second"])
+def test_a_restart_keeps_the_better_solution(better, monkeypatch):
+    """The gap bounds how far a solution is from the optimum; one of both solvers is
+    stopped after a step."""
+    rng = np.random.default_rng(9)
+    A = rng.normal(size=(20, 10))
+    body = vec(np.diag((1.0, 0.5, 0.0, 1.0)))  # flat: the constraint is active
+    b = A @ body + 0.1 * rng.normal(size=20)
+
+    def solved(which: str, solve):
+        longest = 60 if which == better else 1
+        monkeypatch.setattr(semidefinite, "MOST_PATH_STEPS", longest)
+        return solve()
+
+    first = solved("first", lambda: semidefinite._follow(A, b, 0.0, None))
+    found = solved("second", lambda: semidefinite._restart(A, b, None, first))
+    gap = found.objective - found.bound
+    assert found.iterations > first.iterations
+    assert gap < 1e-6
+    residual = A @ found.q - b
+    assert found.objective == pytest.approx(residual @ residual, rel=1e-12)
+    if better == "first":
+        np.testing.assert_array_equal(found.q, first.q)

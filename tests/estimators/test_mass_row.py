@@ -74,26 +74,40 @@ def test_of_an_exact_sensor_it_is_one_row_of_least_squares(kind, std):
         )
 
 
-def test_the_gain_is_learned_as_by_a_fit_that_has_it_as_an_unknown():
+@pytest.mark.parametrize("tool", [0.0, 1.5])
+def test_the_gain_is_learned_as_by_a_fit_that_has_it_as_an_unknown(tool):
     """b = (1 + gain) A phi, the gain of the sensor's accuracy, and the mass weighed: a
-    fit of eleven unknowns."""
+    fit of eleven unknowns. A tool of `tool` times the object's parameters was
+    subtracted, whose wrench was too large as well: the object's is by so much more."""
     share, std = 0.02, 0.002 * MASS
+    carried = tool * hammer().parameters.vector
     z = with_gain(white(2), 0.013)
+    held = 0.013 * full_regressor(z) @ carried
+    z = replace(z, force=z.force + held[:, :3], torque=z.torque + held[:, 3:])
     reading, gain_std = MassReading(MASS + std, std), share / Z95
     A, b = rows(z)
 
     def residuals(x: np.ndarray) -> np.ndarray:
-        off = (1.0 + x[10]) * (A @ x[:10]) - b
+        off = A @ ((1.0 + x[10]) * x[:10] + x[10] * carried) - b
         ends = ((x[0] - reading.mass) / std, x[10] / gain_std)
         return np.concatenate((off, ends))
 
     start = np.append(hammer().parameters.vector, 0.0)
     fit = least_squares(residuals, start, x_scale="jac", xtol=1e-12, ftol=1e-12)
-    found = OLS(noise=WHITE, mass=reading, sensor_accuracy=GainAlone(share)).fit(z)
+    accuracy = GainAlone(share)
+    estimator = OLS(
+        noise=WHITE, mass=reading, sensor_accuracy=accuracy, carried=carried
+    )
+    found = estimator.fit(z)
     # the gain is found to first order: its square is left out
-    assert found.provenance["sensor_gain"] == pytest.approx(fit.x[10], rel=2.0 * share)
+    gain = (1.0 + tool) * fit.x[10]
+    assert found.provenance["sensor_gain"] == pytest.approx(
+        gain, rel=2.0 * (1.0 + tool) * share
+    )
     assert found.parameters.mass == pytest.approx(fit.x[0], abs=share * std)
     np.testing.assert_allclose(found.parameters.vector, fit.x[:10], atol=1e-4 * MASS)
+    bayes = Bayes(noise=WHITE, mass=reading, sensor_accuracy=accuracy, carried=carried)
+    assert bayes.fit(z).provenance["sensor_gain"] == pytest.approx(gain, rel=0.1)
     # as sure as that fit, by its curvature
     J = fit.jac
     scale = np.linalg.norm(J, axis=0)

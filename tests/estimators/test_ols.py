@@ -152,6 +152,14 @@ def undetermined(found) -> set[str]:
     }
 
 
+def assert_apart(covariance: np.ndarray) -> None:
+    """What is open says nothing of the rest, nor the rest of it."""
+    free = np.isinf(covariance.diagonal())
+    assert free.any()
+    assert (covariance[np.ix_(free, ~free)] == 0.0).all()
+    assert (covariance[np.ix_(~free, free)] == 0.0).all()
+
+
 def test_at_rest_the_inertia_is_undetermined():
     rng = np.random.default_rng(5)
     body = random_body(rng)
@@ -166,6 +174,7 @@ def test_at_rest_the_inertia_is_undetermined():
         )
         found = OLS(bias).fit(z)
         assert undetermined(found) == set(PARAMETERS[4:])
+        assert_apart(found.covariance)
         assert len(found.warnings) == 1
         assert all(name in found.warnings[0] for name in PARAMETERS[4:])
         assert "m," not in found.warnings[0].split("determine")[1].split(":")[0]

@@ -308,3 +308,29 @@ def test_intervals_hold_the_truth():
             # of some 300 numbers in 32 recordings, a body's not independent; HPS of
             # fewer. 1,008 recordings: see docs/intervals.md
             assert held > (75.0 if method == "HPS" else 87.0), (case, method)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_the_rough_mass_is_in_the_unit_of_the_force(unit):
+    """Noise and motion being the same, a wrench so many times as large is that of a
+    body so many times as heavy: also of few samples, when its noise counts."""
+    for samples in (6, 300):
+        z = noisy(1, samples)
+        masses = []
+        for times in (1.0, unit):
+            scaled = replace(z, force=times * z.force, torque=times * z.torque)
+            found = StateSamples.of(OLS().update(OLS().start(), scaled), False, None)
+            phi = found.samples.least_squares
+            masses.append(found.likelihood(phi).rough_mass)
+        assert masses[1] == pytest.approx(unit * masses[0], rel=1e-6)  # floors
+
+
+def test_what_bodies_can_exist_narrows_intervals_beside_a_free_bias():
+    """The mass being known to a few percent, the moment of inertia about the third
+    axis: 0.12 times as uncertain by GEO, which knows the shape, as by the samples."""
+    z = noisy(1, 300)
+    widths = [
+        np.diff(ends(replace(METHODS[each], bias="estimate").fit(z)), axis=0)[0]
+        for each in ("GEO", "OLS")
+    ]
+    assert widths[0][15] < 0.3 * widths[1][15]

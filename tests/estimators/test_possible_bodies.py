@@ -45,7 +45,9 @@ def test_bodies_near_another_have_the_moments_of_a_wishart_distribution():
 def test_a_mixture_adds_up_and_allows_for_any_body():
     near = PossibleBodies.near(thickened(shape().homogeneous))
     either = near.or_any(np.zeros(3))
-    for bodies in (near, either, PossibleBodies.in_shape(shape())):
+    anywhere = PossibleBodies.any(np.zeros(3))
+    boxed = PossibleBodies.in_box(thickened(shape().homogeneous))
+    for bodies in (near, either, anywhere, boxed, PossibleBodies.in_shape(shape())):
         assert np.exp(bodies.log_weight).sum() == pytest.approx(1.0)
         np.testing.assert_allclose(bodies.means[:, 0], 1.0)
     assert len(either.means) > len(near.means)

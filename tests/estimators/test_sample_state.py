@@ -20,7 +20,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight
-from hefting.estimators import GEO, OLS, PMD, Estimator
+from hefting.estimators import GEO, HPS, OLS, PMD, Estimator
 from hefting.estimators.quadratic import stacked_factor
 from hefting.estimators.sample_state import (
     MODELS,
@@ -284,3 +284,18 @@ def test_states_hold_only_what_the_model_needs(z, shape, model):
         state = estimator.update(estimator.start(), z)
         assert (state.full.samples > 0) == (model != "reduced")
         assert (state.reduced.samples > 0) == (model != "full")
+
+
+def test_a_state_is_empty_until_it_has_seen_a_sample(z):
+    """One that a method leaves out counts as seen: its recording has a bias."""
+    shape = replace(random_shape(), labels=np.zeros(random_shape().n, dtype=int))
+    none = HPS(shape, max_acceleration=1e-9, max_angular_acceleration=1e-9)
+    for estimator, chosen in ((OLS(), len(z)), (none, 0)):
+        start = estimator.start()
+        assert start.is_empty
+        seen = estimator.update(start, z)
+        assert seen.samples == chosen
+        assert not seen.is_empty
+        assert start.merge(seen).samples == seen.merge(start).samples == chosen
+        with pytest.raises(InputError, match="a wrench bias of its own"):
+            seen.merge(seen)

@@ -25,7 +25,7 @@ def samples(rate, seconds=1.0, seed=0):
     return time, rng.normal(size=(len(time), 6))
 
 
-@pytest.mark.parametrize("kept", [None, 0.7])
+@pytest.mark.parametrize("kept", [None, 0.7, 0.1])
 def test_blocks_are_averages_of_what_is_kept(kept):
     time, wrench = samples(1000)
     mask = (
@@ -36,6 +36,8 @@ def test_blocks_are_averages_of_what_is_kept(kept):
     blocks = Blocks.of(time, wrench, None if kept is None else mask)
     ends = np.append(blocks.starts, len(time))
     assert blocks.count.sum() == mask.sum()
+    filled = np.count_nonzero(blocks.count)
+    assert blocks.mean_count == pytest.approx(mask.sum() / filled)
     for b, (first, last) in enumerate(pairwise(ends)):
         chosen = (
             mask[first:last]

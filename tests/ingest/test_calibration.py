@@ -228,3 +228,12 @@ def test_the_bias_of_an_estimate_can_be_given_to_the_next(on_sensor, tmp_path):
         # the noise levels found differ by a little, and so the weights of force and
         # torque
     )
+
+
+def test_a_bias_in_standard_deviations_has_six_components_free_or_not():
+    rng = np.random.default_rng(12)
+    z = with_wrench(random_motion(rng, 200), random_body(rng), BIAS, rng, 0.1, 0.005)
+    found = fit_freely(z, free_bias=True)
+    deviations = found.bias_t * np.sqrt(found.covariance.diagonal()[10:])
+    np.testing.assert_allclose(deviations, found.bias, rtol=1e-12)
+    np.testing.assert_array_equal(fit_freely(z, free_bias=False).bias_t, np.zeros(6))

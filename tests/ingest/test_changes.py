@@ -3,6 +3,8 @@
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,9 +15,11 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
 from hefting.ingest import condition
+from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
 from hefting.ingest.changes.cells import Cells, runs_of
 from hefting.ingest.changes.events import center_of_mass, event_between
+from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
@@ -373,3 +377,49 @@ def test_runs():
     mask = np.array((1, 1, 0, 1, 0, 0, 1), dtype=bool)
     assert runs_of(mask) == [(0, 2), (3, 4), (6, 7)]
     assert runs_of(~np.ones(3, dtype=bool)) == []
+
+
+@pytest.mark.parametrize(
+    ("labels", "masses", "kept"),
+    [
+        ([0, 1, 0], (1.0, 1.1), [0, 2]),  # somebody pushed: not another object
+        ([0, 1, 0], (1.1, 1.0), [0, 2]),
+        ([0, 1, 0], (1.0, 0.1), [0, 1, 2]),  # put down, and picked up again
+        ([0, 1, 0], (0.1, 1.0), [0, 1, 2]),
+        ([0, 1, 2], (1.0, 1.1, 1.2), [0, 1, 2]),  # swapped twice
+        ([0, 1], (1.0, 1.1), [0, 1]),
+        ([0], (1.0,), [0]),
+    ],
+)
+def test_an_object_that_comes_back_was_touched_unless_it_was_put_down(
+    labels, masses, kept
+):
+    parts = [(30 * i, 30 * i + 30, label) for i, label in enumerate(labels)]
+    found = SimpleNamespace(
+        stretches=parts,
+        labels=[*labels, NO_BODY],
+        fit=SimpleNamespace(bodies=np.array(masses)[:, None] * np.ones(10)),
+    )
+    assert _without_excursions(cast(Any, found)) == [parts[i] for i in kept]
+
+
+def test_a_body_reaches_as_far_as_it_explains_the_wrench():
+    """But into no interval of another body, and no stretch before it."""
+    explains = {0: range(0, 28), 1: range(22, 60)}
+    made = Assignment(
+        cast(Any, range(60)),
+        cast(Any, SimpleNamespace(intervals=[(5, 20), (30, 45)])),
+        [0, 1],
+        cast(Any, None),
+        1.0,
+    )
+
+    def explained(i: int) -> np.ndarray:
+        return np.isin(np.arange(60), explains[i])
+
+    object.__setattr__(made, "_explained", explained)
+    assert made._grown(0, 0) == (0, 28)
+    assert made._grown(0, 3) == (3, 28)
+    assert made._grown(1, 28) == (28, 60)
+    explains[0] = range(0, 60)
+    assert made._grown(0, 0) == (0, 30)

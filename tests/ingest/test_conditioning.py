@@ -540,3 +540,14 @@ def test_real_recordings(log, g, offset, within, mass):
     assert len(
         measure(found.corrected(recording), found.gravity).measurements
     ) > 0.9 * len(recording["wrench"])
+
+
+@pytest.mark.parametrize("mass", [0.5, 1.5, 5.0])
+def test_the_noise_of_the_wrench_is_told_from_that_of_the_motion(mass):
+    """The same noise of wrench and poses, whatever the mass: of 5 kg the errors of the
+    motion are a third of the force's residuals and half of the torque's. White
+    residuals count as such."""
+    found = condition(disturbed("clean", mass, 0, duration=6.0).recording, GRAVITY)
+    assert found.noise.force == pytest.approx(NOISE.force, rel=0.1)
+    assert found.noise.torque == pytest.approx(NOISE.torque, rel=0.25)
+    assert 0.4 < found.autocorrelation < 1.5  # smoothed motion takes some of it

@@ -9,7 +9,7 @@ from disturbances import GRAVITY, body, disturbed, with_wrench
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.ingest.ingest import ingest
-from hefting.ingest.left_out import CAUSES, runs
+from hefting.ingest.left_out import CAUSES, _missing, runs
 from hefting.ingest.path import path_of
 from hefting.simulation import UR5, random_smooth, simulate
 
@@ -107,3 +107,13 @@ def test_runs():
     assert runs("spike", np.arange(7.0), ~mask | mask)[0].samples == 7
     assert runs("spike", np.arange(0.0), np.zeros(0, dtype=bool)) == []
     assert "spike" in CAUSES
+
+
+def test_a_step_counts_as_a_gap_beyond_five_of_the_usual_ones():
+    for steps, told in ((1.0, 0), (4.0, 0), (7.0, 1), (100.0, 1)):
+        time = 0.01 * np.cumsum(np.r_[np.ones(20), steps, np.ones(20)])
+        found = _missing(time)
+        assert len(found) == told
+        for span in found:
+            assert span.end - span.start == pytest.approx(0.01 * steps)
+            assert (span.cause, span.samples) == ("no-wrench", 0)

@@ -1,17 +1,21 @@
 """Plausibility: where the lines are between what is said, what is refused, and what
 passes."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.messages import codes
 from hefting.core.spatial import pose_matrix
 from hefting.identification import identify
+from hefting.ingest import plausibility
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.plausibility import com_warnings
 from hefting.shapes import Shape
@@ -87,3 +91,29 @@ def test_a_shape_holds_no_more_than_osmium(denser):
         assert identify(
             log, BOX, method="OLS"
         ).estimate.parameters.mass == pytest.approx(mass, rel=1e-3)
+
+
+@pytest.mark.parametrize("tool", [None, "gripper"])
+def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
+    tool, monkeypatch
+):
+    """In its standard deviations: half of one may be an object of a few grams."""
+    monkeypatch.setattr(plausibility, "check_wrench", lambda *_: None)
+
+    def refused(mass_t: float) -> bool:
+        fit = SimpleNamespace(
+            mass_t=mass_t,
+            mass_is_open=False,
+            vector=np.full(10, mass_t),
+            covariance=np.eye(10),
+        )
+        found = SimpleNamespace(
+            fit=fit, given_bias=None, bias="none", tool=tool, log="a.csv"
+        )
+        try:
+            plausibility._require_mass(cast(Any, found), None)
+        except NotIdentifiableError:
+            return True
+        return False
+
+    assert [refused(t) for t in (-3.0, -0.5, 0.5, 3.0)] == [True, True, False, False]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.given import Given, Mistake, correct
 from benchmarks.mistaken import mistakes
+from benchmarks.mistaken_poses import positions
 from scipy.spatial.transform import Rotation
 
 from hefting.core.spatial import STANDARD_GRAVITY
@@ -15,6 +16,7 @@ from hefting.ingest.rivals import (
     axes_turned,
     force_unit,
     lever_arm,
+    position_unit,
     sloshing,
     wrench_filtered,
 )
@@ -94,13 +96,15 @@ def test_a_swinging_mass_obeys_its_equation():
     """x'' + 2 z w x' + w² x = s, by differences of the places found: they are off by
     (w dt)² / 12 = 7e-4 of the swing, and the trapezoidal rule as much again."""
     time = np.arange(0.0, 5.0, 0.01)
-    specific = np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)])
+    specific = 0.3 + np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)])
     frequency, damping = 1.5, 0.1
     place, acceleration = sloshing.swing(time, specific, frequency, damping)
     w = 2.0 * np.pi * frequency
     rate = np.gradient(place, time, axis=0)
     bend = np.gradient(rate, time, axis=0)
     left = bend + 2.0 * damping * w * rate + w**2 * place - specific
+    # at rest at first: where the first specific force holds it
+    np.testing.assert_allclose(place[0], specific[0] / w**2, atol=1e-4 / w**2)
     inner = slice(2, -2)
     assert np.abs(left[inner]).max() < 5e-3 * np.abs(bend).max()
     assert np.abs(bend - acceleration)[inner].max() < 5e-3 * np.abs(bend).max()
@@ -232,3 +236,29 @@ def test_explanations_of_static_poses():
     named = judge(case).named
     assert named is not None
     assert named.code == "axes-turned"
+
+
+def test_a_bias_is_composed_of_functions_only_where_it_is_possible():
+    """Those of a bias that may drift add up to a constant one."""
+    case = case_of(correct(0))
+    functions = case.bias_functions
+    assert functions.shape[1] >= 1
+    np.testing.assert_allclose(functions.sum(axis=1), 1.0, rtol=1e-12)
+    none = replace(case, biased=False).bias_functions
+    assert none.shape == (len(case.time), 0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "metres"),
+    [
+        ("millimetres", 0.001),
+        ("centimetres", 0.01),
+        ("inches", 0.0254),
+        ("feet", 0.3048),
+    ],
+)
+def test_positions_in_another_unit_are_named_by_it(unit, metres):
+    given = positions(1.0 / metres)(correct(2), np.random.default_rng(1))
+    found = position_unit.explain(case_of(given))
+    assert found is not None
+    assert found.what == f"the positions seem to be in {unit}"

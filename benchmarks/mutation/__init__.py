@@ -1,0 +1,1 @@
+"""Mutants of the source, and which tests notice them."""
