@@ -314,11 +314,13 @@ def test_pages_of_other_sites_do_not_reach_it(origin, welcome):
         address = f"ws://127.0.0.1:{port}"
         said = origin and origin.format(port=port)
         if welcome:
-            with connect(address, origin=said, open_timeout=60) as connection:
-                # let in, and sent away as it does not say viser's version; waited for,
-                # as the server must not end before
-                with pytest.raises(ConnectionClosed):
-                    connection.recv(timeout=60)
+            # let in, and sent away as it does not say viser's version; waited for, as
+            # the server must not end before
+            with (
+                connect(address, origin=said, open_timeout=60) as connection,
+                pytest.raises(ConnectionClosed),
+            ):
+                connection.recv(timeout=60)
         else:
             with pytest.raises(InvalidStatus, match="403"):
                 connect(address, origin=said, open_timeout=60)
