@@ -3,6 +3,7 @@ numbers, following the controls."""
 
 import socket
 from html import escape
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -224,8 +225,9 @@ def test_it_listens_on_this_machine_alone_and_lets_go_of_the_port():
     with serving() as server:
         port = server.get_port()
         assert address_of(server) == f"http://127.0.0.1:{port}"
-        with socket.create_connection(("127.0.0.1", port), timeout=5.0):
-            pass
+        # read to its end, as the server must not be stopped while it accepts
+        with urlopen(address_of(server), timeout=60.0) as page:
+            assert page.read()
         # another address of this machine, that 0.0.0.0 would listen at as well
         with pytest.raises(OSError, match=r".*"):
             socket.create_connection(("127.0.0.2", port), timeout=5.0)
