@@ -14,7 +14,9 @@ from hefting.estimators.possible_bodies import (
     NEAR_BODY_FREEDOMS,
     PossibleBodies,
     _com_derivative,
+    _gradients,
 )
+from hefting.shapes import Shape
 
 
 def test_bodies_near_another_have_the_moments_of_a_wishart_distribution():
@@ -97,3 +99,14 @@ def test_parts_are_those_of_the_homogeneous_body_and_each_varies_by_itself():
         explained = F @ np.linalg.lstsq(F, change, rcond=1e-12)[0]
         # the points are the solid to a thousandth of its size
         np.testing.assert_allclose(explained, change, atol=1e-3 * np.abs(change).max())
+
+
+@pytest.mark.parametrize("height", [0.1, 0.3, 0.7])
+def test_a_part_in_a_plane_has_no_gradient_across_it(height):
+    """Beside it all points are where they are on average but for rounding, of which
+    nothing must be made: the same whatever rounding makes of the mean."""
+    masses = np.linspace(0.1, 0.3, 9)
+    sides = np.random.default_rng(3).uniform(0.0, 0.07, (9, 2))
+    flat = Shape(np.column_stack((sides, np.full(9, height))), masses)
+    across = _gradients(flat, masses[:, None])[:, 2]
+    np.testing.assert_array_equal(across, 0.0)

@@ -44,6 +44,9 @@ probable."""
 WITHIN_PART_STDS = (0.003, 0.02, 0.1)
 """Standard deviations of the density within a part over the part's, along each axis,
 all equally probable. Points tell a part's border no better than they are apart."""
+THIN = 1e-9
+"""Standard deviation of a part's points along an axis, as a share of the largest
+coordinate, up to which they lie in a plane, but for rounding."""
 WRONG_SHAPE = 0.01
 """Prior probability that the object is not as the method takes it to be, but any
 body."""
@@ -149,13 +152,14 @@ def _gradients(shape: Shape, shares: Array) -> Array:
     """(10, 3 parts) change of the parameters by a density that varies along an axis
     within a part, by one standard deviation of the part's."""
     columns: list[Array] = []
+    thin = THIN * float(np.abs(shape.positions).max())
     for share in shares.T:
         mass = float(share.sum()) or 1.0
         off = shape.positions - share @ shape.positions / mass
         size = np.sqrt(share @ (off * off) / mass)
-        columns.append(
-            shape.cell_matrix @ (share[:, None] * off / np.where(size > 0.0, size, 1.0))
-        )
+        # across a plane in which all points of a part lie there is nothing but rounding
+        along = np.where(size > thin, off / np.where(size > thin, size, 1.0), 0.0)
+        columns.append(shape.cell_matrix @ (share[:, None] * along))
     return np.column_stack(columns)
 
 
