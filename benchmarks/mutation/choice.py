@@ -22,6 +22,7 @@ FOLDERS = (
     "core",
     "estimators",
     "ingest",
+    "reference",
     "identification",
     "motion",
     "inspection",
@@ -164,8 +165,8 @@ def test_files() -> list[str]:
 
 
 def _measured(folder: Path, files: list[str], jobs: int) -> dict[str, Any]:
-    """What each test file executes: as kept in a folder, or measured where it or the
-    sources have changed."""
+    """What each test file executes: as kept in a folder, or measured where it, a file of
+    its folder that it may use, or the sources have changed."""
     folder.mkdir(exist_ok=True)
     sources = hashlib.sha256()
     for path in sorted((ROOT / "src").rglob("*.py")):
@@ -173,7 +174,8 @@ def _measured(folder: Path, files: list[str], jobs: int) -> dict[str, Any]:
     kept, missing = {}, []
     for file in files:
         digest = sources.copy()
-        digest.update((ROOT / file).read_bytes())
+        for used in (ROOT / file, *_helpers((ROOT / file).parent)):
+            digest.update(used.read_bytes())
         path = folder / f"{Path(file).stem}.json"
         found = json.loads(path.read_bytes()) if path.exists() else {}
         if found.get("digest") == digest.hexdigest():
@@ -191,6 +193,11 @@ def _measured(folder: Path, files: list[str], jobs: int) -> dict[str, Any]:
         path.write_text(text)
         kept[file] = json.loads(text)
     return kept
+
+
+def _helpers(folder: Path) -> list[Path]:
+    """Files of a folder of tests that are no tests themselves."""
+    return [p for p in sorted(folder.glob("*.py")) if not p.name.startswith("test_")]
 
 
 def _trace(task: tuple[str, Path, str], slot: Slot) -> dict[str, Any]:

@@ -48,13 +48,17 @@ ELSEWHERE = replace(
 
 
 def estimated(measurements: Callable[[], Measurements], **options: Any) -> Any:
-    """The estimate, and the posterior with how it was found."""
+    """The estimate, and the posterior with how it was found.
+
+    The accuracy that is claimed is not held: it is that of draws, which depend on the
+    signs of a factor.
+    """
     estimator = Bayes(**options)
     z = measurements()
     state = estimator.update(estimator.start(), z)
     posterior = estimator.posterior(state)
     return {
-        "estimate": estimator.estimate(state),
+        "estimate": replace(estimator.estimate(state), accuracy=None),
         "posterior": of_posterior(posterior),
     }
 
@@ -68,7 +72,6 @@ def of_posterior(posterior: Posterior) -> dict[str, Any]:
         "mean": mixture.mean,
         "covariance": mixture.covariance,
         "half": mixture.intervals(0.5),
-        "draws": mixture.draws(40),
         "colour": last.noise.colour,
         "calibration": last.noise.calibration,
         "response": last.noise.response,
@@ -118,10 +121,7 @@ def densities(solid: Callable[[], Shape]) -> dict[str, Any]:
     return {
         "voxels": voxels,
         **{f"member {j}": row for j, row in enumerate(member_numbers(members))},
-        **{
-            f"spread {j}": row
-            for j, row in enumerate(member_numbers(spread)[:, :2])
-        },
+        **{f"spread {j}": row for j, row in enumerate(member_numbers(spread)[:, :2])},
         "log weight": prior.log_weight.tolist(),
         "mean": prior.mean,
         "cells": prior.cells,
@@ -193,7 +193,9 @@ def spectra() -> dict[str, Any]:
     for J, samples in ((1, 3.0), (4, 20.0), (9, 800.0)):
         degrees = np.maximum(6.0 * samples * 0.5 ** np.arange(1, J + 1) - 2.0, 0.0)
         for slope in (0.0, 0.8):
-            energies = degrees * 2.0 ** (slope * np.arange(J)) * rng.uniform(0.8, 1.2, J)
+            energies = (
+                degrees * 2.0 ** (slope * np.arange(J)) * rng.uniform(0.8, 1.2, J)
+            )
             for free_bias in (False, True):
                 name = f"{J} {slope} {free_bias}"
                 found[name] = list(spectrum(energies, degrees, samples, free_bias))

@@ -44,7 +44,10 @@ def body() -> dict[str, Any]:
         "inconsistency": impossible.consistency(-0.1),
         "jacobian": com_jacobian(one),
         "errors": errors_between(
-            other, one, (0.1, 0.2, 0.3), Rotation.from_euler("xyz", (1, 2, 3)).as_matrix()
+            other,
+            one,
+            (0.1, 0.2, 0.3),
+            Rotation.from_euler("xyz", (1, 2, 3)).as_matrix(),
         ),
     }
 
@@ -58,9 +61,7 @@ def frames() -> dict[str, Any]:
     R = spatial.rotation_by(turn)
     return {
         "inverse": spatial.inverse_pose(pose),
-        "wrench": np.hstack(
-            spatial.move_wrench(pose, wrench[:, :3], wrench[:, 3:])
-        ),
+        "wrench": np.hstack(spatial.move_wrench(pose, wrench[:, :3], wrench[:, 3:])),
         "motion": np.hstack(spatial.move_motion(pose, a, w, alpha)),
         "rotation": R,
         "quaternion": spatial.quaternion_of(R),
@@ -135,7 +136,10 @@ def torques() -> dict[str, Any]:
     rows[:, :, 1] = rows[:, :, 0]
     used = rng.random((120, 3)) < 0.7
     empty = TorqueMoments.empty(3, 3, 4)
-    parts = [empty.fold(rows[:70], time[:70]), empty.fold(rows[70:], time[70:], used[70:])]
+    parts = [
+        empty.fold(rows[:70], time[:70]),
+        empty.fold(rows[70:], time[70:], used[70:]),
+    ]
     both = merged(parts)
     std = np.array((0.1, 0.3, 0.2))
     return {

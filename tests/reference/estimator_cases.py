@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from hammers import shape
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.moments import Moments
 from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Estimator
 from hefting.estimators.possible_bodies import PossibleBodies
@@ -20,8 +20,8 @@ from hefting.estimators.sample_state import SampleState, model_weight
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
+from random_problems import random_body
 from reference.held import (
-    BIAS,
     TOOL,
     biased,
     box,
@@ -33,8 +33,6 @@ from reference.held import (
     parts,
     slow,
 )
-from hammers import shape
-from random_problems import random_body
 
 NOISE = Noise(0.1, 0.005, 0.05, 0.5)
 """Of the wrench and the accelerations."""
@@ -97,7 +95,9 @@ OTHERS: Mapping[str, Callable[[], Estimate]] = {
     "GEO prior": lambda: estimated(GEO(prior=POSSIBLE, gamma=3.0, noise=NOISE), slow),
     "LMI known noise": lambda: estimated(LMI(noise=COVARIANCE), few),
     "PMD fine": lambda: estimated(PMD(fine(), c1=30.0), dynamic),
-    "PMD plane": lambda: estimated(PMD(PLANE, regularization=0.0, intervals=False), few),
+    "PMD plane": lambda: estimated(
+        PMD(PLANE, regularization=0.0, intervals=False), few
+    ),
     "PMD weighed": lambda: estimated(PMD(shape(), mass=(0.65, 1e-2)), slow),
     "HPS known noise": lambda: estimated(HPS(parts(), noise=COVARIANCE), slow),
 }

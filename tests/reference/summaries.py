@@ -14,16 +14,24 @@ from hefting.shapes import Shape
 
 LARGEST = 12
 """Numbers up to which an array is kept as it is."""
-PROJECTIONS = 3
+PROJECTIONS = 1
 """Products of a larger array with random vectors that are kept beside its norm."""
-DIGITS = 9
+NOTHING = 1e-7
+"""Standard deviation, over the largest one, below which there is none but by rounding."""
+DIGITS = 8
 """Significant digits that are kept."""
+SCALARS = (bool, int, float, np.number, np.bool_)
+"""Single numbers."""
+SINGLE = "*"
+"""Name of the single numbers of a result, each of which has a size of its own."""
 PARAMETERS = {"mass": slice(0, 1), "first": slice(1, 4), "inertia": slice(4, 10)}
 """Parts of the ten parameters: each has a size of its own."""
 FACTORS = {"factor", "factors", "open_factor", "directions", "spread"}
 """Names of factors of matrices, which are unique but for signs and rotations."""
 WORD = re.compile(r"[\w-]{1,30}")
 """Text that names something, and is no sentence."""
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+"""A number in a text."""
 
 Values = dict[str, list[float]]
 """Numbers by name."""
@@ -36,7 +44,8 @@ def summary(result: Any, *, omit: tuple[str, ...] = ()) -> Values:
     ----------
     result
         Numbers, arrays, and dataclasses, mappings, lists and tuples of them. Names and
-        messages' codes stand in the names of the numbers; what is none of these is left out.
+        messages' codes stand in the names of the numbers, and of what texts say the
+        numbers are kept; what is none of these is left out.
     omit
         Fields that are left out, wherever they are.
     """
@@ -52,32 +61,49 @@ def _parts(
     name: str, value: Any, omit: tuple[str, ...]
 ) -> Iterator[tuple[str, list[float]]]:
     if isinstance(value, Message):
-        yield f"{name}={value.severity}:{value.code}", [1.0]
+        yield f"{name}={value.severity}:{value.code}", numbers_in(value)
     elif isinstance(value, str):
         if WORD.fullmatch(value):
             yield f"{name}={value}", [1.0]
-    elif isinstance(value, bool | int | float | np.number | np.bool_):
+        elif numbers := numbers_in(value):
+            yield name, numbers
+    elif isinstance(value, SCALARS):
         yield name, [float(value)]
     elif isinstance(value, np.ndarray):
         if value.dtype.kind in "biuf":
-            array = _without_signs(name.rpartition(".")[2], value.astype(float))
+            array = _without_signs(name, value.astype(float))
             yield from _of_array(name, array)
     elif isinstance(value, Shape):
         yield name, [1.0]
-    elif is_dataclass(value):
-        for field in fields(value):
-            if field.name not in omit and not field.name.startswith("_"):
-                yield from _parts(
-                    _joined(name, field.name), getattr(value, field.name), omit
-                )
-    elif isinstance(value, Mapping):
-        for key, each in value.items():
-            if key not in omit:
-                yield from _parts(_joined(name, str(key)), each, omit)
     elif isinstance(value, list | tuple):
         yield f"{name}#", [float(len(value))]
-        for number, each in enumerate(value):
-            yield from _parts(_joined(name, str(number)), each, omit)
+        each = {str(number): one for number, one in enumerate(value)}
+        yield from _of_names(name, each, omit)
+    elif is_dataclass(value):
+        each = {field.name: getattr(value, field.name) for field in fields(value)}
+        public = {key: one for key, one in each.items() if not key.startswith("_")}
+        yield from _of_names(name, public, omit)
+    elif isinstance(value, Mapping):
+        texts = {str(key): one for key, one in value.items()}
+        yield from _of_names(name, dict(sorted(texts.items())), omit)
+
+
+def _of_names(
+    name: str, each: Mapping[str, Any], omit: tuple[str, ...]
+) -> Iterator[tuple[str, list[float]]]:
+    """Single numbers together, and all else by itself."""
+    kept = {key: value for key, value in each.items() if key not in omit}
+    single = [float(v) for v in kept.values() if isinstance(v, SCALARS)]
+    if single:
+        yield _joined(name, SINGLE), single
+    for key, value in kept.items():
+        if not isinstance(value, SCALARS):
+            yield from _parts(_joined(name, key), value, omit)
+
+
+def numbers_in(text: str) -> list[float]:
+    """The numbers that a text states, in order."""
+    return [float(number) for number in NUMBER.findall(text)]
 
 
 def _joined(first: str, second: str) -> str:
@@ -87,7 +113,7 @@ def _joined(first: str, second: str) -> str:
 def _without_signs(name: str, array: Array) -> Array:
     """What is the same whichever factor of it a library finds: R'R of upper triangular
     factors, F F' of others."""
-    if name not in FACTORS or array.ndim < 2:
+    if array.ndim < 2 or not FACTORS.intersection(name.split(".")[-2:]):
         return array
     rows = array if (np.tril(array, -1) == 0.0).all() else np.swapaxes(array, -1, -2)
     return np.swapaxes(rows, -1, -2) @ rows
@@ -100,8 +126,11 @@ def _of_array(name: str, array: Array) -> Iterator[tuple[str, list[float]]]:
             yield _joined(name, part), array[where].tolist()
     elif _is_covariance(array):
         std = np.sqrt(array.diagonal())
-        yield f"{name} std", std.tolist()
-        known = np.isfinite(std) & (std > 0.0)
+        short = len(std) <= LARGEST
+        yield f"{name} std", std.tolist() if short else projections(std)
+        known = np.isfinite(std) & (
+            std > NOTHING * np.max(std, where=std < np.inf, initial=0.0)
+        )
         inner = array[np.ix_(known, known)] / np.outer(std[known], std[known])
         if inner.size:
             yield f"{name} correlation", projections(inner)
@@ -116,7 +145,11 @@ def _is_covariance(array: Array) -> bool:
         return False
     if np.isnan(array).any() or not (array.diagonal() >= 0.0).all():
         return False
-    return bool(np.allclose(array, array.T, rtol=1e-6, atol=0.0))
+    known = np.isfinite(array)
+    std = np.sqrt(np.where(known, array, 0.0).diagonal())
+    apart = np.where(known, array, 0.0) - np.where(known.T, array.T, 0.0)
+    alike = np.abs(apart) <= 1e-6 * np.outer(std, std)
+    return bool(np.all(alike & (known == known.T)))
 
 
 def projections(array: Array) -> list[float]:

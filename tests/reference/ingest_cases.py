@@ -1,0 +1,283 @@
+"""Cases of `hefting.ingest`: recordings with all kinds of faults, understood."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.recording import Recording
+from hefting.identification import calibrate
+from hefting.ingest import condition
+from hefting.ingest.bias import tare
+from hefting.ingest.clock import offset_error
+from hefting.ingest.ingest import ingest
+from hefting.ingest.ingested import Ingested
+from hefting.ingest.plausibility import com_warnings
+from hefting.ingest.several import ingest_all
+from hefting.shapes import Shape
+from hefting.simulation import WRENCH_NOISE, Faults, Rates
+from reference.recorded import (
+    FAULTS,
+    OBJECT,
+    changed,
+    changing,
+    fast,
+    given,
+    long,
+    medium,
+    only,
+    other,
+    recorded,
+    short,
+    static_poses,
+    stopping,
+    tilted,
+    with_columns,
+)
+
+BOX = Shape.from_box(-0.2, -0.1, -0.1, 0.1, -0.1, 0.1)
+"""Where the object is not."""
+LOW_NOISE = Faults(wrench_noise=WRENCH_NOISE["low"])
+TOLD = ("motion", "conditioned", "parts", "condensed", "kept", "tool", "state")
+"""Fields that are told otherwise, or are the same as others."""
+
+
+def understood(recording: Callable[[], Recording], **reading: Any) -> dict[str, Any]:
+    """All that is found of a recording."""
+    return of_ingested(ingest(recording(), **reading))
+
+
+def of_ingested(found: Ingested) -> dict[str, Any]:
+    """What was found, and what follows from it."""
+    fit = found.fit
+    excitation = found.excitation
+    biases = {} if fit.bias is None or fit.bias.ndim > 1 else {"bias t": fit.bias_t}
+    return {
+        **{name: value for name, value in vars(found).items() if name not in TOLD},
+        **biases,
+        "conditioned": found.conditioned.without_samples(),
+        "rejected": found.conditioned.rejected,
+        "notes": found.notes,
+        "moments": found.condensed.counted,
+        "parts": [part.fit for part in found.recordings[1:]],
+        "duration": found.duration,
+        "samples": found.samples,
+        "rms": found.wrench_rms,
+        "residual": found.residual(fit.vector, fit.bias),
+        "common errors": found.common_errors,
+        "weighted by count": found.weighted_by_count.weights,
+        "weighed": found.weighed(0.5).measurements.weights,
+        "without samples": found.without_samples().residual(fit.vector, fit.bias),
+        "open": fit.open_parameters(0.2),
+        "mass t": fit.mass_t,
+        "offset error": offset_error(found.conditioned),
+        "autocorrelation": found.conditioned.autocorrelation,
+        "outside": com_warnings(fit, BOX),
+        "gravity direction": excitation.directions_about(mean=True),
+        "gravity directions": excitation.directions_about(mean=False),
+        "angular": excitation.angular_acceleration,
+        "felt": (excitation.force, excitation.gravity, excitation.angular_noise),
+    }
+
+
+def conditioned(recording: Callable[[], Recording], **asked: Any) -> Any:
+    """What conditioning alone finds, and the recording as it corrects it."""
+    found = condition(recording(), **asked)
+    return {
+        "found": found.without_samples(),
+        "kept": found.kept,
+        "left": found.rejected.nonzero()[0][:12].astype(float),
+        "corrected": found.corrected(recording())["wrench"],
+    }
+
+
+def faulty(**faults: Any) -> Recording:
+    """9 s with one more fault."""
+    return recorded(medium, replace(FAULTS, **faults))
+
+
+def late(seconds: float) -> Recording:
+    """4 s with a wrench that is late."""
+    return recorded(short, replace(FAULTS, wrench_delay=seconds))
+
+
+def turned_over() -> Recording:
+    """The other sign, without a bias."""
+    return recorded(short, replace(FAULTS, on_sensor=True, bias=(0.0,) * 6))
+
+
+def in_steps() -> Recording:
+    """A wrench in steps of 0.5 N and 0.02 N m."""
+    steps = np.repeat((0.5, 0.02), 3)
+    return changed(recorded(), "wrench", lambda _, w: np.round(w / steps) * steps)
+
+
+def with_imu() -> Recording:
+    """Poses, an accelerometer and a gyroscope."""
+    return recorded(short, rates=Rates(imu=100.0))
+
+
+def accelerometer() -> Recording:
+    """Orientations and an accelerometer."""
+    return only(with_imu(), "wrench", "orientation", "accelerometer")
+
+
+def orientations() -> Recording:
+    """Orientations alone."""
+    return only(recorded(stopping), "wrench", "orientation")
+
+
+def faster() -> Recording:
+    """A wrench at 500 Hz beside poses at 100 Hz, with spikes."""
+    return recorded(
+        fast, replace(FAULTS, spikes=0.01, wrench_delay=0.008), Rates(pose=100.0)
+    )
+
+
+def few() -> Recording:
+    """Ten samples."""
+    return recorded().slice(1.0, 0.1)
+
+
+def everything() -> Recording:
+    """Many faults at once."""
+    return faulty(
+        drift=(0.5, -0.3, 0.4, 0.02, 0.01, -0.02),
+        drift_kind="exponential",
+        spikes=0.02,
+        contacts=0.1,
+        dropped=0.05,
+        wrench_delay=0.04,
+        on_sensor=True,
+        noise_correlation=0.7,
+        saturation=(16.0, 2.0),
+    )
+
+
+def tool() -> Estimate:
+    """A tool, from a recording of its own that leaves some of it open."""
+    found = calibrate(recorded(other, thing=OBJECT.moved(np.eye(4)), seed=12))
+    assert found.covariance is not None
+    C = np.array(found.covariance)
+    C[9, :] = C[:, 9] = 0.0
+    C[9, 9] = np.inf
+    return replace(
+        found,
+        parameters=replace(found.parameters, vector=0.3 * OBJECT.vector),
+        covariance=C,
+    )
+
+
+def beside_a_tool() -> Any:
+    """A tool subtracted."""
+    return understood(recorded, tool=tool())
+
+
+def several(**reading: Any) -> Any:
+    """Two recordings as one, with a noise and a bias of each."""
+    loud = replace(FAULTS, wrench_noise=(0.3, 0.3, 0.3, 0.02, 0.02, 0.02))
+    found = ingest_all([recorded(), recorded(other, loud)], **reading)
+    return of_ingested(found)
+
+
+def tared() -> Any:
+    """The mean wrench of a part."""
+    return tare(recorded(stopping), 0.5, 1.5)
+
+
+CASES: dict[str, Callable[[], Any]] = {
+    "clean": partial(understood, recorded),
+    "stopping": partial(understood, partial(recorded, stopping)),
+    "medium": partial(understood, partial(recorded, medium), hint=True),
+    "drift": partial(
+        understood, partial(faulty, drift=(0.5, -0.3, 0.4, 0.02, 0.01, -0.02))
+    ),
+    "settling": partial(
+        understood,
+        partial(
+            faulty,
+            drift=(0.5, -0.3, 0.4, 0.02, 0.01, -0.02),
+            drift_kind="exponential",
+        ),
+    ),
+    "wandering": partial(
+        understood,
+        partial(
+            recorded,
+            long,
+            replace(
+                FAULTS,
+                drift=(3.0, -2.0, 1.0, 0.1, 0.05, -0.1),
+                drift_kind="exponential",
+            ),
+        ),
+    ),
+    "late": partial(understood, partial(late, 0.03)),
+    "slightly late": partial(understood, partial(late, 0.002)),
+    "very early": partial(conditioned, partial(late, -0.25)),
+    "late, no clock": partial(conditioned, partial(late, 0.03), clock=False),
+    "late in columns": partial(
+        conditioned,
+        lambda: replace(
+            with_columns(),
+            streams={
+                **with_columns().streams,
+                "wrench": replace(
+                    with_columns()["wrench"],
+                    time=np.array(with_columns()["wrench"].time) + 0.05,
+                ),
+            },
+        ),
+    ),
+    "turned over": partial(understood, turned_over),
+    "spikes": partial(understood, partial(faulty, spikes=0.03)),
+    "contacts": partial(understood, partial(faulty, contacts=0.2)),
+    "dropped": partial(understood, partial(faulty, dropped=0.1)),
+    "saturated": partial(understood, partial(faulty, saturation=(15.0, 1.2))),
+    "coloured": partial(understood, partial(faulty, noise_correlation=0.9)),
+    "glitches": partial(understood, partial(faulty, pose_glitches=0.01)),
+    "stalls": partial(understood, partial(faulty, pose_stalls=0.05)),
+    "startup": partial(
+        understood, partial(faulty, pose_startup=0.3, pose_shutdown=0.2)
+    ),
+    "everything": partial(understood, everything, hint=True),
+    "faster": partial(understood, faster),
+    "in steps": partial(understood, in_steps),
+    "imu": partial(understood, with_imu),
+    "accelerometer": partial(understood, accelerometer),
+    "accelerometer and gravity": partial(understood, accelerometer, gravity="estimate"),
+    "orientations": partial(understood, orientations),
+    "columns": partial(understood, with_columns),
+    "few": partial(understood, few),
+    "static": partial(understood, static_poses),
+    "static, gravity": partial(understood, static_poses, gravity="estimate"),
+    "tilted": partial(understood, partial(tilted, 6.0), gravity="estimate"),
+    "tilted, hint": partial(conditioned, partial(tilted, 6.0), hint=True),
+    "tilted columns": partial(conditioned, with_columns, tilt=True),
+    "no bias": partial(understood, turned_over, bias="none"),
+    "bias given": partial(understood, recorded, bias=FAULTS.bias),
+    "bias left": partial(understood, recorded, bias="none"),
+    "sign given": partial(understood, recorded, wrench="on-sensor"),
+    "estimated bias": partial(understood, turned_over, bias="estimate"),
+    "part": partial(understood, partial(recorded, stopping), start=1.2, duration=5.0),
+    "smooth": partial(understood, recorded, motion="smooth"),
+    "tool": beside_a_tool,
+    "several": several,
+    "several biases": partial(several, bias=np.array((FAULTS.bias, np.zeros(6)))),
+    "tare": tared,
+    **{
+        f"{kind}": partial(understood, partial(changing, kind))
+        for kind in ("swapped", "put-down", "picked-up", "slipped", "touched")
+    },
+    "swapped, part": partial(
+        understood, partial(changing, "swapped"), start=0.5, duration=8.0
+    ),
+    "given": partial(understood, lambda: given().recording),
+    "low noise": partial(conditioned, partial(recorded, short, LOW_NOISE)),
+}
+"""By name."""
+SMALLEST = {"orientations": 1e-2}
+"""Size up to which numbers are rounding: inertia is none there, and is not told."""
