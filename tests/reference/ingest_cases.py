@@ -22,6 +22,7 @@ from hefting.simulation import WRENCH_NOISE, Faults, Rates
 from reference.recorded import (
     FAULTS,
     OBJECT,
+    accelerated,
     changed,
     changing,
     fast,
@@ -36,6 +37,7 @@ from reference.recorded import (
     stopping,
     tilted,
     with_columns,
+    with_imu,
 )
 
 BOX = Shape.from_box(-0.2, -0.1, -0.1, 0.1, -0.1, 0.1)
@@ -113,16 +115,6 @@ def in_steps() -> Recording:
     """A wrench in steps of 0.5 N and 0.02 N m."""
     steps = np.repeat((0.5, 0.02), 3)
     return changed(recorded(), "wrench", lambda _, w: np.round(w / steps) * steps)
-
-
-def with_imu() -> Recording:
-    """Poses, an accelerometer and a gyroscope."""
-    return recorded(short, rates=Rates(imu=100.0))
-
-
-def accelerometer() -> Recording:
-    """Orientations and an accelerometer."""
-    return only(with_imu(), "wrench", "orientation", "accelerometer")
 
 
 def orientations() -> Recording:
@@ -247,8 +239,8 @@ CASES: dict[str, Callable[[], Any]] = {
     "faster": partial(understood, faster),
     "in steps": partial(understood, in_steps),
     "imu": partial(understood, with_imu),
-    "accelerometer": partial(understood, accelerometer),
-    "accelerometer and gravity": partial(understood, accelerometer, gravity="estimate"),
+    "accelerometer": partial(understood, accelerated),
+    "accelerometer and gravity": partial(understood, accelerated, gravity="estimate"),
     "orientations": partial(understood, orientations),
     "columns": partial(understood, with_columns),
     "few": partial(understood, few),

@@ -109,6 +109,16 @@ def changed(
     )
 
 
+def with_imu() -> Recording:
+    """Poses, an accelerometer and a gyroscope."""
+    return recorded(short, rates=Rates(imu=100.0))
+
+
+def accelerated() -> Recording:
+    """Orientations and an accelerometer."""
+    return only(with_imu(), "wrench", "orientation", "accelerometer")
+
+
 @cache
 def static_poses(count: int = 24) -> Recording:
     """Poses at rest without time, one of them with a wrong wrench."""

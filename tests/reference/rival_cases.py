@@ -33,6 +33,7 @@ from hefting.ingest.rivals.explanation import (
 )
 from hefting.ingest.rivals.judge import evidence, judge
 from reference.recorded import (
+    accelerated,
     changed,
     given,
     only,
@@ -112,11 +113,12 @@ def other_case(kind: str) -> Case:
         return Case.of(poses, static_path(poses), gravity, 0.0, biased=True)
     recording = {
         "short": recorded(short),
+        "accelerated": accelerated(),
         "orientations": only(recorded(stopping), "orientation", "wrench"),
     }[kind]
     path = path_of(recording)
     assert path is not None
-    return Case.of(recording, path, gravity, 0.011, biased=kind == "short")
+    return Case.of(recording, path, gravity, 0.011, biased=kind != "orientations")
 
 
 def told(case: Case, found: Explanation | None) -> Any:
@@ -220,7 +222,7 @@ JUDGED = (
     "sloshing, 30%",
 )
 """Mistakes that are also told from all others."""
-KINDS = ("short", "static", "orientations")
+KINDS = ("short", "static", "orientations", "accelerated")
 """Recordings of other kinds."""
 
 CASES: dict[str, Callable[[], Any]] = {
@@ -242,6 +244,12 @@ CASES: dict[str, Callable[[], Any]] = {
     **{
         f"static, {rival}": partial(explained, partial(other_case, "static"), rival)
         for rival in ("axes_turned", "axis_flipped", "base_tilted", "base_axes")
+    },
+    **{
+        f"accelerated, {rival}": partial(
+            explained, partial(other_case, "accelerated"), rival
+        )
+        for rival in ("wrench_compensated", "lever_arm", "force_unit", "cable")
     },
     **{f"{kind}, judged": partial(judged, partial(other_case, kind)) for kind in KINDS},
     "right, judged": partial(judged, case_of),
