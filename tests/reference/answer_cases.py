@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -155,8 +155,8 @@ def ones(**changes: Any) -> Measurements:
         *("gravity", "linear_acceleration", "angular_velocity"),
         *("angular_acceleration", "force", "torque"),
     )
-    given = {name: np.ones((3, 3)) for name in names} | {"time": np.arange(3.0)}
-    return Measurements(**(given | changes))
+    given: dict[str, Any] = {name: np.ones((3, 3)) for name in names}
+    return Measurements(**(given | {"time": np.arange(3.0)} | changes))
 
 
 def body(mass: float) -> InertialParameters:
@@ -188,7 +188,7 @@ REFUSED: dict[str, Refused] = {
         for limits in ((0.5, -1.0), (0.1, 0.1, np.inf), (0.1, 0.1, 0.1, 0.0), ("a",))
     },
     **{
-        f"mass {text}": partial(MassReading.of, text)
+        f"mass {text}": partial(cast(Any, MassReading.of), text)
         for text in ("heavy", "0g", "1kg±2kg", "1kg±0g", "1±2±3", "2000t", (1.0,), 3)
     },
     **{
@@ -220,19 +220,19 @@ REFUSED: dict[str, Refused] = {
     "measured": partial(ones, torque=np.ones((3, 3)) * BAD[:3, None]),
     "measured weights": partial(ones, weights=np.array((1.0, -1.0, 1.0))),
     "tare": partial(tare, recorded(), 99.0, 100.0),
-    "until": partial(Bayes, shape(), until=3.0),
+    "until": partial(cast(Any, Bayes), shape(), until=3.0),
     "pose std": partial(Bayes, shape(), pose_std=(0.1, -0.1)),
-    "three pose stds": partial(Bayes, shape(), pose_std=(0.1, 0.1, 0.1)),
+    "three pose stds": partial(cast(Any, Bayes), shape(), pose_std=np.ones(3)),
     "shape std": partial(Bayes, shape(), shape_std=1.1),
     "carried": partial(Bayes, shape(), carried=np.ones(9)),
     "systematic": partial(Bayes, shape(), systematic=-np.eye(10)),
     "no covariance": partial(Bayes, shape(), systematic=np.ones((3, 3))),
     "noise": partial(OLS, noise=np.ones((5, 5))),
-    "model": partial(OLS, model="another"),
+    "model": partial(cast(Any, OLS), model="another"),
     "c1": partial(PMD, shape(), c1=-1.0),
     "regularization": partial(PMD, shape(), regularization=-1.0),
     "gamma": partial(GEO, shape(), gamma=-1.0),
-    "bias": partial(LMI, bias="some"),
+    "bias": partial(cast(Any, LMI), bias="some"),
     "no samples": lambda: OLS().estimate(OLS().start()),
     "few": lambda: RTLS("estimate").fit(few()[:2]).undetermined,
     "one pose": lambda: OLS("estimate").fit(slow()[:1]).undetermined,

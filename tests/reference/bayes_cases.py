@@ -69,9 +69,7 @@ def of_posterior(posterior: Posterior) -> dict[str, Any]:
     return {
         **{name: v for name, v in vars(posterior).items() if name not in OMITTED},
         "weights": mixture.weights,
-        "mean": mixture.mean,
-        "covariance": mixture.covariance,
-        "half": mixture.intervals(0.5),
+        "half": mixture.intervals(0.5)["mass"],
         "colour": last.noise.colour,
         "calibration": last.noise.calibration,
         "response": last.noise.response,

@@ -2,7 +2,7 @@
 scales and places."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -132,7 +132,7 @@ def torques() -> dict[str, Any]:
     """Moments of joint torques with nuisances of the joints and of the arm, one of
     which the samples leave open."""
     rng = np.random.default_rng(7)
-    rows, time = rng.normal(size=(120, 3, 18)), 0.01 * np.arange(120)
+    rows, time = rng.normal(size=(120, 3, 18)), np.linspace(0.0, 1.19, 120)
     rows[:, :, 1] = rows[:, :, 0]
     used = rng.random((120, 3)) < 0.7
     empty = TorqueMoments.empty(3, 3, 4)
@@ -189,7 +189,7 @@ def readings() -> dict[str, Any]:
         "fewest": rounding.decimals(widths, 34.0, 3),
         "rounded": rounding.rounded(widths * 1.2345678, rounding.decimals(widths, 3.4)),
         "units": [
-            quantity(text, kind)
+            quantity(text, cast(Any, kind))
             for text, kind in (
                 ("2.5cm", "length"),
                 ("3um", "length"),

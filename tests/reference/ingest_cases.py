@@ -43,7 +43,10 @@ from reference.recorded import (
 BOX = Shape.from_box(-0.2, -0.1, -0.1, 0.1, -0.1, 0.1)
 """Where the object is not."""
 LOW_NOISE = Faults(wrench_noise=WRENCH_NOISE["low"])
-TOLD = ("motion", "conditioned", "parts", "condensed", "kept", "tool", "state")
+TOLD = (
+    *("motion", "conditioned", "parts", "kept", "tool", "state"),
+    *("beside_bias", "condensed"),
+)
 """Fields that are told otherwise, or are the same as others."""
 
 
@@ -79,7 +82,6 @@ def of_ingested(found: Ingested) -> dict[str, Any]:
         "autocorrelation": found.conditioned.autocorrelation,
         "outside": com_warnings(fit, BOX),
         "gravity direction": excitation.directions_about(mean=True),
-        "gravity directions": excitation.directions_about(mean=False),
         "angular": excitation.angular_acceleration,
         "felt": (excitation.force, excitation.gravity, excitation.angular_noise),
     }

@@ -166,7 +166,7 @@ def small() -> Any:
     F = rng.normal(size=(8, 6))
     power, count = rng.exponential(size=(2, 70))
     count[20:30] = 0.0
-    gaps = np.delete(np.arange(60) * 0.1, [9, 20, 21, 22, 23, 24, 40, 41, 42, 43])
+    gaps = np.delete(np.linspace(0.0, 5.9, 60), [9, 20, 21, 22, 23, 24, 40, 41, 42, 43])
     values = np.round(np.cumsum(rng.normal(size=80)), 1)
     return {
         "events": [

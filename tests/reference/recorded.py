@@ -132,7 +132,8 @@ def static_poses(count: int = 24) -> Recording:
     wrench += rng.normal(size=wrench.shape) * np.array(FAULTS.wrench_noise)
     wrench[count // 2] += (4.0, 0.0, -3.0, 0.0, 0.2, 0.0)
     rows = np.arange(count, dtype=float)
-    streams = {"orientation": Stream(rows, R.as_quat()), "wrench": Stream(rows, wrench)}
+    q = np.array(R.as_quat(), dtype=float)
+    streams = {"orientation": Stream(rows, q), "wrench": Stream(rows, wrench)}
     return Recording(streams, static=True)
 
 
