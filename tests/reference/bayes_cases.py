@@ -228,7 +228,6 @@ CASES: dict[str, Callable[[], Any]] = {
     "biased": partial(estimated, biased, shape=shape(), bias="estimate"),
     "biased slow": partial(estimated, slow, shape=shape(), bias="estimate"),
     "coloured": partial(estimated, coloured, shape=shape(), bias="estimate"),
-    "coloured unbiased": partial(estimated, coloured, shape=shape()),
     "unknown": partial(estimated, dynamic),
     "unknown slow": partial(estimated, slow),
     "bounds": partial(estimated, biased, shape=box("bounds"), bias="estimate"),
@@ -271,12 +270,22 @@ CASES: dict[str, Callable[[], Any]] = {
         estimated, coloured, shape=shape(), mass="0.672kg±1g", bias="estimate"
     ),
     "weighed wrong": partial(estimated, dynamic, shape=shape(), mass="0.9kg±1g"),
+    "points": partial(estimated, dynamic, shape=Shape(shape().positions)),
+    "one point": partial(estimated, dynamic, shape=Shape(shape().positions[:1])),
+    "line": partial(
+        estimated, slow, shape=Shape(shape().positions * (0.0, 0.0, 1.0) + 0.01)
+    ),
+    "common errors": partial(
+        estimated,
+        dynamic,
+        shape=shape(),
+        systematic=np.diag((1e-6, 0, 0, 1e-8, *np.zeros(6))),
+    ),
     "until": partial(
         estimated, dynamic, shape=shape(), until="mass=5%,com=5mm,inertia=50%"
     ),
     "several": of_several,
     "densities hammer": partial(densities, shape),
-    "densities fine": partial(densities, fine),
     "densities box": partial(densities, box),
     "bounds members": partial(bounds, BOUNDS_MEMBERS, EVEN_COM),
     "bounds members even": partial(bounds, BOUNDS_MEMBERS, 0.0),

@@ -167,7 +167,7 @@ def sensors() -> dict[str, Any]:
             one.channel_stds[[0, 0, 3, 3], [0, 3, 0, 3]],
             one.none,
         ]
-    return found
+    return {**found, "sheets": SHEETS}
 
 
 def readings() -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from hammers import shape
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.regressor import full_regressor
+from hefting.core.regressor import full_regressor, predict_wrench
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Estimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic
@@ -20,8 +20,10 @@ from hefting.estimators.sample_state import SampleState, model_weight
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
+from hefting.simulation import hammer
 from random_problems import random_body
 from reference.held import (
+    BIAS,
     TOOL,
     biased,
     box,
@@ -54,6 +56,16 @@ def of_two(estimator: Estimator) -> Estimate:
     """The estimate of two recordings."""
     states = [estimator.update(estimator.start(), z) for z in (dynamic(), biased())]
     return estimator.estimate(estimator.merge_all(states))
+
+
+def poor() -> Measurements:
+    """Few poses at rest that hardly differ, with a bias: the mass is poorly known."""
+    z = slow()[:9]
+    gravity = z.gravity[0] + 0.12 * (z.gravity - z.gravity[0])
+    noise = z.wrench - predict_wrench(z, hammer().parameters.vector)
+    wrench = noise + BIAS
+    wrench += predict_wrench(replace(z, gravity=gravity), hammer().parameters.vector)
+    return replace(z, gravity=gravity, force=wrench[:, :3], torque=wrench[:, 3:])
 
 
 METHODS: dict[str, Callable[..., Estimator]] = {
@@ -98,6 +110,8 @@ OTHERS: Mapping[str, Callable[[], Estimate]] = {
     "PMD plane": lambda: estimated(
         PMD(PLANE, regularization=0.0, intervals=False), few
     ),
+    "PMD smooth": lambda: estimated(PMD(shape(), regularization=30.0), slow),
+    "PMD smoothest": lambda: estimated(PMD(shape(), regularization=1e5), dynamic),
     "PMD weighed": lambda: estimated(PMD(shape(), mass=(0.65, 1e-2)), slow),
     "HPS known noise": lambda: estimated(HPS(parts(), noise=COVARIANCE), slow),
 }
@@ -174,6 +188,10 @@ CASES: dict[str, Callable[[], Any]] = {
     },
     **{
         f"{name} two": partial(of_two, method(bias="estimate"))
+        for name, method in METHODS.items()
+    },
+    **{
+        f"{name} poor": partial(estimated, method(bias="estimate"), poor)
         for name, method in METHODS.items()
     },
     **OTHERS,

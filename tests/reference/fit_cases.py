@@ -5,12 +5,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
 from disturbances import body
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.ingest import uncertainty
 from hefting.ingest.condition import _numbers_of_knots
 from hefting.ingest.drift import Drift, HatFunctions, candidates
 from hefting.ingest.fit import gauss_newton
@@ -141,10 +143,15 @@ def of_uncertainty(kind: str) -> Any:
     """All of it, of a fit that is taken as it is."""
     _, found = robust(kind)
     each = estimate_uncertainty(found.fit, 0.2)
+    length = max(len(found.fit.weights) // 3, 9)
+    with mock.patch.object(uncertainty, "SEGMENT_LENGTH", length):
+        parts = estimate_uncertainty(found.fit, 0.3)
+        of_parts = (parts.covariance, parts.spectrum, parts.step, parts.slow)
     return {
         "fastest": fastest_frequency(found.problem),
         "each": {key: value for key, value in vars(each).items() if key != "fit"},
         "covariance": each.covariance,
+        "of parts": of_parts,
         "inflation": each.inflation,
         "std": (each.offset_std, each.offset_step, each.tilt_std, each.mass_std),
         "explained": (found.explained, found.biased, found.mass_is_open),

@@ -10,6 +10,7 @@ from reference import (
     fit_cases,
     ingest_cases,
     part_cases,
+    refusal_cases,
     rival_cases,
 )
 from reference.kept import Cases
@@ -22,6 +23,7 @@ GROUPS: Mapping[str, Cases] = {
     "fits": fit_cases.CASES,
     "ingest": ingest_cases.CASES,
     "parts": part_cases.CASES,
+    "refusals": refusal_cases.CASES,
     "rivals": rival_cases.CASES,
 }
 """By name."""

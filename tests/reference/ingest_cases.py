@@ -6,9 +6,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
+from hefting.core.spatial import Array
 from hefting.identification import calibrate
 from hefting.ingest import condition
 from hefting.ingest.bias import tare
@@ -131,6 +133,18 @@ def faster() -> Recording:
     )
 
 
+def jumping() -> Recording:
+    """Positions in another frame from 2 s on, and orientations from 3 s on."""
+    found = changed(recorded(), "position", lambda t, p: p + 0.4 * (t > 2.0)[:, None])
+    turn = Rotation.from_rotvec((0.0, 0.0, 0.6))
+
+    def turned(t: Array, q: Array) -> Array:
+        other = (turn * Rotation.from_quat(q)).as_quat()
+        return np.where((t > 3.0)[:, None], other, q)
+
+    return changed(found, "orientation", turned)
+
+
 def few() -> Recording:
     """Ten samples."""
     return recorded().slice(1.0, 0.1)
@@ -234,6 +248,7 @@ CASES: dict[str, Callable[[], Any]] = {
     "coloured": partial(understood, partial(faulty, noise_correlation=0.9)),
     "glitches": partial(understood, partial(faulty, pose_glitches=0.01)),
     "stalls": partial(understood, partial(faulty, pose_stalls=0.05)),
+    "jumping": partial(understood, jumping),
     "startup": partial(
         understood, partial(faulty, pose_startup=0.3, pose_shutdown=0.2)
     ),

@@ -11,6 +11,7 @@ from disturbances import body
 from hefting.core.measurements import Noise
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
+from hefting.ingest import outliers
 from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
 from hefting.ingest.changes import screening
 from hefting.ingest.changes.alternatives import variance_of_any_linear_function
@@ -74,6 +75,15 @@ def of_outliers() -> Any:
         found[f"limits {rate}"] = saturated(wrench, predicted, np.repeat(sizes[0], 3))
         poses = find_odd_poses(wrench[::9], predicted[::9], sizes[1])
         found[f"poses {rate}"] = poses.spike
+        cell = np.arange(K) // 7
+        found[f"parts {rate}"] = (
+            outliers._nearby(wrench - predicted, cell),
+            outliers._cell_medians(wrench, cell),
+            outliers._imperfection(time, predicted, cell, sizes[1]),
+            outliers._spread(wrench - predicted),
+            outliers._contact_cells(np.abs(wrench[:, 0])),
+            outliers._running(wrench, (wrench[:, 0] > 0).astype(float), 4),
+        )
     samples, fit = robust("fast")
     found["pieces"] = find_outliers_piecewise(samples, fit.problem, fit.fit)
     return found

@@ -124,7 +124,7 @@ def static_poses(count: int = 24) -> Recording:
     """Poses at rest without time, one of them with a wrong wrench."""
     rng = np.random.default_rng(50)
     R = Rotation.random(count, rng=rng)
-    g = R.inv().apply(np.array(STANDARD_GRAVITY))
+    g: Array = np.array(R.inv().apply(np.array(STANDARD_GRAVITY)).tolist())
     thing = OBJECT
     force = -thing.mass * g
     wrench = np.hstack((force, np.cross(thing.center_of_mass, force)))
@@ -132,7 +132,7 @@ def static_poses(count: int = 24) -> Recording:
     wrench += rng.normal(size=wrench.shape) * np.array(FAULTS.wrench_noise)
     wrench[count // 2] += (4.0, 0.0, -3.0, 0.0, 0.2, 0.0)
     rows = np.arange(count, dtype=float)
-    q = np.array(R.as_quat(), dtype=float)
+    q: Array = np.array(R.as_quat().tolist())
     streams = {"orientation": Stream(rows, q), "wrench": Stream(rows, wrench)}
     return Recording(streams, static=True)
 

@@ -1,4 +1,4 @@
-"""Reference values of answers as they are told and of what is refused: see
+"""Reference values of answers as they are told: see
 `reference.kept`."""
 
 import pytest
