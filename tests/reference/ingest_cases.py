@@ -18,6 +18,7 @@ from hefting.ingest.clock import offset_error
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.plausibility import com_warnings
+from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.several import ingest_all
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE, Faults, Rates
@@ -249,6 +250,12 @@ CASES: dict[str, Callable[[], Any]] = {
     "glitches": partial(understood, partial(faulty, pose_glitches=0.01)),
     "stalls": partial(understood, partial(faulty, pose_stalls=0.05)),
     "jumping": partial(understood, jumping),
+    "implausible": lambda: without_faulty_poses(
+        faulty(pose_glitches=0.7, pose_glitch_size=(9.0, 3.0))
+    ),
+    "many glitches": lambda: without_faulty_poses(
+        faulty(pose_glitches=0.1, pose_glitch_size=(9.0, 3.0))
+    ),
     "startup": partial(
         understood, partial(faulty, pose_startup=0.3, pose_shutdown=0.2)
     ),

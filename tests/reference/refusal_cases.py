@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -32,6 +33,7 @@ from hefting.estimators import (
 from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
 from hefting.ingest.plausibility import require_object
+from hefting.ingest.several import ingest_all
 from hefting.shapes import Shape
 from reference.held import dynamic, few, slow
 from reference.recorded import (
@@ -181,6 +183,9 @@ REFUSED: dict[str, Refused] = {
             )
         )
     },
+    "biases": lambda: ingest_all([recorded(), recorded()], bias=np.zeros((3, 6))),
+    "same log": lambda: ingest_all([str(Path("a.csv"))] * 2),
+    "no logs": lambda: ingest_all([]),
     "stream": partial(stream, values=np.ones((4, 6))),
     "columns": partial(recording, values=np.ones((5, 5))),
     "not finite": partial(recording, values=np.ones((5, 6)) * BAD[:, None]),
