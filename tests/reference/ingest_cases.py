@@ -265,7 +265,7 @@ CASES: dict[str, Callable[[], Any]] = {
     "imu": partial(understood, with_imu),
     "accelerometer": partial(understood, accelerated),
     "accelerometer and gravity": partial(understood, accelerated, gravity="estimate"),
-    "orientations": partial(understood, orientations),
+    "orientations": lambda: {**understood(orientations), "common errors": None},
     "columns": partial(understood, with_columns),
     "few": partial(understood, few),
     "static": partial(understood, static_poses),
