@@ -54,11 +54,12 @@ def raised(refused: Refused) -> dict[str, Any]:
     try:
         found = refused()
     except (InputError, ValueError, TypeError, KeyError) as error:
-        words = re.findall(r"[a-z]+", str(error))
+        text = str(error).replace(str(Path.cwd()), "")
+        words = re.findall(r"[a-z]+", text)
         return {
             "kind": type(error).__name__,
             "about": "-".join(words[:5])[:30],
-            "text": str(error),
+            "text": text,
         }
     return {"kind": "accepted", "found": found}
 
