@@ -1,4 +1,5 @@
-"""Whether a recording could tell a mistake to someone who knew its motion and noise."""
+"""Whether a recording could tell a mistake to someone who knew its exact motion, and the
+size of its noise."""
 
 import numpy as np
 from scipy.optimize import nnls
@@ -18,9 +19,9 @@ def is_tellable(mistake: Mistake, right: Given, seed: int) -> bool:
     """Whether a recording can tell the mistake.
 
     A change of the wrench does if it is no wrench of another body, bias or clock offset
-    on the same motion, by more than noise; a wrong shape, if no body in it has the
-    wrench, bias and clock offset aside. Of mistakes with poses or options it is not
-    known, and taken for granted.
+    on the same motion, by more than the noise that is in the recording; a wrong shape,
+    if no body in it has the wrench, bias and clock offset aside, that some body has. Of
+    mistakes with poses or options it is not known, and taken for granted.
     """
     exact = right.wrench_of(right.truth.vector)
     noiseless = right.wrench(lambda _, w: exact)
@@ -29,25 +30,28 @@ def is_tellable(mistake: Mistake, right: Given, seed: int) -> bool:
     if wrong.options or not (change.any() or mistake.needs_shape):
         return True
     assert right.exact is not None
+    recorded = np.array(right.recording["wrench"].values)
     late = np.gradient(exact, 1.0 / RATE, axis=0)[:, :, None]
     bias = np.tile(np.eye(6), (len(exact), 1, 1))
     body = full_regressor(right.exact).reshape(-1, 6, 10)
     free = np.concatenate((bias, late), axis=2)
     if mistake.needs_shape:
-        chi_squared = _least_outside(body, free, right.truth.vector, wrong.shape)
-    else:
-        free = np.concatenate((body, free), axis=2)
-        left = _beside(free, change[:, :, None])
-        chi_squared = float(np.sum(np.square(left)))
-    return chi_squared > LEAST_CONTRAST
+        return _outside(body, free, recorded, wrong.shape) > LEAST_CONTRAST
+    free = np.concatenate((body, free), axis=2)
+    columns = np.stack((change, recorded + change), axis=2)
+    direction, seen = _beside(free, columns).T
+    size = np.linalg.norm(direction)
+    along = float(direction @ seen) / float(size) if size > 0.0 else 0.0
+    return max(along, 0.0) ** 2 > LEAST_CONTRAST
 
 
-def _least_outside(body: Array, free: Array, truth: Array, shape: Shape) -> float:
-    """Chi-squared by which the best body of a shape misses the wrench of the true one
-    (10,)."""
+def _outside(body: Array, free: Array, recorded: Array, shape: Shape) -> float:
+    """Chi-squared by which the best body of a shape misses the wrench that was recorded
+    (K, 6), beyond the best body of any kind."""
     points = Shape(np.vstack((shape.positions, shape.hull)))
-    R = np.linalg.qr(_beside(free, body), mode="r")
-    return float(nnls(R @ points.matrix, R @ truth)[1] ** 2)
+    columns = _beside(free, np.concatenate((body, recorded[:, :, None]), axis=2))
+    R = np.linalg.qr(columns, mode="r")[:10]
+    return float(nnls(R[:, :10] @ points.matrix, R[:, 10])[1] ** 2)
 
 
 def _beside(free: Array, columns: Array) -> Array:

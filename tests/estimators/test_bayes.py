@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trimesh.transformations import rotation_matrix
 
 from hammers import NOISE, exact, noisy, shape
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import MotionNoise, Noise
+from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.core.metrics import errors_between
 from hefting.estimators import PMD, Bayes
@@ -262,3 +263,24 @@ def test_a_body_elsewhere_than_the_shape_is_told():
     far = Shape.from_box(-0.02, 0.02, -0.02, 0.02, 0.0, 0.04)
     warnings = Bayes(far, noise=NOISE).fit(noisy(12)).warnings
     assert any("no mass inside the shape" in line for line in warnings)
+
+
+def test_a_shape_that_hardly_explains_the_wrench_is_in_doubt():
+    """The hammer's mesh turned by 60° about its handle: neither the posterior nor a body
+    in it is beyond belief by itself. With the mesh as it lies nothing is said."""
+    low = NOISE_LEVELS["low"]
+    mesh = hammer().mesh()
+    centre = mesh.center_mass
+    turned = mesh.copy().apply_transform(
+        rotation_matrix(np.radians(60.0), (0, 0, 1), centre)
+    )
+    until = "mass=50%"  # which is met but for the doubt
+    for seed in (1, 2, 3):
+        right = Bayes(shape(), noise=low, until=until).fit(noisy(seed, noise=low))
+        assert "shape-contradicts-wrench" not in codes(right.warnings)
+        assert right.sufficient
+    wrong = Bayes(Shape.from_mesh(turned, points=56), noise=low, until=until)
+    found = wrong.fit(noisy(2, noise=low))
+    assert any("the shape hardly explains" in line for line in found.warnings)
+    assert not any("no mass inside the shape" in line for line in found.warnings)
+    assert found.sufficient is False

@@ -37,6 +37,7 @@ from hefting.estimators.bayes.posterior import (
     CONTRADICTING_LIKELIHOOD_DISTANCE,
     Posterior,
     contradiction,
+    doubtful_shape,
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior, prior_of
@@ -257,6 +258,7 @@ class Bayes(Estimator):
                 and not posterior.coloured
                 and not posterior.scale_doubts
                 and not contradiction(posterior, nearest.distance)
+                and not doubtful_shape(posterior, nearest.distance)
             )
             sufficient = sure and self.until.met_by(accuracy)
         return Estimate(
