@@ -108,10 +108,16 @@ def contradiction(posterior: Posterior, distance: float) -> float:
 
 def doubtful_shape(posterior: Posterior, distance: float) -> float:
     """Squared distance [standard deviations] of likely bodies in a shape from the
-    wrench, where it is more than a right shape leaves; else 0."""
+    wrench, where it is more than a right shape leaves; else 0, as where the noise that
+    was given or the stretches contradict the model, whatever the shape."""
     both = posterior.misfit + distance
     doubtful = posterior.shape_known and both > DOUBTFUL_SHAPE_DISTANCE
-    return both if doubtful else 0.0
+    accounted = (
+        posterior.contradicted
+        or posterior.coloured
+        or posterior.disagreement > LARGEST_STRETCH_DISAGREEMENT
+    )
+    return both if doubtful and not accounted else 0.0
 
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
