@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from reference import (
     answer_cases,
     bayes_cases,
+    change_cases,
     core_cases,
     estimator_cases,
     fit_cases,
@@ -17,6 +18,7 @@ from reference.kept import Cases
 
 GROUPS: Mapping[str, Cases] = {
     "answers": answer_cases.CASES,
+    "changes": change_cases.CASES,
     "core": core_cases.CASES,
     "estimators": estimator_cases.CASES,
     "bayes": bayes_cases.CASES,

@@ -1,6 +1,7 @@
 """Cases of `hefting.ingest.rivals`: each mistake by its own explanation, and each
 explanation of recordings that are right, or wrong in another way."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
@@ -10,7 +11,7 @@ import numpy as np
 from benchmarks.given import Given
 from benchmarks.mistaken import mistakes
 
-from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.core.spatial import STANDARD_GRAVITY, Array, rotation_by
 from hefting.ingest import condition
 from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals import (
@@ -177,6 +178,14 @@ def cases(kind: str) -> Any:
     }
 
 
+def _fix_of(turn: Array) -> str:
+    """What is to be typed for a turn [degrees about each axis]."""
+    vector = np.radians(turn)
+    angle = float(np.linalg.norm(vector))
+    known = np.eye(3) * 2.5e-5
+    return axes_turned._fix(rotation_by(vector), angle, vector / angle, known)
+
+
 def parts() -> dict[str, Any]:
     """Parts of explanations."""
     time = np.arange(0.0, 3.0, 0.01)
@@ -200,6 +209,9 @@ def parts() -> dict[str, Any]:
         "lag": [hysteresis._lag(six, share) for share in (0.01, 0.2)],
         "flips": list(matrices.values()),
         "starts": axes_turned.QUARTER_TURNS,
+        "fixes": {
+            str(turn): list(TYPED.findall(_fix_of(np.array(turn)))) for turn in TURNS
+        },
         "ascent": (turned, value, Q, square),
         "matrix": [
             calibration_matrix._told(np.array(each), np.array((9, 8, 7, 1, 1, 0.5)))
@@ -208,6 +220,17 @@ def parts() -> dict[str, Any]:
     }
 
 
+TURNS = (
+    (0, 0, 45.2),
+    (0, -30, 0),
+    (180, 0, 0.1),
+    (0, 0, -179.9),
+    (9, 12, -7),
+    (3, 0, 0),
+)
+"""Turns of a sensor [degrees]."""
+TYPED = re.compile(r"[xyz]:|-?\d+\.?\d*")
+"""Axis and numbers of what is to be typed."""
 JUDGED = (
     "turned about z, 30°",
     "axis flipped, fx",
