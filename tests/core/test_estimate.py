@@ -144,6 +144,20 @@ def test_messages_keep_their_codes_in_the_file(estimate, tmp_path):
     ] * 2
 
 
+def test_no_text_of_a_file_controls_a_terminal(estimate, tmp_path):
+    """Method, warnings and notes are printed."""
+    data = estimate.to_dict()
+    data["method"] = "OLS\x1b[2J"
+    data["warnings"] = ["\x1b[31m"]
+    data["provenance"]["notes"] = ["\x9b31m"]
+    path = tmp_path / "estimate.json"
+    path.write_text(json.dumps(data))
+    found = Estimate.load(path)
+    assert found.method == "OLS?[2J"
+    assert found.warnings == ("?[31m",)
+    assert found.provenance["notes"] == ["?31m"]
+
+
 @pytest.mark.parametrize(
     "messages",
     [

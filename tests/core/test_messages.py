@@ -39,3 +39,10 @@ def test_copies_keep_the_code():
 
 def test_codes_of_those_that_have_one():
     assert codes([warning("a", "x"), note("b", "y"), "plain"]) == {"a", "b"}
+
+
+def test_no_message_controls_a_terminal():
+    """Names in a file may hold anything."""
+    said = warning("stream-left-out", "/wrench\x1b[31m\x07: left out")
+    assert said == "/wrench?[31m?: left out"
+    assert said.about(["a\rb"]) == "a?b: /wrench?[31m?: left out"

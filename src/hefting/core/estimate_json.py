@@ -12,6 +12,7 @@ import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate
+from hefting.core.errors import printable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS
 from hefting.core.messages import Message, Severity
@@ -49,7 +50,7 @@ def fields_of(data: Json) -> dict[str, Any]:
         str(message): message for message in map(_message, data.get("messages") or ())
     }
     return dict(  # noqa: C408
-        method=str(data["method"]),
+        method=printable(str(data["method"])),
         parameters=InertialParameters(vector),
         samples=int(data["samples"]),
         duration=None if data.get("duration") is None else float(data["duration"]),
@@ -215,7 +216,7 @@ def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
         notes = cast(list[Any], found if isinstance(found, list) else [None])
         if not all(isinstance(text, str) for text in notes):
             raise ValueError("the notes are not a list of texts")
-        provenance["notes"] = [messages.get(text, text) for text in notes]
+        provenance["notes"] = [messages.get(text) or printable(text) for text in notes]
     return provenance
 
 

@@ -10,6 +10,8 @@ it speaks of an argument of the library the text names it in backquotes, as in "
 from collections.abc import Iterable
 from typing import Any, Literal, Self
 
+from hefting.core.errors import printable
+
 Severity = Literal["note", "warning", "error"]
 
 
@@ -26,6 +28,9 @@ class Message(str):
         one.
     recordings : names of the recordings it is about, where there are several and it is
         not about all of them; the text begins with them.
+
+    Characters that control a terminal, as of a name in a file, are question marks in
+    it.
     """
 
     __slots__ = ("argument", "code", "recordings", "severity")
@@ -43,7 +48,7 @@ class Message(str):
         recordings: Iterable[str] = (),
     ) -> Self:
         """A message; see the class."""
-        self = super().__new__(cls, text)
+        self = super().__new__(cls, printable(text))
         self.code, self.severity, self.argument = code, severity, argument
         self.recordings = tuple(recordings)
         return self

@@ -14,6 +14,7 @@ from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.report.digits import aligned
 from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.cli.report.worth import Worth
+from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
@@ -133,12 +134,14 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     is none.
 
     `render` turns the library's way of naming its arguments into the reader's.
+    Characters that control a terminal, as of a name in a file, are question marks.
     """
     terminal = sys.stdout.isatty()
     width = get_terminal_size().columns if terminal else WIDTH
     unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
     for line in lines:
-        text = render(line.text) if unicode else render(line.text).translate(ASCII)
+        text = "\n".join(map(printable, render(line.text).split("\n")))
+        text = text if unicode else text.translate(ASCII)
         text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
         print(f"{style}{text}\x1b[0m" if style else text)

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.report.verdict import verdict_lines
+from hefting.core.errors import printable
 from hefting.core.verdict import Verdict
 
 
@@ -21,7 +22,7 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     width = get_terminal_size().columns if sys.stdout.isatty() else WIDTH
     for line in report.renderables:
         if isinstance(line, Text):
-            line.plain = wrapped(render(line.plain), width)
+            line.plain = wrapped(printable(render(line.plain)), width)
     Console(highlight=False, width=width).print(report)
 
 
