@@ -42,6 +42,7 @@ FAILED_ONCE = (
     ("options", 14, 797),  # a shape of thousands of characters, repeated in the error
     ("estimate", 15, 883),  # a mass of 1e-210 kg
     ("estimate", 17, 2898),  # a warning that colours the terminal
+    ("estimate", 17, 3625),  # made with a gravity of 1e300 m/s²
     ("estimate", 17, 2961),  # the same beside another
     ("plan-estimate", 2, 134),  # a covariance that is none
     ("plan-estimate", 2, 237),  # a noise that is a list

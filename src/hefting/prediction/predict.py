@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity
+from hefting.core.magnitudes import LARGEST_GRAVITY, LARGEST_PARAMETER
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording, Stream
@@ -245,11 +246,11 @@ def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
                 f"no body has the estimate's parameters: {estimate.consistency}",
             )
         )
-    tool = _numbers(estimate.provenance.get("tool"), 10)
+    tool = _numbers(estimate.provenance.get("tool"), 10, LARGEST_PARAMETER)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
         doubts.append(warning("tool-subtracted", what))
-    found = _numbers(estimate.provenance.get("gravity"), 3)
+    found = _numbers(estimate.provenance.get("gravity"), 3, LARGEST_GRAVITY)
     if found is not None and np.linalg.norm(
         found - gravity
     ) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
@@ -286,10 +287,12 @@ def _open(spread: Spread | None, std: Array | None) -> list[Message]:
     return [warning("band-open", what)]
 
 
-def _numbers(value: Any, count: int) -> Array | None:
-    """So many finite numbers of an estimate's file; None for anything else."""
+def _numbers(value: Any, count: int, largest: float) -> Array | None:
+    """So many numbers of an estimate's file, none larger than `largest`; None for
+    anything else."""
     try:
         values = np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         return None
-    return values if values.shape == (count,) and np.isfinite(values).all() else None
+    fits = values.shape == (count,) and bool((np.abs(values) <= largest).all())
+    return values if fits else None
