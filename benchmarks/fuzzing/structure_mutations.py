@@ -91,7 +91,7 @@ def toml_line(data: bytes, rng: np.random.Generator) -> bytes:
     kind = choice(rng, ("word", "word", "word", "line", "dotted", "nested"))
     if kind == "word" and words:
         one = choice(rng, words)
-        others = [match[0] for line in lines for match in re.finditer(r"[\w.]+", line)]
+        others = re.findall(r"[\w.]+", "\n".join(lines)) or ["x"]
         new = choice(
             rng,
             (
