@@ -24,7 +24,11 @@ def test_errors_outweigh_doubts_and_notes_are_none():
 
 
 def test_a_warning_without_a_code_gives_doubt():
-    assert verdict_of(["something is odd"]).level == "usable with care"
+    found = verdict_of(["something is odd"])
+    assert found.level == "usable with care"
+    assert [(str(r), r.code) for r in found.reasons] == [
+        ("something is odd", "unknown")
+    ]
 
 
 def test_codes_without_doubt_are_codes_of_the_source():
