@@ -20,7 +20,7 @@ from viewing import HOSTILE, POSE, held, viewed, write_arm
 pytest.importorskip("viser")
 pytest.importorskip("playwright")
 pytestmark = needs_browser
-DRAWN = 20_000
+DRAWN = 60_000
 """[ms] A processor draws what a graphics card draws at once."""
 SCENE = {"x": 0, "y": 330, "width": 390, "height": 400}
 """[pixels] Below the answer of the player on a phone, above the bar that moves."""
