@@ -1,5 +1,4 @@
-"""The files of tests of which some were skipped, by pytest's JUnit report: ``skipped.py
-REPORT``."""
+"""The tests that were skipped, by pytest's JUnit report: ``skipped.py REPORT``."""
 
 import sys
 from pathlib import Path
@@ -8,8 +7,9 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).parents[1]
 
 
-def files(report: str) -> list[str]:
-    """Paths of the files, each once.
+def skipped(report: str) -> list[str]:
+    """Functions, as ``tests/a.py::test_b`` with all their cases, and whole files, as
+    pytest takes them; each once.
 
     Raises `SystemExit` for a report without tests, and for a class name that is that of
     no file.
@@ -21,15 +21,16 @@ def files(report: str) -> list[str]:
     for case in cases:
         if case.find("skipped") is None:
             continue
-        words = case.get("classname", "").split(".") or [""]
+        name = case.get("name", "").partition("[")[0]
+        words = case.get("classname", "").split(".")
         if words == [""]:  # a whole file that was skipped while it was collected
-            words = case.get("name", "").split(".")
+            words, name = name.split("."), ""
         path = "/".join(words) + ".py"
         if not (ROOT / path).is_file():
             raise SystemExit(f"no file holds the tests of '{'.'.join(words)}'")
-        found[path] = None
+        found[f"{path}::{name}" if name else path] = None
     return list(found)
 
 
 if __name__ == "__main__":
-    print(" ".join(files(sys.argv[1])))
+    print(" ".join(skipped(sys.argv[1])))

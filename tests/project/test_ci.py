@@ -9,7 +9,7 @@ from project.environments import ROOT
 
 CASES = {
     "ran": '<testcase classname="tests.core.test_files" name="test_a"/>',
-    "skipped": '<testcase classname="tests.viewer.test_pages" name="test_b">'
+    "skipped": '<testcase classname="tests.viewer.test_pages" name="test_b[a b]">'
     '<skipped message="no browser"/></testcase>',
     "whole file": '<testcase classname="" name="tests.notebook.test_notebook">'
     "<skipped/></testcase>",
@@ -23,13 +23,13 @@ CASES = {
         (["ran"], ""),
         (
             ["ran", "skipped", "whole file", "skipped"],
-            "tests/viewer/test_pages.py tests/notebook/test_notebook.py",
+            "tests/viewer/test_pages.py::test_b tests/notebook/test_notebook.py",
         ),
         (["unknown"], None),
         ([], None),
     ],
 )
-def test_files_with_skipped_tests_are_named(tmp_path, kinds, said):
+def test_what_was_skipped_is_named(tmp_path, kinds, said):
     """Nothing is passed over in silence: an error where a report has no tests, or a test
     no file."""
     report = tmp_path / "tests.xml"
