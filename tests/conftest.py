@@ -12,7 +12,6 @@ LONG = (
     "viewer/test_pages.py",
     "reproduction/test_evaluation.py",
     "benchmarks/test_fuzz.py",
-    "project/test_docs_commands.py",
     "online/test_pipeline.py",
     "benchmarks/test_benchmarks.py",
     "ingest/test_rivals.py",
