@@ -21,7 +21,7 @@ maximum of the likelihood above which the shape contradicts the wrench."""
 DOUBTFUL_SHAPE_DISTANCE = 20.0
 """Sum of that distance and of the posterior mean's from the nearest body in the shape
 from which on the shape is in doubt. It is at most 17 of 150 right shapes in simulated
-recordings; of 238 in real ones two exceed it, of which noise leaves much unexplained."""
+recordings; four of 238 in real ones exceed it, each of which is in doubt anyway."""
 LARGEST_RESPONSE_SHARE = 0.5**0.5
 """Error by uneven response, over the mass's whole standard deviation, above which it is
 the larger part of it."""
