@@ -1,6 +1,5 @@
 """The files that the pages of the docs name, with something in them to be found."""
 
-from dataclasses import replace
 from pathlib import Path
 from shutil import copy
 
@@ -10,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from bags import Entry, write
 from disturbances import body
 from hefting.core.inertia import InertialParameters
-from hefting.core.recording import Recording, Stream
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.logs import write_log
 from hefting.simulation import UR5, Arm, Faults, Rates, demo, random_smooth, record
@@ -19,6 +18,7 @@ from hefting.simulation.faults import WRENCH_NOISE
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import wield_analytically
 from hefting.simulation.torques import TorqueRobot
+from reference.recorded import changed
 
 OBJECT = body(0.512)
 GRIPPER = body(0.4)
@@ -65,22 +65,18 @@ def _recorded(thing: InertialParameters) -> Recording:
 
 def _of_marker(recording: Recording) -> Recording:
     """With the poses of the marker."""
-    place, R = (
-        recording["position"],
-        Rotation.from_quat(recording["orientation"].values),
-    )
-    marker = Stream(place.time, place.values - R.apply(IN_MARKER))
-    return replace(recording, streams={**recording.streams, "position": marker})
+    R = Rotation.from_quat(recording["orientation"].values)
+    return changed(recording, "position", lambda _, place: place - R.apply(IN_MARKER))
 
 
 def _picked_up(recording: Recording) -> Recording:
     """With nothing but noise in the wrench for two seconds."""
-    time, values = recording["wrench"].time, np.array(recording["wrench"].values)
-    bare = np.array(time) < 2.0
-    noise = np.random.default_rng(6).normal(size=(int(bare.sum()), 6))
-    values[bare] = noise * FAULTS.wrench_noise
-    wrench = Stream(time, values)
-    return replace(recording, streams={**recording.streams, "wrench": wrench})
+
+    def bare(time: Array, wrench: Array) -> Array:
+        noise = np.random.default_rng(6).normal(size=wrench.shape)
+        return np.where(time[:, None] < 2.0, noise * FAULTS.wrench_noise, wrench)
+
+    return changed(recording, "wrench", bare)
 
 
 def _robots(folder: Path) -> None:

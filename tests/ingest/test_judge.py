@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.given import correct
 
-from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.ingest import condition
-from hefting.ingest.path import path_of
+from given_cases import case_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, correlation
 from hefting.ingest.rivals.explanation import as_given
@@ -18,12 +15,7 @@ from hefting.ingest.rivals.judge import _is_white, _is_worth_a_search
 
 @pytest.fixture(scope="module")
 def case() -> Case:
-    recording: Recording = correct(0).recording
-    path = path_of(recording)
-    assert path is not None
-    gravity = np.array(STANDARD_GRAVITY)
-    offset = condition(recording, gravity).offset
-    return Case.of(recording, path, gravity, offset, biased=True)
+    return case_of(correct(0))
 
 
 def with_residuals(fitted: Fitted, memory: float) -> Fitted:

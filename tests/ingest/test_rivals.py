@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.given import Given, Mistake, correct
+from benchmarks.given import Mistake, correct
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import positions
 from scipy.spatial.transform import Rotation
 
+from given_cases import case_of
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
-from hefting.ingest.path import path_of, static_path
+from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
     axes_turned,
     force_unit,
@@ -53,15 +54,6 @@ CLEAR = {
     ("sloshing", "30%"): "sloshing",
 }
 """Mistakes that leave no doubt, and the code that names each."""
-
-
-def case_of(given: Given, offset: float = 0.0) -> Case:
-    """The case of what a user gave, on a recording whose clocks agree."""
-    path = path_of(given.recording)
-    assert path is not None
-    gravity = np.array(given.options.get("gravity", STANDARD_GRAVITY), dtype=float)
-    biased = "bias" not in given.options
-    return Case.of(given.recording, path, gravity, offset, biased=biased)
 
 
 def mistake(name: str, strength: str) -> Mistake:

@@ -17,7 +17,7 @@ from hefting.estimators.bayes.bounds import (
     REACH_MEMBERS,
     bounded_members,
 )
-from hefting.estimators.bayes.densities import MEMBERS, member_covariances
+from hefting.estimators.bayes.densities import member_covariances
 from hefting.estimators.bayes.distortion import Distortions
 from hefting.estimators.bayes.mixture import prior_mixture
 from hefting.estimators.bayes.posterior import Posterior
@@ -41,7 +41,6 @@ from reference.held import (
 
 SHARES = np.random.default_rng(40).normal(size=(64, 3))
 """Directions in which each member of a mixture is seen."""
-TABLES = {"each": MEMBERS, "bounds": BOUNDS_MEMBERS, "reach": REACH_MEMBERS}
 ELSEWHERE = replace(
     Shape.from_box(0.1, 0.15, -0.2, 0.3, 0.02, 0.4, points=60), shape_std=0.1
 )
@@ -284,7 +283,6 @@ CASES: dict[str, Callable[[], Any]] = {
     "several": of_several,
     "densities hammer": partial(densities, shape),
     "densities box": partial(densities, box),
-    "members": lambda: {name: list(table) for name, table in TABLES.items()},
     "bounds members": partial(bounds, BOUNDS_MEMBERS, EVEN_COM),
     "bounds members even": partial(bounds, BOUNDS_MEMBERS, 0.0),
     "reach members": partial(bounds, REACH_MEMBERS, 0.0),

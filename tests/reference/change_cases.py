@@ -10,7 +10,7 @@ import numpy as np
 
 from disturbances import body
 from hefting.core.inertia import InertialParameters
-from hefting.core.recording import Recording, Stream
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from reference.ingest_cases import understood
 from reference.recorded import (
@@ -20,6 +20,7 @@ from reference.recorded import (
     changing,
     medium,
     recorded,
+    stamped_late,
     static_poses,
     wielding,
 )
@@ -60,14 +61,6 @@ def pushed(*spans: tuple[float, float], held: Held = ()) -> Recording:
     return changed(holding(*held), "wrench", push)
 
 
-def late(recording: Callable[[], Recording], seconds: float) -> Recording:
-    """With a wrench that is late [s]."""
-    found = recording()
-    stream = found["wrench"]
-    wrench = Stream(np.array(stream.time) + seconds, stream.values, stream.rows)
-    return replace(found, streams={**found.streams, "wrench": wrench})
-
-
 def loose_poses() -> Recording:
     """Static poses with a wrench that nothing explains."""
     errors = np.random.default_rng(80).normal(size=(24, 6)) * np.repeat((1.5, 0.08), 3)
@@ -90,15 +83,13 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
     "touched at the end": partial(pushed, (7.0, 9.5)),
     "touched for long": partial(pushed, (2.0, 7.5)),
     "touched and slipped": partial(pushed, (4.0, 5.0), held=((4.5, MOVED),)),
-    "swapped, late": partial(late, partial(changing, "swapped"), 0.12),
-    "slipped, early": partial(late, partial(changing, "slipped"), -0.07),
-    "touched, late": partial(late, partial(changing, "touched"), 0.2),
-    "swapped, spikes": partial(
-        lambda: changed(
-            recorded(medium, replace(FAULTS, spikes=0.02)),
-            "wrench",
-            lambda t, w: w * np.where(t > 4.0, 1.3, 1.0)[:, None],
-        )
+    "swapped, late": lambda: stamped_late(changing("swapped"), 0.12),
+    "slipped, early": lambda: stamped_late(changing("slipped"), -0.07),
+    "touched, late": lambda: stamped_late(changing("touched"), 0.2),
+    "swapped, spikes": lambda: changed(
+        recorded(medium, replace(FAULTS, spikes=0.02)),
+        "wrench",
+        lambda t, w: w * np.where(t > 4.0, 1.3, 1.0)[:, None],
     ),
     "another in drift": lambda: changed(
         holding((4.4, body(0.7))), "wrench", lambda t, w: w + np.outer(t, 0.1 * PUSH)

@@ -15,10 +15,10 @@ from hefting.core.estimate import com_jacobian
 from hefting.core.gravity import Gravity, normal_gravity
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
-from hefting.core.measurements import NOISE_LEVELS, Noise
+from hefting.core.measurements import Noise
 from hefting.core.metrics import errors_between
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
-from hefting.core.quantity import UNITS, quantity
+from hefting.core.quantity import quantity
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.sensor_sheets import SHEETS
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
@@ -167,7 +167,7 @@ def sensors() -> dict[str, Any]:
             one.channel_stds[[0, 0, 3, 3], [0, 3, 0, 3]],
             one.none,
         ]
-    return {**found, "sheets": SHEETS}
+    return found
 
 
 def readings() -> dict[str, Any]:
@@ -185,8 +185,6 @@ def readings() -> dict[str, Any]:
         "place": [Gravity.at(51.0), Gravity.at(51.0, 300.0).relative_std],
         "claimed": claimed,
         "met": [asked.met_by(claimed), claimed.met_by(claimed)],
-        "of units": UNITS,
-        "levels": NOISE_LEVELS,
         "places": rounding.decimals(widths, 34.0),
         "fewest": rounding.decimals(widths, 34.0, 3),
         "rounded": rounding.rounded(widths * 1.2345678, rounding.decimals(widths, 3.4)),

@@ -36,6 +36,7 @@ from reference.recorded import (
     other,
     recorded,
     short,
+    stamped_late,
     static_poses,
     stopping,
     tilted,
@@ -230,16 +231,7 @@ CASES: dict[str, Callable[[], Any]] = {
     "late, no clock": partial(conditioned, partial(late, 0.03), clock=False),
     "late in columns": partial(
         conditioned,
-        lambda: replace(
-            with_columns(),
-            streams={
-                **with_columns().streams,
-                "wrench": replace(
-                    with_columns()["wrench"],
-                    time=np.array(with_columns()["wrench"].time) + 0.05,
-                ),
-            },
-        ),
+        lambda: stamped_late(with_columns(), 0.05),
     ),
     "turned over": partial(understood, turned_over),
     "spikes": partial(understood, partial(faulty, spikes=0.03)),

@@ -109,6 +109,13 @@ def changed(
     )
 
 
+def stamped_late(recording: Recording, seconds: float) -> Recording:
+    """With later times of the wrench."""
+    stream = recording["wrench"]
+    wrench = Stream(np.array(stream.time) + seconds, stream.values, stream.rows)
+    return replace(recording, streams={**recording.streams, "wrench": wrench})
+
+
 def with_imu() -> Recording:
     """Poses, an accelerometer and a gyroscope."""
     return recorded(short, rates=Rates(imu=100.0))

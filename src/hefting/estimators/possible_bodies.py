@@ -158,7 +158,7 @@ def _gradients(shape: Shape, shares: Array) -> Array:
         off = shape.positions - share @ shape.positions / mass
         size = np.sqrt(share @ (off * off) / mass)
         # across a plane in which all points of a part lie there is nothing but rounding
-        along = np.where(size > thin, off / np.where(size > thin, size, 1.0), 0.0)
+        along = np.divide(off, size, out=np.zeros_like(off), where=size > thin)
         columns.append(shape.cell_matrix @ (share[:, None] * along))
     return np.column_stack(columns)
 
