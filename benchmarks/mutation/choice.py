@@ -92,7 +92,8 @@ class TestMap:
 
     def tests_of(self, mutant: Mutant) -> tuple[set[Test], set[Test]]:
         """Tests that execute the mutant's line or, where it is executed on import, a
-        line that uses its name; and tests that use the name themselves."""
+        line that uses its name; and tests that use the name themselves. Those that
+        execute anything of its file, where none of these is known."""
         names, places = set(mutant.names), set()
         if not names:
             places = {(mutant.file, line) for line in mutant.lines}
@@ -100,19 +101,29 @@ class TestMap:
             names |= self.uses.users[name]
         for name in names:
             places |= self.uses.places[name]
-        executing = {
-            (file, number)
-            for file, found in self.files.items()
-            for source, line in places
-            for number in _of_line(found, source, line)
-        }
+        executing = self._executing(places)
         naming = {
             (file, number)
             for file, found in self.files.items()
             for number, test in enumerate(found["tests"] if names else ())
             if names & self.named.get(test.partition("[")[0], set())
         }
+        if not executing and not naming:
+            lines = {
+                (mutant.file, int(line))
+                for found in self.files.values()
+                for line in found["lines"].get(mutant.file, {})
+            }
+            executing = self._executing(lines)
         return executing, naming
+
+    def _executing(self, places: set[tuple[str, int]]) -> set[Test]:
+        return {
+            (file, number)
+            for file, found in self.files.items()
+            for source, line in places
+            for number in _of_line(found, source, line)
+        }
 
     def choose(self, mutant: Mutant, limit: float, first: str = "") -> Chosen:
         """The quickest of these tests, no more than `limit` s of them.

@@ -1,6 +1,7 @@
 """How the command starts, and how it says what the library says."""
 
 import json
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -65,6 +66,34 @@ def test_only_the_chosen_command_is_imported():
         "hefting.cli.parser",
         "hefting.cli.standard_input",
     }
+
+
+def threads(given: dict[str, str], before: str = "") -> str:
+    """What the environment says to linear algebra that the command loads."""
+    code = (
+        f"import os, sys; sys.argv = ['hefting', 'methods']\n{before}\n"
+        "import hefting.cli; hefting.cli.main()\n"
+        "assert 'numpy' in sys.modules\n"
+        "print(os.environ.get('OPENBLAS_NUM_THREADS'))"
+    )
+    environment = {k: v for k, v in os.environ.items() if "_NUM_THREADS" not in k}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment | given,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return done.stdout.splitlines()[-1]
+
+
+def test_linear_algebra_has_one_thread():
+    assert threads({}) == "1"
+
+
+def test_threads_are_left_to_whoever_chose_them():
+    assert threads({"OMP_NUM_THREADS": "2"}) == "None"
+    assert threads({}, before="import numpy") == "None"
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from textwrap import wrap
 
 from hefting.cli.parser import WIDTH, Parser, did_you_mean, say
 from hefting.core.errors import HeftingError, InputError
+from hefting.core.threads import use_one_thread
 
 STATUS_STOPPED = 130
 """Exit status of a command that Ctrl-C ended, as shells have it."""
@@ -175,6 +176,7 @@ def main() -> None:
     the answer is not to be used, 130 stopped, 1 anything else."""
     if sys.stdout is None:  # was closed before the start
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
+    use_one_thread()
     try:
         try:
             words = _joined(sys.argv[1:])

@@ -17,10 +17,10 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any
 
+from hefting.core.threads import ONE_THREAD
 from hefting.jobs.outcome import Task
 
 SPAWN = get_context("spawn")
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 LAST_BREATH = 5.0
 """How long a process may take to end after it has closed its end of the stream [s]."""
@@ -128,8 +128,8 @@ def _pickled_error(error: Exception) -> bytes:
 def _one_thread_each() -> Iterator[None]:
     """Processes begun meanwhile compute on one thread each: no faster with more, and
     the same to the last bit."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
     try:
         yield
     finally:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import IO, Any
 
 from hefting.core.errors import HeftingError
-from hefting.jobs.worker import THREADS
+from hefting.core.threads import ONE_THREAD
 from hefting.online.understanding import Settings, Task, Understander, Understanding
 
 LENGTH = struct.Struct(">Q")
@@ -79,7 +79,7 @@ class Remote:
     def _begin(self) -> None:
         self.close()
         path = os.pathsep.join(each for each in sys.path if each)
-        environment = os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREADS, "1")
+        environment = os.environ | {"PYTHONPATH": path} | ONE_THREAD
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", COMMAND],

@@ -1,0 +1,20 @@
+"""Threads of the linear algebra: one is enough for matrices of a few dozen rows. With
+more, libraries wait for each other in a loop, which takes a multiple of the processor
+time, and results can differ in the last bit."""
+
+import os
+import sys
+
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
+)
+"""Environment of a process that computes on one thread."""
+
+
+def use_one_thread() -> None:
+    """Compute on one thread, unless the user's environment says how many.
+
+    Libraries read it when they are loaded: where NumPy is, nothing is changed.
+    """
+    if "numpy" not in sys.modules and not ONE_THREAD.keys() & os.environ.keys():
+        os.environ.update(ONE_THREAD)
