@@ -18,6 +18,9 @@ DAMPING = 1e-9
 """Added to the diagonal of normal equations that were scaled to ones there: it keeps
 what the motion leaves undetermined finite."""
 
+ALTERNATIVES_AT_A_TIME = 16
+"""Of so many what is computed in between stays in the processor's cache."""
+
 
 @dataclass(frozen=True, eq=False)
 class RobustRows:
@@ -50,7 +53,8 @@ def fit_each(
     iterations : how often the samples are weighted anew.
     """
     known, wrench = both[:, :, :-6], both[:, :, -6:]
-    O, K, _ = known.shape
+    O, K, z = known.shape
+    flat = maps.reshape(6 * z, -1)
     nu = STUDENT_DEGREES_OF_FREEDOM
     residual = wrench - wrench.mean(axis=1, keepdims=True)
     square = squared_lengths(residual)
@@ -60,18 +64,22 @@ def fit_each(
     solution = np.zeros((O, maps.shape[2]))
     for _ in range(iterations):
         solution = solve_each(*normal_equations(both, maps, used * weights, scale))
-        residual = wrench - known @ np.einsum("zcp,op->ozc", maps, solution)
+        residual = wrench - known @ (solution @ flat.T).reshape(O, z, 6)
         square = squared_lengths(residual)
         for _ in range(2):
-            distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-            weights = (nu + 6.0) / (nu + distance)
-            total = np.einsum("ok,okt->ot", used * weights, square)
+            weights = (nu + 6.0) / (nu + _distances(square, scale))
+            total = ((used * weights)[:, None] @ square)[:, 0]
             scale = np.maximum(np.sqrt(total / (3.0 * count[:, None])), floor)
-    distance = np.einsum("okt,ot->ok", square, scale**-2.0)
-    tail = 0.5 * (nu + 6.0) * np.log1p(distance / nu)
+    tail = 0.5 * (nu + 6.0) * np.log1p(_distances(square, scale) / nu)
     likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
     likelihood[count < 0.5 * K] = -np.inf
     return RobustRows(likelihood, solution, scale, used * weights, residual)
+
+
+def _distances(square: Array, scale: Array) -> Array:
+    """(O, K) squares of force and torque residuals (O, K, 2) in units of their sizes
+    (O, 2)."""
+    return (square @ (scale**-2.0)[:, :, None])[:, :, 0]
 
 
 def normal_equations(
@@ -79,18 +87,19 @@ def normal_equations(
 ) -> tuple[Array, Array]:
     """Normal matrices (O, p, p) and right-hand sides (O, p), for weights (O, K) and
     residual scales (O, 2); the other arguments as for `fit_each`."""
-    z = both.shape[2] - 6
-    gram = np.swapaxes(both * weights[:, :, None], 1, 2) @ both
-    inverse_variance = np.repeat(scale**-2.0, 3, axis=1)
-    O, p = len(both), maps.shape[2]
-    normal, right = np.zeros((O, p, p)), np.zeros((O, p))
-    for channel, columns in enumerate(maps.transpose(1, 0, 2)):
-        rows = np.flatnonzero(columns.any(axis=1))
-        used = columns[rows]
-        weight = inverse_variance[:, channel]
-        part = gram[:, rows[:, None], rows]
-        normal += weight[:, None, None] * (used.T @ (part @ used))
-        right += weight[:, None] * (gram[:, rows, z + channel] @ used)
+    O, z, p = len(both), both.shape[2] - 6, maps.shape[2]
+    flat = maps.reshape(6 * z, p)
+    normal, right = np.empty((O, p, p)), np.empty((O, p))
+    for first in range(0, O, ALTERNATIVES_AT_A_TIME):
+        part = slice(first, first + ALTERNATIVES_AT_A_TIME)
+        weighted = both[part] * weights[part, :, None]
+        gram = np.swapaxes(weighted, 1, 2) @ both[part]
+        inverse_variance = np.repeat(scale[part] ** -2.0, 3, axis=1)
+        columns = (gram[:, :z, :z] @ maps.reshape(z, -1)).reshape(-1, z, 6, p)
+        columns *= inverse_variance[:, None, :, None]
+        normal[part] = flat.T @ columns.reshape(-1, 6 * z, p)
+        sums = gram[:, :z, z:] * inverse_variance[:, None]
+        right[part] = sums.reshape(-1, 6 * z) @ flat
     return normal, right
 
 

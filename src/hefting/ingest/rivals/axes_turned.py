@@ -37,7 +37,11 @@ from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"
 STEPS = 25
-"""Steps of the ascent from each start."""
+"""Steps of the ascent from the best starts."""
+FIRST_STEPS = 5
+"""Steps from each start, after which the best ones are known."""
+KEPT_STARTS = 6
+"""Starts from which the ascent goes on."""
 REFINEMENTS = 4
 """Gauss-Newton steps of rotation and clock offset."""
 LARGEST_STEP = 0.3
@@ -103,24 +107,28 @@ def _ascend(
     case: Case, rows: Rows, weights: Array, scale: Array, starts: Array
 ) -> tuple[Array, Array]:
     """For each of the O alternatives the best rotation (O, 3, 3) from any of the starts
-    (S, 3, 3), and vec(R)' Q vec(R) less the wrench's square (O,); and Q (O, 9, 9)."""
+    (S, 3, 3), and vec(R)' Q vec(R) less the wrench's square (O,)."""
     Q, square = _quadratic(case, rows, weights, scale)
-    O, S = len(Q), len(starts)
-    R = np.broadcast_to(starts, (O, S, 3, 3))
-    for _ in range(STEPS):
-        moved = np.einsum("oij,osj->osi", Q, R.reshape(O, S, 9)).reshape(O, S, 3, 3)
-        U, _, V = np.linalg.svd(moved)
-        sign = np.linalg.det(U @ V)
-        U = U.copy()
-        U[..., :, 2] *= sign[..., None]
-        R = U @ V
-    v = R.reshape(O, S, 9)
-    value = np.einsum("osi,oij,osj->os", v, Q, v)
+    v = np.broadcast_to(starts.reshape(-1, 9), (len(Q), len(starts), 9))
+    for _ in range(FIRST_STEPS):
+        v = _nearest_rotations(v @ Q)
+    worst_first = np.argsort(np.sum(v @ Q * v, axis=2), axis=1)
+    v = np.take_along_axis(v, worst_first[:, -KEPT_STARTS:, None], axis=1)
+    for _ in range(STEPS - FIRST_STEPS):
+        v = _nearest_rotations(v @ Q)
+    value = np.sum(v @ Q * v, axis=2)
     best = np.argmax(value, axis=1)
-    each = np.arange(O)
+    each = np.arange(len(Q))
     # per sample, so that offsets with fewer known samples do not win by that
     count = np.maximum(weights.sum(axis=1), 1.0)
-    return R[each, best], (value[each, best] - square) / count
+    return v[each, best].reshape(-1, 3, 3), (value[each, best] - square) / count
+
+
+def _nearest_rotations(vectors: Array) -> Array:
+    """The rotations nearest to matrices, both (..., 9) by rows."""
+    U, _, V = np.linalg.svd(vectors.reshape(*vectors.shape[:-1], 3, 3))
+    U[..., 2] *= np.linalg.det(U @ V)[..., None]
+    return (U @ V).reshape(vectors.shape)
 
 
 def _quadratic(

@@ -7,8 +7,8 @@ from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     Fitted,
+    LinearPart,
     Rows,
-    beside_linear,
     correlation,
     fit_rows,
 )
@@ -46,7 +46,7 @@ def _step(
     """Errors of the matrix (6, 6), and what they cost (see `Explanation.cost`), beside
     a prediction of the wrench (K, 6) and a fit with the errors `before` taken away."""
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
-    S, g = beside_linear(fitted, 0, columns)
+    S, g = LinearPart.of(fitted, 0).beside(columns)
     independent = 1.0 / correlation(fitted, 0)
     S, g = independent * S, independent * g
     g = g + S @ before.ravel()

@@ -153,23 +153,42 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
     return Step(change, inverse[p:, p:] * correlation(fitted, index))
 
 
-def beside_linear(fitted: Fitted, index: int, columns: Array) -> tuple[Array, Array]:
-    """Normal matrix (q, q) and right-hand side (q,) of more unknowns of one alternative,
-    with all its linear unknowns eliminated.
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """The linear unknowns of one alternative, to be eliminated beside others; samples
+    count as if they were independent."""
 
-    Columns (K, 6, q) are derivatives of the wrench; samples count as if they were
-    independent.
-    """
-    rows, K, q = fitted.rows, len(columns), columns.shape[2]
-    weights = np.sqrt(fitted.weights[index])[:, None] / np.repeat(
-        fitted.scale[index], 3
-    )
-    base = rows.known[index] @ rows.maps.reshape(rows.known.shape[2], -1)
-    A = (base.reshape(K, 6, -1) * weights[:, :, None]).reshape(6 * K, -1)
-    B = (columns * weights[:, :, None]).reshape(6 * K, q)
-    r = (fitted.residual[index] * weights).ravel()
-    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    N = A.T @ A + DAMPING * np.eye(A.shape[1])
-    AB = A.T @ B
-    S = B.T @ B - AB.T @ np.linalg.solve(N, AB)
-    return S, B.T @ r - AB.T @ np.linalg.solve(N, A.T @ r)
+    weights: Array
+    """(K, 6) square roots of the weights of the residuals"""
+    columns: Array
+    """(6 K, p) weighted, of length one"""
+    normal: Array
+    """(p, p)"""
+    residual: Array
+    """(6 K,) weighted"""
+
+    @classmethod
+    def of(cls, fitted: Fitted, index: int) -> Self:
+        """Of one of the alternatives."""
+        rows = fitted.rows
+        scale = np.repeat(fitted.scale[index], 3)
+        weights = np.sqrt(fitted.weights[index])[:, None] / scale
+        A = rows.known[index] @ rows.maps.reshape(rows.known.shape[2], -1)
+        A = (A.reshape(len(weights), 6, -1) * weights[:, :, None]).reshape(
+            weights.size, -1
+        )
+        A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+        normal = A.T @ A + DAMPING * np.eye(A.shape[1])
+        residual = (fitted.residual[index] * weights).ravel()
+        return cls(weights, A, normal, residual)
+
+    def beside(self, columns: Array) -> tuple[Array, Array]:
+        """Normal matrix (q, q) and right-hand side (q,) of more unknowns, with columns
+        (K, 6, q) the derivatives of the wrench by them, and the linear ones
+        eliminated."""
+        A = self.columns
+        B = (columns * self.weights[:, :, None]).reshape(len(A), -1)
+        both = np.column_stack((B, self.residual))
+        sums = A.T @ both
+        found = B.T @ both - sums[:, :-1].T @ np.linalg.solve(self.normal, sums)
+        return found[:, :-1], found[:, -1]

@@ -17,7 +17,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, beside_linear, correlation, fit_rows
+from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation, fit_rows
 from hefting.ingest.rivals.explanation import (
     Explanation,
     as_given,
@@ -202,7 +202,7 @@ def _score(case: Case, fitted: Fitted) -> float:
     """Largest improvement of the weighted square, over the samples that count as one,
     by a first step of any of the small mistakes."""
     columns, groups = _small_mistakes(case, fitted)
-    S, g = beside_linear(fitted, 0, columns)
+    S, g = LinearPart.of(fitted, 0).beside(columns)
     # as for columns of length one, so that none is divided by zero
     length = np.sqrt(np.einsum("kcq,kcq,kc->q", columns, columns, _precision(fitted)))
     length = np.maximum(length, 1e-300)

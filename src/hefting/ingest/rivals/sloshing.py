@@ -12,13 +12,7 @@ import numpy as np
 from hefting.core.spatial import Array, skew
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import (
-    Fitted,
-    Rows,
-    beside_linear,
-    fit_rows,
-    with_bias,
-)
+from hefting.ingest.rivals.evidence import LinearPart, Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation, at_offset, newton_euler
 from hefting.ingest.rivals.filtering import Complex, filtered
 
@@ -44,7 +38,9 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves:
         return None
     driven = _Driven.of(case)
-    rigid = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
+    rigid = LinearPart.of(
+        at_offset(case, lambda motion: newton_euler(case, motion), case.offset), 0
+    )
     pairs = [(frequency, USUAL_DAMPING) for frequency in FREQUENCIES]
     best = max(pairs, key=lambda pair: _score(rigid, driven.swinging(*pair)))
     for width in WIDTHS:
@@ -91,10 +87,10 @@ class _Driven:
         return np.column_stack([np.interp(self.time, self.grid, x) for x in both.T])
 
 
-def _score(rigid: Fitted, swinging: Array) -> float:
+def _score(rigid: LinearPart, swinging: Array) -> float:
     """Improvement of the weighted square of a rigid body's fit by a loose mass."""
     columns = swinging @ _maps().reshape(6, -1)
-    S, g = beside_linear(rigid, 0, columns.reshape(len(swinging), 6, 4))
+    S, g = rigid.beside(columns.reshape(len(swinging), 6, 4))
     length = np.sqrt(np.maximum(S.diagonal(), 1e-300))
     S, g = S / length / length[:, None] + 1e-9 * np.eye(4), g / length
     return float(g @ np.linalg.solve(S, g))
