@@ -10,7 +10,7 @@ from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.simulation import UR5, hammer, random_smooth, wield
 
 
-@pytest.mark.parametrize("size", ["default", "0.5% 0.3N 0.01Nm", "2%"])
+@pytest.mark.parametrize("size", ["default", "0.5% 0.3N 0.01Nm"])
 def test_intervals_hold_what_the_sensor_may_do(size):
     """36 recordings. Of 360 intervals, some ten of a recording go together: the share
     that holds is within 5 % of that of 504, 97 %, in 99 of 100 runs."""

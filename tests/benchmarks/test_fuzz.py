@@ -14,11 +14,11 @@ from benchmarks.fuzzing.readers import READERS, make_case
 from benchmarks.fuzzing.seeds import make_seeds
 from benchmarks.fuzzing.workers import Fuzzer, run_case
 
-COUNT = 20
+COUNT = 12
 """Files of each reader."""
 FEW = 3
 """Files of those that take seconds."""
-COUNTS = {"mapped": 7, "toml": 14}
+COUNTS = {"mapped": 5, "toml": 8}
 """Files of those that take tenths of a second, as all of them can be identified."""
 
 
