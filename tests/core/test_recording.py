@@ -132,6 +132,7 @@ def test_quaternions_are_normalised_once_and_keep_their_sign():
     q *= (1 + rng.uniform(-0.009, 0.009, 500))[:, None] / np.linalg.norm(q, axis=1)[
         :, None
     ]
+    q[7] = (0.0, 0.6, 0.0, 0.8)  # which is normalised already
     once = Recording({"orientation": Stream(np.arange(500.0), q)})["orientation"]
     # rounding of four squares, a root and a division
     np.testing.assert_allclose(np.linalg.norm(once.values, axis=1), 1.0, atol=5e-16)
