@@ -25,7 +25,7 @@ def urdf(tmp_path_factory):
 @pytest.fixture(scope="module")
 def first(urdf):
     """A motion for mass and COM, played, and what is known live after it."""
-    rests = plan(urdf, "flange", stop_and_go=True, duration=8.0, effort="quick")
+    rests = plan(urdf, "flange", stop_and_go=True, duration=5.0, effort="quick")
     log = simulate(sensor_motion(UR5E.robot, rests.motion), BODY, noise=NOISE, seed=1)
     *_, now = hefting.live(log, speed=float("inf"))
     assert now.estimate is not None
@@ -35,7 +35,7 @@ def first(urdf):
 def test_it_aims_at_what_is_open(urdf, first):
     rests, estimate = first
     start = rests.motion.position[-1]
-    given = {"start": start, "duration": 4.0, "effort": "quick"}
+    given = {"start": start, "duration": 3.0, "effort": "quick"}
     found = plan(urdf, "flange", estimate=estimate, until="inertia=60%", **given)
     np.testing.assert_allclose(found.motion.position[0], start, atol=1e-12)
     before, after = found.forecast.accuracy[0], found.forecast.accuracy[-1]
