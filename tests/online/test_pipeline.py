@@ -82,7 +82,7 @@ def test_an_undisturbed_stream_is_of_one_object(played):
 
 def test_a_touch_contradicts_and_is_over():
     """Touches of 0.4 s and 3 to 8 N."""
-    _, said = play(faulty(4, 9.0).recording)
+    _, said = play(faulty(4, 7.6).recording)
     states = [each.state for each in said]
     assert "contradicted" in states
     assert states[-1] == "identified"
