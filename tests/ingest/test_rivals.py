@@ -32,7 +32,6 @@ from hefting.logs.sensor_pose import with_sensor_pose
 from recordings import DATA, needs_recordings
 
 CLEAR = {
-    ("turned about z", "30°"): "axes-turned",
     ("turned about z", "180°"): "axes-turned",
     ("turned about a diagonal", "120°"): "axes-turned",
     ("quaternion order", "w first"): "quaternion-order",
