@@ -148,7 +148,7 @@ def test_a_fast_recording_is_corrected_whole(in_part, monkeypatch):
     assert np.mean(found.rejected[~(spikes | touched)]) < 0.005
     assert abs(found.parameters[0] - 1.5) < 4.0 * found.std[0]
     assert len(found.corrected(late)["wrench"]) == int(np.sum(~found.rejected))
-    # of one sample, however many were averaged: 8,000 values of each tell it within a
-    # hundredth
+    # of one sample, however many were averaged: 4,000 values of each tell it within
+    # 1.1 %
     assert found.noise.force == pytest.approx(NOISE.force, rel=0.03)
     assert found.noise.torque == pytest.approx(NOISE.torque, rel=0.03)
