@@ -139,11 +139,17 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
 
 
 @cache
+def _motion(seed: int, duration: float) -> SensorMotion:
+    """Random smooth motion of the UR5."""
+    return UR5.motion(random_smooth(duration, 100.0, 1.0, seed))
+
+
+@cache
 def _undisturbed(
     mass: float, seed: int, duration: float
 ) -> tuple[SensorMotion, Recording, Array]:
     """The motion, its recording with noise alone, and the exact wrench (K, 6)."""
-    motion = UR5.motion(random_smooth(duration, 100.0, 1.0, seed))
+    motion = _motion(seed, duration)
     clean = simulate(motion, body(mass), noise=NOISE, seed=seed)
     return motion, clean, wield(motion, body(mass)).wrench
 

@@ -83,19 +83,19 @@ def test_the_second_moment_grows_with_the_square_of_the_way_of_the_com():
 
 
 def test_a_typical_error_of_the_pose_is_as_random_poses_scatter():
-    """Against 20,000 poses drawn, of which each variance has a deviation of 1 %; also
+    """Against 10,000 poses drawn, of which each variance has a deviation of 1.4 %; also
     for a plate of 1 mm, where the square of a shift is more than the thickness."""
     rng = np.random.default_rng(4)
     plate = Shape.from_box(-0.1, 0.1, -0.02, 0.02, 0.05, 0.051, points=56)
     for shape in (placed(), plate):
         slips = Distortions.typical(shape)
         body = shape.homogeneous.vector
-        draws = rng.normal(size=(20_000, 6))
+        draws = rng.normal(size=(10_000, 6))
         drawn = np.array([slips.by(z).parameters @ body for z in draws])
         C = np.cov(drawn.T)[1:, 1:]
         scale = np.sqrt(C.diagonal())
         off = (slips.covariance(body)[1:, 1:] - C) / np.outer(scale, scale)
-        np.testing.assert_allclose(off, 0.0, atol=0.06)  # six deviations
+        np.testing.assert_allclose(off, 0.0, atol=0.06)  # four deviations
 
 
 def test_a_pose_of_which_nothing_is_said_is_found_where_it_is():

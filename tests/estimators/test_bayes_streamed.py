@@ -2,6 +2,7 @@
 that does to the intervals."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -108,21 +109,28 @@ def test_short_streams_are_wide_and_never_sufficient():
     assert sum(held) >= 18  # of 20
 
 
-def test_streams_hold_the_truth():
-    """Quick variant of `benchmarks.calibration --streamed`: looks after 50, 100, 250,
-    600 samples and at the end."""
-    from benchmarks.bodies import FILLINGS, random_body
-    from benchmarks.calibration_runs import streamed
+def test_streams_hold_the_truth(monkeypatch):
+    """Quick variant of `benchmarks.calibration --streamed`: looks after 50 and 250
+    samples and at the end.
 
+    The shares that hold of each stream vary by 0.06: the mean of 12 by 0.02, so the
+    bound is four of these below 0.96.
+    """
+    from benchmarks.bodies import FILLINGS, random_body
+
+    from benchmarks import calibration_runs
+
+    # beside each answer stands one of PMD, of which only the numbers count
+    monkeypatch.setattr(calibration_runs, "PMD", partial(PMD, intervals=False))
     kinds = list(FILLINGS)
-    bodies = [random_body(kinds[i % len(kinds)], 300 + i) for i in range(24)]
+    bodies = [random_body(kinds[i % len(kinds)], 300 + i) for i in range(12)]
     for case in ("white", "AR 0.9", "AR 0.97"):
         runs = []
         for i, body in enumerate(bodies):
-            runs += streamed(body, case, (3, i)).values()
+            runs += calibration_runs.streamed(body, case, (3, i), (50, 250)).values()
         held = np.mean([run.held95 for run in runs])
         print(case, len(runs), held)
-        # of some 80 looks in 24 streams; 2,000 streams: see docs/bayes.md
+        # of some 30 looks in 12 streams; 2,000 streams: see docs/bayes.md
         assert held > 0.88
 
 

@@ -28,7 +28,9 @@ def test_optimum_against_a_conic_solver():
     solved = agreed = 0
     for seed in range(PROBLEMS):
         label, estimator, z, problem = geo_case(seed)
-        ended, alike = assert_optimal(label, estimator.fit(z), problem)
+        # intervals are none of the oracle's business, and half of the time
+        found = replace(estimator, intervals=False).fit(z)
+        ended, alike = assert_optimal(label, found, problem)
         solved, agreed = solved + ended, agreed + alike
     print(
         f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways"

@@ -1,6 +1,8 @@
 """LMI: its optimum against a general conic solver, and the laws of the problem;
 consistency of every method."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,8 @@ def test_optimum_against_a_conic_solver():
     solved = agreed = 0
     for seed in range(PROBLEMS):
         label, estimator, z, problem = lmi_case(seed)
-        found = estimator.fit(z)
+        # intervals are none of the oracle's business, and half of the time
+        found = replace(estimator, intervals=False).fit(z)
         ended, alike = assert_optimal(label, found, problem)
         if problem.ellipsoid is not None:  # in units of the mass: zero, up to rounding
             held = (
@@ -232,7 +235,7 @@ def test_no_inconsistent_body_counts_as_consistent():
         known = case(seed)
         for method in every_method(known):
             try:
-                found = method.fit(known.measurements)
+                found = replace(method, intervals=False).fit(known.measurements)
             except NotIdentifiableError:
                 # no sample at rest; no finite answer
                 assert method.name in ("HPS", "RTLS"), known.label

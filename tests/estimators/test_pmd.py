@@ -17,7 +17,7 @@ from hefting.estimators import PMD
 from hefting.shapes import Shape
 from random_problems import pmd_case, random_body, random_motion, with_wrench
 
-PROBLEMS = 200
+PROBLEMS = 100
 HARD = (
     *(
         368,
@@ -74,6 +74,12 @@ def tolerance(objective: float, size: float) -> float:
     return RELATIVE * max(objective, 1e-6 * size)
 
 
+def masses_of(case) -> Estimate:
+    """Without intervals, of which neither the masses nor the certificate depend: nine
+    tenths of the time."""
+    return replace(case.estimator, intervals=False).fit(case.measurements)
+
+
 def assert_certified(case, found: Estimate) -> float:
     """Feasible, truthful about its objective, and proven to be within tolerance;
     returns the objective."""
@@ -110,12 +116,12 @@ def assert_certified(case, found: Estimate) -> float:
 
 
 def test_optimum_against_a_conic_solver():
-    """200 problems. The oracle's value is recomputed at its own feasible answer, so no
+    """100 problems. The oracle's value is recomputed at its own feasible answer, so no
     optimum is above it."""
     solved = agreed = 0
     for seed in range(PROBLEMS):
         case = pmd_case(seed)
-        found, oracle = case.estimator.fit(case.measurements), solve(case.problem)
+        found, oracle = masses_of(case), solve(case.problem)
         objective, size = assert_certified(case, found), case.problem.size
         allowed = tolerance(oracle.upper, size)
         assert objective <= oracle.upper + allowed, case.label
@@ -125,10 +131,10 @@ def test_optimum_against_a_conic_solver():
     print(
         f"of {PROBLEMS} problems the oracle fully solved {solved}; {agreed} optima agree both ways"
     )
-    # 194 with Clarabel 0.11; where it stops short, the bound above has proved ours
-    assert solved >= 190
+    # 96 with Clarabel 0.11; where it stops short, the bound above has proved ours
+    assert solved >= 95
     # it asks the oracle, whose tolerance is 1e-8 |b|, for 1e-6 of the optimum
-    assert agreed >= 140
+    assert agreed >= 70
 
 
 @pytest.mark.parametrize("seed", HARD)
@@ -140,9 +146,9 @@ def test_hard_problems_prove_themselves(seed):
 def test_hundreds_of_problems_prove_themselves():
     """With those above 560: a solver that misses one problem in a hundred is found out
     with a probability of 99.6 %. What misses fewer has its place in `HARD`."""
-    for seed in range(20_000, 20_320):
+    for seed in range(20_000, 20_420):
         case = pmd_case(seed)
-        assert_certified(case, case.estimator.fit(case.measurements))
+        assert_certified(case, masses_of(case))
 
 
 @pytest.mark.parametrize(("mass", "size"), [(1e-3, 1e-3), (0.05, 0.02), (50.0, 1.0)])
@@ -249,7 +255,7 @@ def test_every_start_gives_the_one_answer(shape, z, bias, regularization):
 def test_one_more_sample_takes_one_step(shape, z, bias):
     """Most estimates that start from the one before solve one linear system, and are
     those from a cold start."""
-    pmd = PMD(shape, c1=10.0, bias=bias)
+    pmd = PMD(shape, c1=10.0, bias=bias, intervals=False)
     state = pmd.start()
     for _ in range(10):
         state = pmd.update(state, z)
@@ -507,7 +513,7 @@ def test_an_estimator_keeps_no_state(shape, z):
 
 
 def test_problems_cover_what_they_should():
-    """Every kind of problem is among the 200."""
+    """Every kind of problem is among the 100."""
     labels = [pmd_case(seed).label for seed in range(PROBLEMS)]
     kinds = (
         "noise 0 N",
@@ -522,4 +528,4 @@ def test_problems_cover_what_they_should():
         "bias estimate",
     )
     for kind in kinds:
-        assert sum(kind in label for label in labels) >= 10, kind
+        assert sum(kind in label for label in labels) >= PROBLEMS // 20, kind

@@ -13,6 +13,7 @@ from hefting import InputError, calibrate, identify
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_regressor
 from hefting.estimators import METHODS, OLS
+from hefting.identification.contradictions import FEW
 from hefting.identification.identify import Identification, identify_understood
 from hefting.identification.partials import (
     condense,
@@ -21,6 +22,7 @@ from hefting.identification.partials import (
     what_others_tell,
 )
 from hefting.identification.run import understand
+from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import JointIngested
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
@@ -72,11 +74,15 @@ def understood(count: int) -> JointIngested:
 
 
 @cache
+def alone_of(seed: int):
+    """A recording as another machine would read it."""
+    return ingest(recording(seed))
+
+
+@cache
 def read_alone(count: int):
     """Each, as another machine would read it, and read again as the others tell."""
-    from hefting.ingest.ingest import ingest
-
-    alone = [ingest(recording(i)) for i in range(count)]
+    alone = [alone_of(i) for i in range(count)]
     again = what_others_tell([part_of(found) for found in alone])
     return [
         ingest(recording(i), **how) if how else found
@@ -120,9 +126,10 @@ def test_parts_tell_what_the_recordings_tell(count, method, shaped):
     assert_same(whole, identify_parts(parts, known, method=method))
 
 
-def test_parts_of_ten_recordings():
-    whole = identify_understood(understood(10), None, "OLS", {})
-    parts = [part_of(found, None, "OLS") for found in read_alone(10)]
+def test_parts_of_more_recordings_than_are_compared_one_by_one():
+    count = FEW + 1
+    whole = identify_understood(understood(count), None, "OLS", {})
+    parts = [part_of(found, None, "OLS") for found in read_alone(count)]
     assert_same(whole, identify_parts(parts, None, method="OLS"))
 
 

@@ -147,6 +147,7 @@ def test_an_accuracy_asked_for_is_reached_in_as_many_recordings_as_it_takes():
     quick = identify(logs, until=UNTIL).estimate
     assert quick.sufficient
     assert quick.provenance["used"] < 5.0 < quick.provenance["of"]
+    logs = [log.slice(0.0, 2.0) for log in logs]
     alone = identify(logs[0], until="mass=0.001%").estimate
     never = identify(logs, until="mass=0.001%").estimate
     assert not never.sufficient

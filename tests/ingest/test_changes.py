@@ -14,7 +14,7 @@ from disturbances import disturbed
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
-from hefting.ingest import condition
+from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
 from hefting.ingest.changes.cells import Cells, runs_of
@@ -54,6 +54,12 @@ def moving(kind: str) -> Case:
     )
 
 
+@cache
+def conditioned(kind: str) -> Conditioned:
+    """What is made of that case."""
+    return condition(moving(kind).recording)
+
+
 def later(recording: Recording, seconds: float) -> Recording:
     return replace(
         recording,
@@ -89,8 +95,7 @@ def random_cells(rng: np.random.Generator, M: int, change: int | None = None) ->
 @pytest.mark.parametrize("kind", EVENTS)
 def test_an_event_is_found_with_time_and_kind(kind: str):
     """Within half a second, as promised; errors are a tenth of a second in the median."""
-    true = moving(kind)
-    found = condition(true.recording).changes
+    true, found = moving(kind), conditioned(kind).changes
     assert found is not None
     if kind == "touched":
         assert found.touches[0].start == pytest.approx(true.time, abs=0.5)
@@ -154,7 +159,7 @@ def test_times_are_since_the_first_sample_and_start_is_allowed_for():
     """Stamps of another clock change nothing; of a part, times are still those of the
     whole."""
     recording = moving("swapped").recording
-    found = condition(recording).changes
+    found = conditioned("swapped").changes
     shifted = condition(later(recording, 1024.0)).changes
     assert found is not None
     assert shifted is not None
@@ -167,6 +172,18 @@ def test_times_are_since_the_first_sample_and_start_is_allowed_for():
     # a cell
     assert ends[1] == pytest.approx(ends[0], abs=0.11)
     assert part.stretches[0].start == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("kind", ["swapped", "touched"])
+def test_looking_for_them_alters_nothing_else(kind: str):
+    found = conditioned(kind)
+    other = condition(moving(kind).recording, changes=False)
+    assert found.changes is not None
+    assert other.changes is None
+    assert other.offset == found.offset
+    assert other.sign == found.sign
+    for name in ("parameters", "std", "rejected"):
+        np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
 
 
 def test_poses_without_time_and_short_recordings_are_left_alone():
@@ -191,7 +208,7 @@ def test_identify_takes_the_stretch_as_if_it_had_been_given():
     true = moving("swapped")
     found = identify(true.recording, method="OLS").estimate
     assert {"change-point", "change-part-used"} <= codes(found.warnings)
-    changes = condition(true.recording).changes
+    changes = conditioned("swapped").changes
     assert changes is not None
     part = changes.chosen
     given = identify(

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.pose_faults import outcomes, shares
 
+from benchmarks import pose_faults
 from disturbances import disturbed
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
@@ -25,17 +25,25 @@ def with_poses(recording, position=None, orientation=None):
     return replace(recording, streams=streams)
 
 
-def test_answers_are_as_good_as_without_the_fault():
-    """Glitches, stalls and silent drivers in three strengths, in three kinds of motion;
-    nine of ten answers are within 1.3 times the errors of the recording without the
-    fault, 95 of a hundred where an oracle loses the same poses; 95 of a hundred faults
-    are named. Taken as they are, one answer in twenty is as good.
-
-    Of three seeds the one nearest to the bounds: three of its 54 answers worse fail.
+def test_answers_are_as_good_as_without_the_fault(monkeypatch):
+    """Glitches, stalls and silent drivers in three strengths, each once, spread over
+    three kinds of motion; nine of ten answers are within 1.3 times the errors of the
+    recording without the fault, 95 of a hundred where an oracle loses the same poses;
+    95 of a hundred faults are named. Taken as they are, one answer in twenty is as
+    good.
     """
-    found = list(outcomes(range(2, 3), noises=(1e-4,)))
-    assert len(found) == 54
-    good, but_for_lost, named = shares(found)
+    faults, motions, found = pose_faults.FAULTS, pose_faults.MOTIONS, []
+    for i, motion in enumerate(motions):
+        chosen = {
+            name: (strengths[(i + j) % 3],)
+            for j, (name, strengths) in enumerate(faults.items())
+        }
+        monkeypatch.setattr(pose_faults, "MOTIONS", (motion,))
+        monkeypatch.setattr(pose_faults, "FAULTS", chosen)
+        found += pose_faults.outcomes(range(2, 3), noises=(1e-4,))
+    assert len(found) == 18
+    good, but_for_lost, named = pose_faults.shares(found)
+    print(good, but_for_lost, named)
     assert good >= 0.85
     assert but_for_lost >= 0.92
     assert named >= 0.95

@@ -6,7 +6,6 @@ import pytest
 from disturbances import GRAVITY, NOISE, disturbed, with_wrench
 from hefting.core.errors import InputError
 from hefting.identification import calibrate, identify
-from hefting.ingest import condition
 from hefting.ingest.free_fit import fit_freely
 from hefting.ingest.ingest import ingest
 from hefting.ingest.tool import without_tool
@@ -110,5 +109,6 @@ def test_a_tilted_base_is_suspected_where_little_is_explained():
         "tilted" in line for line in ingest(tilted, gravity="estimate").warnings
     )
     touched = disturbed("contact", 1.5, 1).recording
-    assert condition(touched).rejected.mean() > 0.1
-    assert not any("tilted" in line for line in ingest(touched).warnings)
+    found = ingest(touched)
+    assert found.conditioned.rejected.mean() > 0.1
+    assert not any("tilted" in line for line in found.warnings)

@@ -1,14 +1,16 @@
 """Rival explanations: mistakes are named, and what is no mistake is not."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
-from benchmarks.given import Mistake, correct
+from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import positions
 from scipy.spatial.transform import Rotation
 
+from benchmarks import given as benchmark
 from given_cases import case_of
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
@@ -30,7 +32,6 @@ from hefting.logs.sensor_pose import with_sensor_pose
 from recordings import DATA, needs_recordings
 
 CLEAR = {
-    ("turned about z", "30°"): "axes-turned",
     ("turned about z", "180°"): "axes-turned",
     ("turned about a diagonal", "120°"): "axes-turned",
     ("quaternion order", "w first"): "quaternion-order",
@@ -56,6 +57,12 @@ CLEAR = {
 """Mistakes that leave no doubt, and the code that names each."""
 
 
+@cache
+def correct(seed: int, noise: str = "moderate") -> Given:
+    """The benchmark's recording without a mistake."""
+    return benchmark.correct(seed, noise=noise)
+
+
 def mistake(name: str, strength: str) -> Mistake:
     """One of the benchmark's."""
     (found,) = (
@@ -71,7 +78,7 @@ def test_a_clear_mistake_is_named(name, strength):
     """With what conditioning makes of the clock, as in `hefting.ingest.ingest`."""
     given = mistake(name, strength).make(correct(2), np.random.default_rng(1))
     gravity = given.options.get("gravity", STANDARD_GRAVITY)
-    offset = condition(given.recording, gravity).offset
+    offset = condition(given.recording, gravity, changes=False).offset
     doubt = doubt_of(case_of(given, offset))
     assert doubt is not None
     assert doubt.message.code == CLEAR[name, strength]
@@ -126,10 +133,10 @@ def test_a_force_unit_gives_the_object_in_newtons():
     assert vector[1:4] == pytest.approx(given.truth.vector[1:4], abs=0.01)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_a_turn_is_found_with_its_deviation(seed):
-    """About a random axis, from 2° to 180°; off by less than four deviations, which of
-    eight Gaussian vectors of three happens to all but one in 200."""
+    """About a random axis, from 2° to 180°; off by less than four deviations, which all
+    of five Gaussian vectors of three are but for one time in 180."""
     rng = np.random.default_rng([3, seed])
     axis = rng.normal(size=3)
     angle = np.radians(rng.uniform(2.0, 180.0))

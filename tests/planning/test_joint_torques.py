@@ -71,7 +71,7 @@ def test_runs_give_the_half_widths_that_were_expected(planned, found_of, seed):
 
 
 def test_it_beats_random_motions_of_the_same_time(bench, planned):
-    """In what is expected after each of ten Fourier series that fill the limits."""
+    """In what is expected after each of six Fourier series that fill the limits."""
     gravity = np.array(STANDARD_GRAVITY)
     sensor = JointTorques.of(True, None, 100.0, bench.urdf, "flange", gravity)
     robot = bench.massive.arm.robot
@@ -79,7 +79,7 @@ def test_it_beats_random_motions_of_the_same_time(bench, planned):
         robot, Chain.of(robot, gravity), Held.of(None, BOX), 0
     )
     found = [
-        forecaster.forecast(own, 2).accuracy[-1] for own in bench.random(10.0, 10, BOX)
+        forecaster.forecast(own, 2).accuracy[-1] for own in bench.random(10.0, 6, BOX)
     ]
     last = planned.forecast.accuracy[-1]
     # 0.58, 0.21 and 0.50 as measured once

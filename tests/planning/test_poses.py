@@ -19,9 +19,8 @@ def anywhere(q):
 
 @pytest.fixture(scope="module")
 def tour():
-    found = best_tour(
-        problem(duration=10.0, asked=ASKED), np.random.default_rng(0), anywhere
-    )
+    own, rng = problem(duration=10.0, asked=ASKED), np.random.default_rng(0)
+    found = best_tour(own, rng, anywhere, steps=150)
     assert found is not None
     return found
 

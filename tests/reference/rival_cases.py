@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from benchmarks.given import Given
@@ -20,6 +21,7 @@ from hefting.ingest.rivals import (
     axes_turned,
     axis_flipped,
     calibration_matrix,
+    consequence,
     hysteresis,
     sloshing,
     wrench_filtered,
@@ -101,7 +103,7 @@ def _case(wrong: Given) -> Case:
         recording = changed(recording, "wrench", lambda _, w: w - bias)
     path = path_of(recording)
     assert path is not None
-    offset = condition(recording, gravity).offset
+    offset = condition(recording, gravity, changes=False).offset
     return Case.of(recording, path, gravity, offset, biased="bias" not in wrong.options)
 
 
@@ -146,11 +148,13 @@ def explained(case: Callable[[], Case], rival: str) -> Any:
 
 
 def judged(case: Callable[[], Case]) -> Any:
-    """What is named, and what is said of it."""
+    """What is named, and what is said of it; judged once."""
     found = judge(case())
     named = None if found.named is None else told(case(), found.named)
+    with patch.object(consequence, "judge", lambda _: found):
+        doubt = doubt_of(case())
     return {"judged": replace(found, named=None, given=None), "named": named} | {
-        "doubt": doubt_of(case())
+        "doubt": doubt
     }
 
 

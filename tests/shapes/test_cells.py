@@ -49,11 +49,11 @@ def test_one_cell_by_counting_points():
     _, low, size, found = cells_of(mesh, shape)
     best = int(np.argmax(found.volume))
     corner = low + size * np.array(np.unravel_index(best, shape))
-    points = corner + size * np.random.default_rng(0).random((20_000, 3))
+    points = corner + size * np.random.default_rng(0).random((5_000, 3))
     inside = winding(mesh.triangles, points) > 0.5
     # five standard errors
     share = found.volume[best] / np.prod(size)
-    assert abs(inside.mean() - share) < 5 * np.sqrt(0.25 / 20_000)
+    assert abs(inside.mean() - share) < 5 * np.sqrt(0.25 / 5_000)
     error = points[inside].mean(axis=0) - found.first[best] / found.volume[best]
     assert (np.abs(error) < 5 * size / np.sqrt(12 * inside.sum())).all()
 
