@@ -1,12 +1,29 @@
-"""Plans for tests of what is done with one, not found by any optimisation."""
+"""Plans for tests of what is done with one: not found by any optimisation, or by a
+brief one."""
+
+from functools import partial
 
 import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.messages import note, warning
 from hefting.planning.limits import Limits
+from hefting.planning.poses import best_tour
 from hefting.planning.result import Forecast, Plan
+from hefting.planning.search import EFFORTS, Effort
 from hefting.planning.trajectory import Trajectory, knots_of
+
+BRIEF = Effort(candidates=4, starts=1, rounds=2, steps=8, polish=0)
+"""A tenth of a quick search: the motion keeps its limits, but is not a good one."""
+BRIEF_STEPS = 100
+"""Of a search for poses, in place of 600."""
+
+
+def search_briefly(monkeypatch):
+    """Quick searches are brief ones. How good quick plans are is tested in planning/."""
+    monkeypatch.setitem(EFFORTS, "quick", BRIEF)
+    brief = partial(best_tour, steps=BRIEF_STEPS)
+    monkeypatch.setattr("hefting.planning.tours.best_tour", brief)
 
 
 def random_plan(n, duration=2.0, source="arm.urdf", tip="tool", size=2.0, asked=None):

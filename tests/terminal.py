@@ -6,6 +6,7 @@ it before it is committed.
 """
 
 import fcntl
+import json
 import os
 import pty
 import re
@@ -30,6 +31,28 @@ CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 """What sets colours, erases, moves the cursor, hides or shows it."""
 START = "from hefting.cli import main, progress; progress.PATIENCE = {}; main()"
 """Runs a command; nothing is shown of what takes less time [s]."""
+END = "\0"
+"""Stands in both terminals after each of several commands, after its exit status."""
+IN_TURN = """
+import json, os, sys
+import matplotlib.backends.backend_agg, matplotlib.figure, trimesh
+import hefting.identification, hefting.plots.style
+from hefting.cli import main, progress
+progress.PATIENCE = {}
+hefting.plots.style.DPI = 60
+matplotlib.figure.Figure.draw_without_rendering = lambda figure: None
+for words in json.loads(sys.argv[1]):
+    process = os.fork()
+    if not process:
+        sys.argv[1:] = words
+        main()
+        sys.exit()
+    status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    for file in (1, 2):
+        os.write(file, f"{{status}}\\0".encode())
+"""
+"""Runs commands one after the other, each in a process of its own, which need not load
+anew what several of them need; pictures are of few pixels and not laid out."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +89,40 @@ def run(
 ) -> Session:
     """Run a command, as typed after ``hefting``, in a folder. `patience` is from when on
     progress is shown [s]; standard error is another terminal, or a pipe."""
+    words = [START.format(patience), *shlex.split(command)]
+    return _run(words, folder, err_is_terminal, environment or {})
+
+
+def run_in_turn(
+    commands: list[str], folder: Path, patience: float = 1.0
+) -> dict[str, Session]:
+    """Run several commands, both of whose files are terminals."""
+    words = json.dumps([shlex.split(command) for command in commands])
+    whole = _run([IN_TURN.format(patience), words], folder, True, {})
+    outs, errs = (text.split(END)[:-1] for text in (whole.out, whole.err))
+    sessions = {}
+    for command, out, err in zip(commands, outs, errs, strict=True):
+        status = re.search(r"-?\d+\Z", out)
+        assert status
+        assert err.endswith(status[0])
+        texts = (text.removesuffix(status[0]) for text in (out, err))
+        sessions[command] = Session(int(status[0]), *texts)
+    return sessions
+
+
+def _run(
+    words: list[str],
+    folder: Path,
+    err_is_terminal: bool,
+    environment: Mapping[str, str],
+) -> Session:
     outer, inner = zip(*(_terminal() for _ in range(2)), strict=True)
-    words = [sys.executable, "-c", START.format(patience), *shlex.split(command)]
     source = str(Path(hefting.__file__).parents[1])
-    own = {"TERM": "xterm-256color", "PYTHONPATH": source, **(environment or {})}
+    own = {"TERM": "xterm-256color", "PYTHONPATH": source, **environment}
     left_out = ("COLUMNS", "LINES", "NO_COLOR")
     known = {k: v for k, v in os.environ.items() if k not in left_out}
     process = subprocess.Popen(
-        words,
+        [sys.executable, "-c", *words],
         cwd=folder,
         env=known | own,
         stdin=subprocess.DEVNULL,
@@ -128,7 +177,7 @@ def transcript(folder: Path) -> dict[str, Session]:
     from hefting.simulation import demo
 
     demo.run(folder / "demo", pictures=False)
-    return {command: run(command, folder) for command in readme_commands()}
+    return run_in_turn(readme_commands(), folder)
 
 
 def text_of(sessions: Mapping[str, Session]) -> str:

@@ -22,6 +22,7 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
+from jobs_here import Here
 
 FOLDER = Path(__file__).parent / "cli" / "transcripts"
 
@@ -317,8 +318,8 @@ def take(command: str, folder: Path) -> str:
             stack.enter_context(mock.patch("sys.stdin", given))
         stack.enter_context(mock.patch("sys.argv", words))
         stack.enter_context(mock.patch("hefting.cli.progress.PATIENCE", 1e3))
-        # a batch of three recordings is done by one process
-        stack.enter_context(mock.patch("os.cpu_count", return_value=1))
+        # a batch of three recordings is done by this process
+        stack.enter_context(mock.patch("hefting.jobs.jobs.Processes", Here))
         no_bar = contextlib.nullcontext(lambda progress: None)
         stack.enter_context(mock.patch("hefting.cli.batch._bar", return_value=no_bar))
         stack.enter_context(contextlib.redirect_stdout(out))

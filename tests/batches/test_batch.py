@@ -1,10 +1,10 @@
 """Batches: every recording has its row, whole or broken, once, whatever happens."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
 from hefting.batches.results import TABLE, Results
 from hefting.core.errors import HeftingError, InputError
+from jobs_here import do_jobs_here
 
 
 def assert_close(found, expected):
@@ -28,11 +29,13 @@ def assert_close(found, expected):
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A batch of whole and broken recordings."""
+    """A batch of whole and broken recordings, done in this process."""
     folder = tmp_path_factory.mktemp("batch")
     data = recorded(folder)
     logs = [*data.whole, *data.broken]
-    return data, batch(logs, folder / "results", jobs=2, **data.shared)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        do_jobs_here(monkeypatch)
+        return data, batch(logs, folder / "results", **data.shared)
 
 
 def test_every_whole_recording_is_identified_and_every_broken_one_named(done):
@@ -92,7 +95,8 @@ def test_a_batch_again_goes_on_only_where_that_is_said(done):
         batch(data.whole, found.folder, **data.shared)
 
 
-def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path):
+def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path, monkeypatch):
+    do_jobs_here(monkeypatch)
     data = recorded(tmp_path)
     logs = [*data.whole[:3], data.broken[0]]
     first = batch(logs, tmp_path / "r", jobs=1, **data.shared)
@@ -201,7 +205,8 @@ def test_a_recording_that_changes_before_it_is_condensed_says_so(tmp_path, monke
     assert told.error["error"] == "ChangedError"
 
 
-def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path):
+def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path, monkeypatch):
+    do_jobs_here(monkeypatch)
     data = recorded(tmp_path)
     with (
         Results.opened(tmp_path / "r", False),
@@ -259,8 +264,11 @@ def test_rows_written_last_count(tmp_path):
 
 FULL = """
 import resource, signal, sys
+import hefting.jobs.jobs
 from hefting.batches import batch
 from hefting.core.errors import InputError
+from jobs_here import Here
+hefting.jobs.jobs.Processes = Here
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
 if __name__ == "__main__":
@@ -271,15 +279,32 @@ if __name__ == "__main__":
 """
 
 
-def test_a_full_disk_loses_nothing_and_is_said(tmp_path):
+KILLED = """
+import json, os, signal, sys
+from hefting.batches import batch, results
+results.ROWS, results.SECONDS = 2, float("inf")
+def kill(progress):
+    if progress.done == 5:
+        os.killpg(0, signal.SIGKILL)
+if __name__ == "__main__":
+    logs, folder, shared = map(json.loads, sys.argv[1:])
+    batch(logs, folder, jobs=2, progress=kill, **shared)
+"""
+
+
+def test_a_full_disk_loses_nothing_and_is_said(tmp_path, monkeypatch):
     """A limit of the size of files stands for the disk: writing fails half way."""
+    do_jobs_here(monkeypatch)
     data = recorded(tmp_path)
     script = tmp_path / "full.py"
     script.write_text(FULL)
     for log in (*data.broken, *data.whole[2:]):
         log.unlink(missing_ok=True)
     command = [sys.executable, script, data.folder, tmp_path / "r", "8000"]
-    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    told = subprocess.run(
+        command, capture_output=True, text=True, check=True, env=paths
+    )
     assert (
         "cannot be written (File too large); what was written before is kept"
         in told.stdout
@@ -289,23 +314,22 @@ def test_a_full_disk_loses_nothing_and_is_said(tmp_path):
     assert found.progress.done == 2
 
 
-def test_a_batch_that_is_killed_and_resumed_gives_the_same_table(done, tmp_path):
+def test_a_batch_that_is_killed_and_resumed_gives_the_same_table(
+    done, tmp_path, monkeypatch
+):
+    """With its workers, after five recordings of which four were written."""
     data, whole = done
-    options = [f"--{k.replace('_', '-')}={v}" for k, v in data.shared.items()]
-    command = [sys.executable, "-m", "hefting", "batch", *data.whole, *data.broken]
-    command += ["--jobs", "2"]
-    command += ["--output", tmp_path / "killed", "--resume", "--json", *options]
-    for pause in (1.2, 1.8):
-        run = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, start_new_session=True
-        )
-        time.sleep(pause)
-        os.killpg(run.pid, signal.SIGKILL)
-        run.wait()
-    subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
-    killed = Results(tmp_path / "killed").tables()
-    (rows,) = (table.drop(["seconds"]) for table in killed)
-    assert rows.equals(whole.table().drop(["seconds"]))
+    logs = [str(log) for log in (*data.whole, *data.broken)]
+    script, folder = tmp_path / "killed.py", str(tmp_path / "killed")
+    script.write_text(KILLED)
+    given = [json.dumps(each) for each in (logs, folder, data.shared)]
+    killed = subprocess.run([sys.executable, script, *given], start_new_session=True)
+    assert killed.returncode == -signal.SIGKILL
+    do_jobs_here(monkeypatch)
+    found = batch(logs, folder, resume=True, **data.shared)
+    assert found.progress.kept == 4
+    rows, expected = (each.table().drop(["seconds"]) for each in (found, whole))
+    assert rows.equals(expected)
 
 
 def test_the_columns_are_those_of_the_schema():

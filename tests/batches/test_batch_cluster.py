@@ -14,6 +14,7 @@ from recorded import recorded
 
 from hefting.batches import batch
 from hefting.core.errors import HeftingError
+from jobs_here import do_jobs_here
 
 pytestmark = pytest.mark.skipif(
     find_spec("distributed") is None, reason="distributed is not installed"
@@ -22,19 +23,22 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
-    """A table made by local processes, and what it was made of."""
+    """A table made in this process, and what it was made of."""
     folder = tmp_path_factory.mktemp("local")
     data = recorded(folder)
     logs = [*data.whole, *data.broken]
-    return logs, data.shared, batch(logs, folder / "results", jobs=1, **data.shared)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        do_jobs_here(monkeypatch)
+        return logs, data.shared, batch(logs, folder / "results", **data.shared)
 
 
 @pytest.fixture
 def cluster():
+    """With one worker, replaced when it is killed: it is at a recording then."""
     import distributed
 
     with distributed.LocalCluster(
-        n_workers=2,
+        n_workers=1,
         threads_per_worker=1,
         dashboard_address=None,
         host="127.0.0.1",
@@ -73,7 +77,10 @@ def test_the_same_table_also_when_a_worker_is_killed(cluster, local, tmp_path):
     assert rows(found).equals(rows(alone))
 
 
-def test_a_scheduler_that_dies_is_said_and_nothing_is_lost(local, tmp_path):
+def test_a_scheduler_that_dies_is_said_and_nothing_is_lost(
+    local, tmp_path, monkeypatch
+):
+    do_jobs_here(monkeypatch)  # what is left
     logs, shared, alone = local
     told = tmp_path / "scheduler.json"
     alone_here = ("--host", "127.0.0.1", "--no-dashboard")

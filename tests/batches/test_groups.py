@@ -7,6 +7,13 @@ from recorded import recorded
 import hefting
 from hefting.batches import batch
 from hefting.batches.columns import flat
+from jobs_here import do_jobs_here
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    """No processes: that they make no difference is tested beside."""
+    do_jobs_here(monkeypatch)
 
 
 def written(folder, rows):
@@ -22,7 +29,7 @@ def test_an_object_is_identified_from_all_its_recordings_together(tmp_path):
     data = recorded(tmp_path)
     rows = [(log.name, "ab"[k % 2], "") for k, log in enumerate(data.whole[:4])]
     manifest = written(data.folder, rows)
-    found = batch(manifest, tmp_path / "r", jobs=1, group_by="object", **data.shared)
+    found = batch(manifest, tmp_path / "r", group_by="object", **data.shared)
     table = {row["object"]: row for row in found.table().to_pylist()}
     assert sorted(table) == ["a", "b"]
     for name, logs in (("a", data.whole[:4:2]), ("b", data.whole[1:4:2])):
@@ -51,7 +58,7 @@ def test_broken_recordings_are_left_out_and_named(tmp_path):
     logs = [*data.whole[:2], *data.broken[:3]]
     rows = [(log.name, "mug", "") for log in logs]
     rows += [(log.name, "cup", "") for log in data.broken[3:5]]
-    found = batch(written(data.folder, rows), tmp_path / "r", jobs=1, group_by="object")
+    found = batch(written(data.folder, rows), tmp_path / "r", group_by="object")
     table = {row["object"]: row for row in found.table().to_pylist()}
     mug, cup = table["mug"], table["cup"]
     assert mug["error"] is None
@@ -68,7 +75,7 @@ def test_broken_recordings_are_left_out_and_named(tmp_path):
 def test_recordings_of_an_object_say_the_same_of_it(tmp_path):
     data = recorded(tmp_path)
     rows = [(log.name, "mug", f"0.{k}kg") for k, log in enumerate(data.whole, start=5)]
-    found = batch(written(data.folder, rows), tmp_path / "r", jobs=1, group_by="object")
+    found = batch(written(data.folder, rows), tmp_path / "r", group_by="object")
     (row,) = found.table().to_pylist()
     assert "say different mass: 0.5kg, 0.6kg" in row["error_text"]
 
@@ -79,7 +86,7 @@ def test_an_object_stays_until_one_of_its_recordings_changes(tmp_path):
     manifest = written(data.folder, rows)
 
     def again():
-        return batch(manifest, tmp_path / "r", jobs=1, resume=True, group_by="object")
+        return batch(manifest, tmp_path / "r", resume=True, group_by="object")
 
     first = again()
     assert again().progress.kept == 4

@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from commands import refused
+from hasty_pictures import draw_hastily
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
@@ -317,10 +318,11 @@ def test_identify_still_needs_a_wrench(run, folder, tmp_path):
 # pictures
 
 
-def test_pictures_of_every_format(run, folder, tmp_path):
+def test_pictures_of_every_format(run, folder, tmp_path, monkeypatch):
     pytest.importorskip(
         "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
     )
+    draw_hastily(monkeypatch)
     paths = [tmp_path / f"loads.{suffix}" for suffix in ("png", "svg", "pdf")]
     outputs = [word for path in paths for word in ("--output", path)]
     first = run("predict", folder / "estimate.json", folder / "plan.csv", *outputs)

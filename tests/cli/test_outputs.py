@@ -95,10 +95,19 @@ def command(*words, **streams):
 
 
 @full
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
-    "words", [("--help",), ("--version",), ("methods",), ("inspect", "{}"), ("inspect", "{}", "--json")]
-)  # fmt: skip
+    ("words", "unbuffered"),
+    [
+        (("--help",), ""),
+        (("--help",), "1"),
+        (("--version",), ""),
+        (("methods",), ""),
+        (("inspect", "{}"), ""),
+        (("inspect", "{}"), "1"),
+        (("inspect", "{}", "--json"), ""),
+        (("inspect", "{}", "--json"), "1"),
+    ],
+)
 def test_a_full_output_is_an_error_of_one_line(folder, words, unbuffered):
     words = [word.format(folder / "log.csv") for word in words]
     env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}

@@ -13,6 +13,7 @@ pytest.importorskip(
 )
 
 from commands import refused
+from hasty_pictures import draw_hastily
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
@@ -22,6 +23,12 @@ from hefting.simulation import UR5, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
 HELD = "0,-0.08,0.06,-0.7071068,0,0,0.7071068"
+
+
+@pytest.fixture(autouse=True)
+def hasty(monkeypatch):
+    """What is in the pictures is tested in plots/."""
+    draw_hastily(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,8 @@
-"""What reaches a command from outside: standard input, pipes, Ctrl-C; and what it shows
-of its progress."""
+"""What reaches a command from outside: standard input, pipes, Ctrl-C; and how it reports
+its progress."""
 
 import json
 import os
-import pty
 import signal
 import subprocess
 import sys
@@ -179,31 +178,3 @@ def test_the_share_never_goes_back():
         shares.append(display.share)
     display.close()
     np.testing.assert_allclose(shares, [0.125, 0.25, 0.625, 0.625, 0.625])
-
-
-@posix
-@pytest.mark.parametrize(("json_too", "shown"), [(False, True), (True, False)])
-def test_progress_is_shown_in_a_terminal_but_not_with_json(folder, json_too, shown):
-    code = (
-        "import sys; sys.argv = ['hefting', *sys.argv[1:]]\n"
-        "import hefting.cli.progress as p; p.PATIENCE = 0.0\n"
-        "from hefting.cli import main; main()"
-    )
-    words = ["identify", str(folder / "log.csv"), *(["--json"] if json_too else [])]
-    parent, child = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, *words], stdout=subprocess.DEVNULL, stderr=child
-    )
-    os.close(child)
-    seen = b""
-    while True:
-        try:
-            part = os.read(parent, 4096)
-        except OSError:  # the other end is closed
-            break
-        if not part:
-            break
-        seen += part
-    assert process.wait() == 0
-    assert (b"%" in seen and b"left" in seen) is shown
-    assert shown or seen == b""

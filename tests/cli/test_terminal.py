@@ -93,6 +93,7 @@ def test_progress_moves_and_is_gone_at_the_end(made):
     assert session.status == 0
     states = session.states
     assert all(len(state) <= COLUMNS for state in states)
+    assert any("left" in state for state in states)
     shares = {name: shares_of(name, states) for name in STAGES}
     assert len({share for each in shares.values() for share in each}) >= 3, states
     assert all(each == sorted(each) for each in shares.values())

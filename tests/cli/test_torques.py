@@ -29,7 +29,7 @@ def folder(tmp_path_factory) -> Path:
     (path / "arm.urdf").write_text(massive.urdf)
     robot = TorqueRobot(massive, seed=2)
     for name, body, start in (("empty", None, 0.0), ("loaded", BODY, 60.0)):
-        joints = wide_smooth(30.0, 100.0, len(name), massive.arm)
+        joints = wide_smooth(20.0, 100.0, len(name), massive.arm)
         log = robot.record(joints, body, start, seed=len(name))
         write_log(log, path / f"{name}.csv")
         write_log(log, path / f"{name}.mcap")
@@ -135,7 +135,7 @@ def test_a_compensated_payload_is_told(folder, run):
 def test_an_empty_run_of_another_robot_is_told(folder, run, tmp_path):
     """Of links that weigh more, and other frictions."""
     other = TorqueRobot(TORQUE_ARMS["ur5e"], seed=5)
-    joints = wide_smooth(30.0, 100.0, 9, TORQUE_ARMS["ur5e"].arm)
+    joints = wide_smooth(20.0, 100.0, 9, TORQUE_ARMS["ur5e"].arm)
     write_log(other.record(joints, None), tmp_path / "other.csv")
     words = [str(folder / "loaded.csv"), "--empty", str(tmp_path / "other.csv")]
     status, found = answer(run, command(folder, *words))

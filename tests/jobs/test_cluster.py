@@ -50,28 +50,29 @@ def jobs(cluster):
 
 @pytest.mark.parametrize("window", [None, 1])
 def test_the_same_results_as_local_processes(jobs, window):
+    """Which test_processes.py holds to the same."""
     found = list(jobs.run(job_tasks.square, range(50), window))
-    assert sorted(found) == sorted(run_jobs(job_tasks.square, range(50), 1))
+    assert sorted(found) == [(k, k * k) for k in range(50)]
     assert list(jobs.run(job_tasks.square, [])) == []
 
 
 def test_tasks_are_taken_as_they_are_needed(jobs):
     taken = itertools.count()
-    tasks = (next(taken) for _ in range(300))
+    tasks = (next(taken) for _ in range(100))
     ahead = 0
     for done, _ in enumerate(jobs.run(abs, tasks, window=3), start=1):
         ahead = max(ahead, taken.__reduce__()[1][0] - done)
-    assert done == 300
+    assert done == 100
     assert 0 < ahead <= 2 * 3
 
 
 def test_workers_that_are_killed_cost_time_only(cluster, jobs):
     found = {}
-    for k, result in jobs.run(job_tasks.slow_square, range(60)):
+    for k, result in jobs.run(job_tasks.slow_square, range(40)):
         found[k] = result
-        if len(found) in (10, 30):
+        if len(found) == 10:
             os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
-    assert found == {k: k * k for k in range(60)}
+    assert found == {k: k * k for k in range(40)}
 
 
 def test_a_task_that_kills_its_workers_is_lost_alone(cluster, jobs, monkeypatch):

@@ -52,7 +52,7 @@ def test_tasks_are_taken_as_they_are_needed(jobs, window):
     assert 0 < ahead <= 2 * window
 
 
-@pytest.mark.parametrize(("place", "workers"), [(7, 1), (0, 2), (7, 2), (19, 2)])
+@pytest.mark.parametrize(("place", "workers"), [(7, 1), (0, 2), (19, 2)])
 def test_a_task_that_kills_its_worker_is_lost_alone(place, workers):
     tasks = [*range(20)]
     tasks[place] = POISON
@@ -77,11 +77,11 @@ def test_how_often_a_task_is_begun(tmp_path):
 def test_nothing_is_lost_by_workers_that_are_killed():
     """By another than the task: each time a result comes, for a while."""
     found = {}
-    for k, result in run_jobs(job_tasks.slow_square, range(40), 2):
+    for k, result in run_jobs(job_tasks.slow_square, range(25), 2):
         found[k] = result
-        if len(found) % 5 == 0 and len(found) < 35:
+        if len(found) % 5 == 0 and len(found) < 20:
             os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
-    assert found == {k: k * k for k in range(40)}
+    assert found == {k: k * k for k in range(25)}
 
 
 def test_an_error_comes_as_it_was_raised(jobs):

@@ -14,6 +14,7 @@ pytest.importorskip(
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
+from hasty_pictures import draw_hastily
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -35,6 +36,13 @@ from hefting.simulation.demo import POSE
 UNPHYSICAL = InertialParameters.from_com(
     0.5, (0.0, 0.1, 0.0), np.diag((1e-3, 1e-3, 5e-3))
 )
+
+
+@pytest.fixture(autouse=True)
+def layout(request, monkeypatch):
+    """Most of the time of drawing goes into the layout: only where it is looked at."""
+    if request.function not in (test_nothing_overlaps_or_leaves_the_picture,):
+        draw_hastily(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import venv
 import zipfile
 from email.message import Message
 from email.parser import Parser
+from functools import cache
 from importlib.metadata import distribution
 from pathlib import Path
 
@@ -41,9 +42,19 @@ def needed(requires: list[str], extra: str = "") -> set[str]:
     return found
 
 
+@cache
+def unpacked(wheel: Path) -> Path:
+    """A folder beside a wheel of Python alone with what it installs, for all environments
+    to link to."""
+    folder = wheel.parent / "unpacked"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
+    return folder
+
+
 class Environment:
-    """An environment in a folder with a wheel, and links to what it needs with an
-    extra."""
+    """An environment in a folder with links to what a wheel installs, and to what it
+    needs with an extra."""
 
     def __init__(self, folder: Path, wheel: Path, extra: str = ""):
         venv.create(folder, symlinks=True)
@@ -55,8 +66,8 @@ class Environment:
                 link = packages / entry.name
                 if not link.exists():
                     link.symlink_to(entry)
-        with zipfile.ZipFile(wheel) as archive:  # of Python alone: this installs it
-            archive.extractall(packages)
+        for entry in unpacked(wheel).iterdir():
+            (packages / entry.name).symlink_to(entry)
 
     def check(self) -> str:
         """What ``pip --python ... check`` says, by the script which that starts there."""

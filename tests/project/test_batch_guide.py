@@ -16,6 +16,7 @@ from hefting.core.measurements import Noise
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
+from jobs_here import do_jobs_here
 
 PAGE = Path(__file__).parents[2] / "docs" / "batch.md"
 TEXT = PAGE.read_text()
@@ -48,9 +49,8 @@ def run_as_written(words):
 
 
 def test_every_block_works_as_written(tmp_path, monkeypatch, capsys):
-    """With one process where the page names no number: four recordings are too few for
-    more."""
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    """In this process: four recordings are too few for others."""
+    do_jobs_here(monkeypatch)
     write_recordings(tmp_path / "monday")
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}

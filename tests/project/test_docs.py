@@ -7,9 +7,12 @@ from shutil import copytree
 
 import pytest
 
+from hasty_pictures import draw_hastily
 from hefting.cli import build_parser
 from hefting.logs.column_map import load_map
 from hefting.simulation import demo
+from jobs_here import understand_here
+from plans import search_briefly
 
 FOLDER = Path(__file__).parents[2] / "docs"
 DOCS = sorted(
@@ -58,6 +61,9 @@ def test_there_are_docs():
 def test_python_runs_as_written(path, made, tmp_path, monkeypatch, capsys):
     """One block after the other, where the demo has written its files; what the page
     shows as printed is printed."""
+    draw_hastily(monkeypatch)
+    understand_here(monkeypatch)
+    search_briefly(monkeypatch)
     copytree(made, tmp_path / "demo")
     monkeypatch.chdir(tmp_path)
     names: dict = {}

@@ -9,6 +9,9 @@ from shutil import copy, copytree
 import pytest
 
 from documented_files import make
+from hasty_pictures import draw_hastily
+from jobs_here import understand_here
+from plans import search_briefly
 
 FOLDER = Path(__file__).parents[2] / "docs"
 ELSEWHERE = {"batch", "extending", "tutorial"}
@@ -39,6 +42,9 @@ def test_commands_run_as_written(page, files, tmp_path, monkeypatch, run):
     folder = tmp_path / "files"
     copytree(files, folder)
     monkeypatch.chdir(folder)
+    draw_hastily(monkeypatch)
+    understand_here(monkeypatch)
+    search_briefly(monkeypatch)
     text = page.read_text()
     for language, block in re.findall(r"```(sh|toml)\n(.*?)```", text, flags=re.DOTALL):
         if language == "toml":
@@ -60,7 +66,7 @@ def test_commands_run_as_written(page, files, tmp_path, monkeypatch, run):
                 continue
             words = shlex.split(line)[1:]
             if words[0] == "plan":
-                words += ["--quick"]  # seconds are enough to see that it works
+                words += ["--quick"]  # a brief search shows that it works
                 words += [] if "--until" in words else ["--duration", "4"]
             status, _, err = run(*words)
             assert status == (3 if line in NOT_TO_BE_USED else 0), (line, err)

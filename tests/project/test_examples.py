@@ -13,6 +13,8 @@ pytest.importorskip("matplotlib", reason="matplotlib is not installed: hefting[p
 
 import matplotlib.font_manager  # noqa: F401 (writes its cache when first imported)
 
+from hasty_pictures import draw_hastily
+from jobs_here import do_jobs_here, understand_here
 from project.environments import ROOT
 
 FOLDER = ROOT / "examples"
@@ -20,6 +22,8 @@ EXAMPLES = sorted(FOLDER.glob("*.py"))
 MODULES = {"plot": "matplotlib", "sim": "mujoco", "robot": "pinocchio"}
 """What an extra brings."""
 HEAD = re.compile(r"``pip install 'hefting\[([\w,]+)\]'( \w+)?``")
+SMALLEST = {".png": 2000, ".svg": 10_000}
+"""Bytes of a picture with something in it; the PNG is of few pixels here."""
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
@@ -245,6 +249,9 @@ def test_an_example_runs_and_keeps_its_word(
         pytest.importorskip(head[2].strip())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
+    draw_hastily(monkeypatch)
+    do_jobs_here(monkeypatch)
+    understand_here(monkeypatch)
     written.watches, written.paths = True, []
     try:
         names = runpy.run_path(str(path), run_name="__main__")
@@ -257,8 +264,8 @@ def test_an_example_runs_and_keeps_its_word(
     here = tmp_path.resolve()
     assert written.paths
     assert not [each for each in written.paths if here not in each.resolve().parents]
-    for suffix in (".png", ".svg"):
-        assert (tmp_path / f"{path.stem}{suffix}").stat().st_size > 10_000
+    for suffix, smallest in SMALLEST.items():
+        assert (tmp_path / f"{path.stem}{suffix}").stat().st_size > smallest
     globals()[path.stem](names, printed)
 
 

@@ -129,6 +129,12 @@ def test_an_absent_extra_says_what_to_install(core, log, extra):
 @pytest.mark.parametrize("extra", USES)
 def test_an_extra_is_whole(built, tmp_path, extra):
     own = Environment(tmp_path / "env", built[0], extra)
-    assert "No broken requirements" in own.check()
     done = own.run("-c", USES[extra], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("extra", ["all", "docs"])
+def test_what_the_extras_need_is_there_as_they_ask(built, tmp_path, extra):
+    """Each other extra alone is a part of all."""
+    own = Environment(tmp_path, built[0], extra)
+    assert "No broken requirements" in own.check()

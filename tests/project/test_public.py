@@ -10,6 +10,8 @@ import pytest
 import hefting
 from hefting.core.errors import HeftingError
 from hefting.simulation import demo
+from jobs_here import do_jobs_here, understand_here
+from plans import search_briefly
 
 LONGEST_SIGNATURE = 1200
 """Characters: NumPy's ArrayLike spelled out in each of its arguments makes 6,000 of
@@ -51,6 +53,9 @@ def measurements(folder):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_example_runs_as_written(name, folder, measurements, monkeypatch):
     monkeypatch.chdir(folder)
+    do_jobs_here(monkeypatch)
+    understand_here(monkeypatch)
+    search_briefly(monkeypatch)
     names = {"hefting": hefting, "measurements": measurements}
     text = inspect.getdoc(getattr(hefting, name)) or ""
     test = doctest.DocTestParser().get_doctest(text, names, name, None, None)

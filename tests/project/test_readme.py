@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from hasty_pictures import draw_hastily
 from hefting.cli import main
 from hefting.estimators import describe_methods
 from hefting.logs import formats
 from hefting.simulation import demo
+from jobs_here import understand_here
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -30,6 +32,7 @@ def folder(tmp_path_factory):
 
 
 def test_commands(folder, monkeypatch, capsys):
+    draw_hastily(monkeypatch)
     monkeypatch.chdir(folder)
     commands = [
         line
@@ -48,6 +51,7 @@ def test_commands(folder, monkeypatch, capsys):
 
 
 def test_python(folder, monkeypatch, capsys):
+    understand_here(monkeypatch)
     monkeypatch.chdir(folder)
     code = "\n".join(blocks("python"))
     assert "hefting.identify" in code

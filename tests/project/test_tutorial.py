@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("matplotlib", reason="the demo draws: hefting[plot]")
 
+from hasty_pictures import draw_hastily
 from hefting.cli import main
 
 TEXT = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text()
@@ -23,6 +24,7 @@ def masked(line):
 
 
 def test_every_command_and_what_it_shows(tmp_path, monkeypatch, capsys):
+    draw_hastily(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     printed = ""

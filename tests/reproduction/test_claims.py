@@ -230,7 +230,9 @@ def prior(
     pose = np.eye(4)
     pose[:3, 3] = aside / np.sqrt(3.0)
     return InertialParameters(
-        mass * OLS().fit(z).parameters.mass * thing.shape.homogeneous.vector
+        mass
+        * OLS(intervals=False).fit(z).parameters.mass
+        * thing.shape.homogeneous.vector
     ).moved(pose)
 
 

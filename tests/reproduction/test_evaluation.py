@@ -23,6 +23,7 @@ from hefting.jobs import Jobs, Lost
 from hefting.reproduction import EXPERIMENTS, reproduce
 from hefting.reproduction.experiment import Table, shown
 from hefting.reproduction.runner import run_experiments
+from jobs_here import do_jobs_here
 
 pytest.importorskip("mujoco", reason="mujoco is not installed")
 
@@ -39,16 +40,20 @@ def tables(folder: Path) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A quick run of everything, by the command; its pictures are of few pixels."""
+    """A quick run of everything, by the command, in this process; its pictures are of
+    few pixels and not laid out, which takes most of the time and is tested beside."""
     folder = tmp_path_factory.mktemp("reproduction")
     words = ["reproduce", "--quick", "--jobs", "2", "--output", str(folder)]
     out, err = StringIO(), StringIO()
     with (
         patch("sys.argv", ["hefting", *words]),
         patch("hefting.plots.style.DPI", 60),
+        patch("matplotlib.figure.Figure.draw_without_rendering"),
+        pytest.MonkeyPatch.context() as monkeypatch,
         redirect_stdout(out),
         redirect_stderr(err),
     ):
+        do_jobs_here(monkeypatch)
         main()
     assert out.getvalue() == f"wrote {folder / 'index.html'}\n"
     assert err.getvalue() == ""
@@ -156,7 +161,8 @@ def test_a_second_run_does_nothing_again(folder):
     assert all(done == total > 0 for _, done, total in counts)
 
 
-def test_a_stopped_run_goes_on(folder, tmp_path):
+def test_a_stopped_run_goes_on(folder, tmp_path, monkeypatch):
+    do_jobs_here(monkeypatch)
     shutil.copytree(folder / "results", tmp_path / "results")
     kept = sorted((tmp_path / "results" / "noise").iterdir())
     kept[0].unlink()
@@ -183,15 +189,16 @@ def test_a_killed_worker_costs_nothing_but_time(folder, tmp_path):
             killed.extend(multiprocessing.active_children()[:1])
             killed[0].kill()
 
-    experiment = EXPERIMENTS["noise"]
+    experiment = EXPERIMENTS["stop-and-go"]  # two short jobs
     results = run_experiments(
-        [experiment], tmp_path, quick=True, workers=2, progress=kill_one
+        [experiment], tmp_path, quick=True, workers=1, progress=kill_one
     )
     assert killed
     assert results == run_experiments([experiment], folder, quick=True)
 
 
-def test_a_cluster_gives_the_same_tables(folder, tmp_path):
+def test_a_cluster_gives_the_same_tables(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("hefting.plots.style.DPI", 60)
     distributed = pytest.importorskip(
         "distributed", reason="distributed is not installed"
     )
@@ -200,6 +207,8 @@ def test_a_cluster_gives_the_same_tables(folder, tmp_path):
     with distributed.LocalCluster(
         n_workers=1,
         threads_per_worker=1,
+        processes=False,
+        protocol="tcp",
         dashboard_address=None,
         host="127.0.0.1",
         silence_logs=50,
@@ -232,14 +241,15 @@ def test_what_cannot_be_run(tmp_path, monkeypatch, capsys):
     assert names == list(EXPERIMENTS)
 
 
-@pytest.mark.parametrize("taken", ["results", "results/objects", "objects"])
-def test_a_folder_that_cannot_be_made_is_said(tmp_path, taken):
+@pytest.mark.parametrize("taken", ["results", "results/stop-and-go", "stop-and-go"])
+def test_a_folder_that_cannot_be_made_is_said(tmp_path, monkeypatch, taken):
+    do_jobs_here(monkeypatch)
     (tmp_path / taken).parent.mkdir(exist_ok=True)
     (tmp_path / taken).write_text("")
     with pytest.raises(
         InputError, match=rf"^{re.escape(str(tmp_path / taken))}: cannot be made"
     ):
-        reproduce(["objects"], tmp_path, workers=1)
+        reproduce(["stop-and-go"], tmp_path, quick=True)
 
 
 def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
