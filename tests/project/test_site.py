@@ -20,15 +20,6 @@ ROOT = Path(__file__).parents[2]
 MADE = ("_build", "api", "commands", "drawn", "gallery", "project")
 """Parts of docs/ that an earlier build wrote."""
 BUILD = ("-m", "sphinx", "-n", "-W", "--keep-going", "-q")
-QUICKLY = """
-import gc, runpy
-import furo
-gc.disable()
-furo._compute_navigation_tree = lambda context: ""
-runpy.run_module("sphinx", run_name="__main__")
-"""
-"""Looking for garbage in the trees that Sphinx keeps, and the theme's list of all pages
-beside each page, take a third of the time; so only links of the pages themselves count."""
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +39,7 @@ def site(tmp_path_factory):
     done = subprocess.run(
         [
             sys.executable,
-            "-c",
-            QUICKLY,
-            *BUILD[2:],
+            *BUILD,
             "-D",
             "sphinx_gallery_conf.plot_gallery=0",  # test_examples.py runs them
             "-d",
