@@ -20,7 +20,7 @@ from benchmarks.against.versions import differences, installed
 from benchmarks.report import Section
 
 SAMPLES = (150, 1000)
-QUICK_SAMPLES = (60,)
+QUICK_SAMPLES = (150,)
 
 
 @dataclass(frozen=True, eq=False)
