@@ -62,6 +62,9 @@ class Page(HTMLParser):
         super().__init__()
         self.anchors: set[str] = set()
         self.links: list[str] = []
+        self.own_links: list[str] = []
+        """of its text, without the list of all pages beside it"""
+        self._in_text = False
         self.parts: list[str] = []
         self.feed(text)
 
@@ -69,11 +72,19 @@ class Page(HTMLParser):
         """Keep the attributes that matter."""
         of = dict(attrs)
         self.anchors.update(of[name] for name in ("id", "name") if of.get(name))
+        self._in_text = self._in_text or tag == "article"
         if tag == "a" and of.get("href"):
             self.links.append(of["href"])
+            if self._in_text:
+                self.own_links.append(of["href"])
         address = of.get("href" if tag == "link" else "src")
         if tag in ("link", "script", "img") and address:
             self.parts.append(address)
+
+    def handle_endtag(self, tag):
+        """Note where the text ends."""
+        if tag == "article":
+            self._in_text = False
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +147,7 @@ def test_each_command_has_a_page(command, pages, site):
     assert f"commands/{command}.html" in pages
     text = (site / "commands" / f"{command}.html").read_text()
     assert "common options" in text or "usage" in text
-    assert f"{command}.html" in pages["commands/index.html"].links
+    assert f"{command}.html" in pages["commands/index.html"].own_links
 
 
 def test_each_example_has_a_page(pages, site):
@@ -145,8 +156,10 @@ def test_each_example_has_a_page(pages, site):
     shown = {path for path in pages if path.startswith("gallery/")}
     assert shown == {f"gallery/{name}.html" for name in (*examples, "index")}
     for name in examples:
-        assert f"{name}.html" in pages["gallery/index.html"].links
-        suffixes = {Path(link).suffix for link in pages[f"gallery/{name}.html"].links}
+        assert f"{name}.html" in pages["gallery/index.html"].own_links
+        suffixes = {
+            Path(link).suffix for link in pages[f"gallery/{name}.html"].own_links
+        }
         assert {".py", ".ipynb"} <= suffixes
 
 
@@ -158,4 +171,4 @@ def test_each_public_name_has_a_page(pages):
             if path.startswith("api/") and path.endswith(f"/{name}.html")
         ]
         assert f"hefting.{name}" in pages[path].anchors
-        assert path.removeprefix("api/") in pages["api/index.html"].links
+        assert path.removeprefix("api/") in pages["api/index.html"].own_links
