@@ -12,6 +12,7 @@ from importlib.util import find_spec
 import pytest
 from recorded import recorded
 
+from clusters import local_cluster
 from hefting.batches import batch
 from hefting.core.errors import HeftingError
 from jobs_here import do_jobs_here
@@ -35,15 +36,7 @@ def local(tmp_path_factory):
 @pytest.fixture
 def cluster():
     """With one worker, replaced when it is killed: it is at a recording then."""
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        dashboard_address=None,
-        host="127.0.0.1",
-        silence_logs=60,
-    ) as cluster:
+    with local_cluster(1) as cluster:
         yield cluster
 
 

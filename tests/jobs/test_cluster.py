@@ -13,6 +13,7 @@ from importlib.util import find_spec
 import pytest
 
 import job_tasks
+from clusters import local_cluster
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.jobs import Jobs, Lost, run_jobs
 from hefting.jobs.cluster import _do
@@ -30,15 +31,7 @@ minute to connect, and again [s]."""
 
 @pytest.fixture(scope="module")
 def cluster():
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        dashboard_address=None,
-        host="127.0.0.1",
-        silence_logs=60,
-    ) as cluster:
+    with local_cluster(2) as cluster:
         yield cluster
 
 

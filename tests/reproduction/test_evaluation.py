@@ -17,6 +17,7 @@ from unittest.mock import patch
 import pytest
 
 from browser import CHROMIUM, needs_browser
+from clusters import local_cluster
 from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
 from hefting.jobs import Jobs, Lost
@@ -199,20 +200,10 @@ def test_a_killed_worker_costs_nothing_but_time(folder, tmp_path):
 
 def test_a_cluster_gives_the_same_tables(folder, tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.plots.style.DPI", 60)
-    distributed = pytest.importorskip(
-        "distributed", reason="distributed is not installed"
-    )
+    pytest.importorskip("distributed", reason="distributed is not installed")
     # of several jobs and tables each, and quick: their pictures are drawn anew
     names = ("condition", "gravity", "stop-and-go")
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=1,
-        processes=False,
-        protocol="tcp",
-        dashboard_address=None,
-        host="127.0.0.1",
-        silence_logs=50,
-    ) as cluster:
+    with local_cluster(1, processes=False, protocol="tcp") as cluster:
         reproduce(names, tmp_path, quick=True, scheduler=cluster.scheduler_address)
     ours = tables(folder)
     theirs = {
