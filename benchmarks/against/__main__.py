@@ -84,12 +84,12 @@ def replaced(
     return {kind: others[kind] | now[kind] for kind in others}
 
 
-def sections(quick: bool) -> "list[Section]":
+def sections() -> "list[Section]":
     """All rows with goals; prints the tables as well."""
     from benchmarks.against.measure import comparison
     from benchmarks.against.tables import show, tables
 
-    found = comparison(quick)
+    found = comparison(quick=False)
     show(tables(found.values))
     return found.sections
 

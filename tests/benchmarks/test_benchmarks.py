@@ -14,6 +14,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT))
 
+from benchmarks.__main__ import every  # noqa: E402
+from benchmarks.against.__main__ import PART  # noqa: E402
 from benchmarks.parties import NOW, MissingError, before  # noqa: E402
 from benchmarks.report import Row, Section  # noqa: E402
 
@@ -93,7 +95,7 @@ def rows(report: dict, title: str) -> list[dict]:
 
 def test_every_section_is_printed(quick_run):
     table, report = quick_run
-    assert len(report["sections"]) == 31
+    assert len(report["sections"]) == 29
     for section in report["sections"]:
         assert section["title"].split(",")[0] in table
         for row in section["rows"]:
@@ -106,7 +108,7 @@ def test_ratios_are_above_one(quick_run):
     _, report = quick_run
     every = [row for section in report["sections"] for row in section["rows"]]
     ratios = [row["figure"] for row in every if row["unit"] == "x"]
-    assert len(ratios) == 40
+    assert len(ratios) == 29
     assert min(ratios) > 1.0
 
 
@@ -150,6 +152,12 @@ def test_the_constraint_of_lmi_is_active_where_it_is_said_to_be(quick_run):
         assert sign * margin > 0.0
 
 
+def test_peers_are_a_part_of_whole_runs(folder):
+    """Their quick run is a command of its own."""
+    assert PART in dict(every(folder, ROOT, quick=False))
+    assert PART not in dict(every(folder, ROOT, quick=True))
+
+
 def test_memory_does_not_grow(quick_run):
     """A copy of the samples would take 34 MB here: 200,000 of 21 doubles."""
     _, report = quick_run
@@ -176,9 +184,8 @@ def test_whole_processes_are_compared(quick_run, folder):
         "before",
         "before's second",
         "1 kg",
-        "best peer",
     }
-    assert len(shares) == 12
+    assert len(shares) == 9
     assert all(np.isfinite(share) and share > 0.0 for share in shares.values())
     assert (
         shares["second identify, demo, its mesh/before"]

@@ -243,7 +243,10 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path, monkeypatch, taken):
         reproduce(["stop-and-go"], tmp_path, quick=True)
 
 
-def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(tmp_path, capfd):
+def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(
+    tmp_path, capfd, monkeypatch
+):
+    monkeypatch.setattr("hefting.jobs.cluster.PATIENCE", "2s")
     distributed = pytest.importorskip(
         "distributed", reason="distributed is not installed"
     )
