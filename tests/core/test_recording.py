@@ -12,6 +12,7 @@ from hefting.core.recording import (
     JOINT_STREAMS,
     Recording,
     Stream,
+    all_finite,
     column_names,
 )
 
@@ -198,3 +199,10 @@ def test_a_recording_travels_to_another_process():
     got = pickle.loads(pickle.dumps(sent))
     assert (got["wrench"].values == sent["wrench"].values).all()
     assert got.source == sent.source
+
+
+def test_finite_values_whose_sum_is_not_are_finite():
+    large = np.full((4, 3), 1.5e308)
+    assert all_finite(large)
+    assert not all_finite(np.array([1.0, np.nan]))
+    assert not all_finite(np.array([np.inf, -np.inf]))

@@ -52,3 +52,13 @@ def test_a_limit_that_the_fit_explains_is_found():
 def test_a_wrench_that_rests_without_noise_is_at_no_limit():
     steps = np.repeat(np.arange(10.0), 100)[:, None] * np.ones(6)
     assert not saturated(steps, steps, np.ones(6)).any()
+
+
+@pytest.mark.parametrize(("rows", "unit"), [((3, 6), "N m"), ((0, 3), "N")])
+def test_steps_of_one_of_force_and_torque_are_told_alone(rows, unit):
+    steps = np.full(6, 1e-9)
+    steps[slice(*rows)] = 0.4 if unit == "N" else 0.1
+    given = correct(0).wrench(lambda _, w: in_steps(w, steps))
+    message = quantisation_message(given.recording)
+    assert message is not None
+    assert f"in steps of {steps[rows[0]]:g} {unit}, larger" in message

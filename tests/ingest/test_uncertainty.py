@@ -16,7 +16,8 @@ from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import Fit, Start, gauss_newton
 from hefting.ingest.model import Layout, Problem
 from hefting.ingest.path import path_of
-from hefting.ingest.uncertainty import estimate_uncertainty
+from hefting.ingest.uncertainty import FEWEST_AVERAGED_BINS as AVERAGED
+from hefting.ingest.uncertainty import _average_over_neighbours, estimate_uncertainty
 from hefting.simulation import UR5, random_smooth, simulate, wield
 
 
@@ -155,3 +156,17 @@ def test_what_the_fit_takes_whole_is_no_lack_of_noise():
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-9)  # rounding
     # well inside the band: leakage, not what is left of it made large
     assert found[35:45].max() < 0.3
+
+
+def test_a_spectrum_is_averaged_over_its_neighbours():
+    """Power over what is expected is the same where each is; where nothing is expected
+    nearby, that of all."""
+    count = np.linspace(1.0, 3.0, 100)
+    np.testing.assert_allclose(_average_over_neighbours(2.0 * count, count), 2.0)
+    few = np.where(np.arange(100) < 10, count, 0.0)
+    power = np.random.default_rng(6).exponential(size=100) * few
+    average = _average_over_neighbours(power, few)
+    assert average[-1] == pytest.approx(power.sum() / few.sum())
+    assert average[0] == pytest.approx(
+        power[: AVERAGED + 1].sum() / few[: AVERAGED + 1].sum()
+    )
