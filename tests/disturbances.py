@@ -93,7 +93,7 @@ def disturbed(kind: str, mass: float, seed: int, duration: float = 10.4) -> Dist
     dropped: 10 % of poses and of wrenches; contact: see `contact`; all: all of these,
     and the other sign; coloured: wrench noise correlated by 0.9 from sample to sample.
     """
-    motion, clean, exact = _undisturbed(mass, seed, duration)
+    motion, clean, exact = undisturbed(mass, seed, duration)
     thing, rng = body(mass), np.random.default_rng([9, seed])
     time, K = motion.time, len(motion.time)
     noise = clean["wrench"].values - exact
@@ -145,7 +145,7 @@ def _motion(seed: int, duration: float) -> SensorMotion:
 
 
 @cache
-def _undisturbed(
+def undisturbed(
     mass: float, seed: int, duration: float
 ) -> tuple[SensorMotion, Recording, Array]:
     """The motion, its recording with noise alone, and the exact wrench (K, 6)."""
