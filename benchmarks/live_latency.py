@@ -35,7 +35,11 @@ class Wielded:
     """The samples of a transport with the values of a hammer at their stamps."""
 
     def __init__(self, seconds: float):
-        self._recording = recording_of(seconds + 1.0)
+        recording = recording_of(seconds + 1.0)
+        self._columns = {
+            name: (recording[name].time, recording[name].values.T.copy())
+            for name in STREAMS
+        }
         self._begin: float | None = None
         """[s] stamp at which the hammer begins to move"""
 
@@ -44,9 +48,9 @@ class Wielded:
         name, stamps, _ = samples
         if self._begin is None:
             self._begin = float(stamps[0])
-        stream, at = self._recording[name], stamps - self._begin
-        columns = [np.interp(at, stream.time, column) for column in stream.values.T]
-        return Samples(name, stamps, np.column_stack(columns))
+        at, (time, columns) = stamps - self._begin, self._columns[name]
+        values = [np.interp(at, time, column) for column in columns]
+        return Samples(name, stamps, np.column_stack(values))
 
 
 def delays(name: str, seconds: float) -> list[float]:

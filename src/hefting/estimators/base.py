@@ -271,6 +271,16 @@ class Estimator:
         over the same shape."""
         return self.estimate(state), None
 
+    def prepared(self, state: Any, before: Any) -> Any:
+        """What estimates of some samples more can be made from sooner, by `of_more`;
+        None where nothing can. `before` is as for `continued`."""
+        return None
+
+    def of_more(self, state: Any, prepared: Any) -> Estimate:
+        """The estimate of a state that has some samples more than that which was
+        `prepared`."""
+        return self.estimate(state)
+
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
         """What was known of a body of such a mass [kg] before any sample, as in
         `Estimate.intervals`; None for methods without a prior that has intervals."""

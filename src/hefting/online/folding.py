@@ -81,25 +81,40 @@ class Follower:
         return z if len(z) else None
 
 
+@dataclass(frozen=True, eq=False)
+class Folded:
+    """An estimate with new samples."""
+
+    estimate: Estimate | None
+    state: Any = None
+    """of the estimator; None where there are no new samples"""
+    last: Any = None
+    """what the next estimate begins with, as `Estimator.prepared` gives it"""
+
+
 def folded(
-    known: Understanding, z: Measurements | None, last: Any = None
-) -> tuple[Estimate | None, Any]:
-    """The estimate with new samples, that of before where there are none; and what the
-    next one begins with, as `last` (`Estimator.continued`)."""
+    known: Understanding, z: Measurements | None, last: Any, prompt: bool
+) -> Folded:
+    """The estimate with new samples, that of before where there are none. `last` is
+    what the one before left; `prompt` is for one of the same understanding and some
+    samples less, whose noise then serves."""
     before, estimator = known.estimate, known.estimator
     if z is None or not len(z) or before is None:
-        return before, last
+        return Folded(before, None, last)
     if estimator is None or known.recent is None:
-        return before, last
+        return Folded(before, None, last)
     z = without_spikes(known, z)
     if not len(z):
-        return before, last
+        return Folded(before, None, last)
     seen = estimator.update(known.recent, z)  # type: ignore[arg-type]
     try:
         state = estimator.merge_all([*known.others, seen])
-        estimate, last = estimator.continued(state, last or before)
+        if prompt:
+            estimate = estimator.of_more(state, last)
+        else:
+            estimate, last = estimator.continued(state, last or before)
     except (NotIdentifiableError, np.linalg.LinAlgError):
-        return before, None
+        return Folded(before)
     estimate = replace(
         estimate,
         warnings=before.warnings,
@@ -109,7 +124,7 @@ def folded(
         samples=before.samples + len(z),
         duration=(before.duration or 0.0) + float(z.time[-1]) - known.end,
     )
-    return estimate, last
+    return Folded(estimate, state, last)
 
 
 def without_spikes(known: Understanding, z: Measurements) -> Measurements:

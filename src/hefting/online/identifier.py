@@ -109,7 +109,7 @@ class LiveIdentifier:
         self._dropped = 0
         self._asker = (Remote if in_process else Inline)(self.settings)
         self._robot = robot
-        self._pipeline = Pipeline(self._asker)
+        self._pipeline = Pipeline(self._asker, in_process)
         self._latest: LiveEstimate | None = None
         self._lost = False
         self._number = 0
@@ -182,12 +182,16 @@ class LiveIdentifier:
     def step(self) -> LiveEstimate | None:
         """Take what waits, and say what is known: what the thread does by itself, for
         streams that are played. None before any sample."""
+        self._pipeline.receive()
+        self._step()
+        return self._latest
+
+    def _step(self) -> None:
         self._take()
         if self._pipeline.history.samples == 0 and not self._lost:
-            return self._latest
+            return
         self._tell(self._pipeline.step())
         self._pipeline.look()
-        return self._latest
 
     def close(self, log: Recording | str | Path | None = None) -> LiveEstimate | None:
         """End it, and give the final answer.
@@ -250,7 +254,7 @@ class LiveIdentifier:
                     self._take()
                     self._pipeline.follow()
                     continue
-                self.step()
+                self._step()
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
             self._failure = error

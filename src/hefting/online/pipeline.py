@@ -4,15 +4,17 @@ clock."""
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
+from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.online.folding import Follower, folded
+from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
 from hefting.online.live_estimate import LiveEstimate, LiveStateName
 from hefting.online.samples import Samples
@@ -24,6 +26,9 @@ EVERY = 1.0
 REFERENCE_AGE = 1.5
 """[s] Age of the understanding by which a change of the object is judged: a later one
 may have seen the other object."""
+NOTABLE_SHARE = 0.02
+"""Share of new samples from which on the noise is found again between
+understandings."""
 FOLLOWED = ("smooth", "inertial", "orientation")
 """Sources of motion that a filter of poses stands for between understandings."""
 MOST_MESSAGES = 20
@@ -48,10 +53,14 @@ class Asker(Protocol):
 
 
 class Pipeline:
-    """Samples of a stream in, live estimates out. Used by one thread."""
+    """Samples of a stream in, live estimates out. Used by one thread.
 
-    def __init__(self, asker: Asker):
-        self._asker = asker
+    Where they are to be `prompt`, the noise of new samples is found after an estimate
+    with them is told, not before.
+    """
+
+    def __init__(self, asker: Asker, prompt: bool):
+        self._asker, self._prompt = asker, prompt
         self.history = History()
         self.object = 1
         self.object_since: float | None = None
@@ -72,9 +81,10 @@ class Pipeline:
         self._watch = Watch()
         self._last_asked = -np.inf
         self._estimate: Estimate | None = None
-        self._last: Any = None
-        """What the next estimate begins with."""
-        self._folded: tuple[Understanding, float] | None = None
+        self._folded = Folded(None)
+        self._prepared: tuple[Understanding, int] | None = None
+        """Understanding and number of samples by which the noise was found last."""
+        self._until: tuple[Understanding, float] | None = None
         """Understanding and last sample [s] of the estimate."""
 
     def take(self, samples: Samples) -> None:
@@ -98,14 +108,18 @@ class Pipeline:
 
     def step(self) -> LiveEstimate:
         """What is known now. `look` is to follow, once that is told."""
-        self.follow()
+        self._filter()
         return self.told()
 
     def look(self) -> None:
         """What can wait until the estimate is told: see whether it is another object,
-        and have the history understood, where it is time."""
+        have the history understood, where it is time, and prepare the next estimate."""
+        if self.receive() and self._prompt:
+            self._fold()
         self._look_for_change()
         self._ask()
+        if self._prompt and self._known and self._is_prepared:
+            self._prepare()
 
     def _ask(self) -> None:
         older = self.history.overflow()
@@ -123,25 +137,34 @@ class Pipeline:
         self._older, self._forget = [], False
         self._last_asked, self._asked_object = self.history.latest, self.object
 
-    def _receive(self, found: Understanding | None) -> None:
-        """Take what was understood, unless it is of an object before."""
+    def receive(self) -> bool:
+        """Take what was understood meanwhile, unless it is of an object before; whether
+        there was anything."""
+        found = self._asker.answer()
         if found is None or self._asked_object != self.object:
-            return
+            return False
         if found.estimate is None:
             self._obstacle = found.obstacle
-            return
+            return False
         self._obstacle, self._new_clock = None, False
         self._known.append(found)
         if found.changed is not None:
             self._begin_object(found.changed)
-            return
+            return False
         follows = found.found is not None and found.found.source in FOLLOWED
         if follows and self._follower is None and found.pose_filter is not None:
             self._follower = Follower.of(found.pose_filter)
+        return True
 
     def follow(self) -> None:
         """Take what was understood meanwhile, and filter the new poses."""
-        self._receive(self._asker.answer())
+        is_new = self.receive()
+        self._filter()
+        if is_new and self._prompt:
+            self._fold()
+
+    def _filter(self) -> None:
+        """Filter the new poses."""
         if self._follower is None:
             return
         orientation = self._stream("orientation")
@@ -197,14 +220,7 @@ class Pipeline:
 
     def told(self) -> LiveEstimate:
         """What is known now."""
-        known, z = (self._known[-1] if self._known else None), None
-        if known is not None:
-            z = self._new_samples(known)
-            until = self._watch.trusted_until
-            if z is not None and until is not None:
-                z = z[: int(np.searchsorted(z.time, until))]
-            if self._is_new(known, z):
-                self._estimate, self._last = folded(known, z, self._last)
+        z = self._fold()
         said: list[Message] = list(self._messages)
         state = self._state(said)
         return LiveEstimate(
@@ -218,10 +234,51 @@ class Pipeline:
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
 
+    def _fold(self) -> Measurements | None:
+        """Have the estimate with the samples since the last understanding, which are
+        returned."""
+        if not self._known:
+            return None
+        known = self._known[-1]
+        z = self._new_samples(known)
+        until = self._watch.trusted_until
+        if z is not None and until is not None:
+            z = z[: int(np.searchsorted(z.time, until))]
+        if self._is_new(known, z):
+            prompt = self._prompt and self._is_prepared
+            self._folded = folded(known, z, self._folded.last, prompt)
+            self._estimate = self._folded.estimate
+            if not prompt and self._estimate is not None:
+                self._prepared = known, self._estimate.samples
+        return z
+
+    @property
+    def _is_prepared(self) -> bool:
+        """Whether the noise was found by what was understood last."""
+        before, last = self._prepared, self._folded.last
+        return last is not None and before is not None and before[0] is self._known[-1]
+
+    def _prepare(self) -> None:
+        """Find the noise for the next estimates, where there are notably more
+        samples."""
+        state, last, before = self._folded.state, self._folded.last, self._prepared
+        if state is None or self._estimate is None or before is None:
+            return
+        samples, estimator = self._estimate.samples, before[0].estimator
+        more = samples - before[1]
+        if estimator is None or 0 <= more < NOTABLE_SHARE * samples:
+            return
+        try:
+            last = estimator.prepared(state, last)
+        except (NotIdentifiableError, np.linalg.LinAlgError):
+            last = None
+        self._folded = replace(self._folded, last=last)
+        self._prepared = before[0], samples
+
     def _is_new(self, known: Understanding, z: Measurements | None) -> bool:
         """Whether the estimate is not yet that with these samples."""
         until = known.end if z is None or not len(z) else float(z.time[-1])
-        before, self._folded = self._folded, (known, until)
+        before, self._until = self._until, (known, until)
         return before is None or before[0] is not known or before[1] != until
 
     def _state(self, said: list[Message]) -> LiveStateName:

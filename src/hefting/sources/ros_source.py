@@ -9,6 +9,7 @@ from typing import Protocol
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
+from hefting.sources.pacing import Pace
 from hefting.sources.request import Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
@@ -57,6 +58,7 @@ class RosSource:
         transport.skipped = self.skipped
         self._decoder: RosDecoder | None = None
         self._first: list[Samples] = []
+        self._pace = Pace()
 
     def open(self) -> None:
         """Connect, and choose topics unless that was done before the connection was
@@ -80,6 +82,7 @@ class RosSource:
             found, self._first = self._first, []
             return found
         assert self._decoder is not None
+        self._pace.wait()
         messages = self._transport.receive(timeout)
         return self._decoder.decode(messages) if messages else []
 

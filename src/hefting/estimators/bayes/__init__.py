@@ -24,7 +24,8 @@ from hefting.estimators.base import (
     require_samples,
 )
 from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE
-from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL, Samples
+from hefting.estimators.bayes.information import require_information
+from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL
 from hefting.estimators.bayes.mixture import (
     INTERVAL_LEVEL,
     holding,
@@ -222,6 +223,17 @@ class Bayes(Estimator):
         posterior = self.posterior(state, before)
         return self._summary(state, posterior), posterior.last
 
+    def prepared(self, state: State, before: Estimate | Pass | None) -> Pass:
+        """The last pass to the estimate."""
+        return self.posterior(state, before).last
+
+    def of_more(self, state: State, prepared: Pass) -> Estimate:
+        """As for every method: the noise is that which was found before."""
+        steps = self._passes(state)
+        return self._summary(
+            state, self._posterior_of(state, steps, steps.of_more(prepared))
+        )
+
     @cached_property
     def _size(self) -> float:
         """Half the diagonal of the bounding box [m]."""
@@ -296,21 +308,7 @@ class Bayes(Estimator):
         Arguments and errors are those of `estimate`; `start` may also be the last pass
         to the posterior of fewer samples, which most often leaves one to be done.
         """
-        require_samples(state.samples)
-        free_bias = self.bias == "estimate"
-        if not isinstance(state, WhitenedState):
-            require_weight(states_of(state))
-        source = NoiseSource.of(
-            state,
-            free_bias,
-            self.noise,
-            self.carried,
-            SensorAccuracy.of(self.sensor_accuracy),
-        )
-        samples, known = source.samples, source.given is not None
-        _require_information(samples, state, free_bias)
-        reading = MassReading.of(self.mass)
-        steps = Passes(source, self._prior, self.systematic, reading)
+        steps = self._passes(state)
         last: Pass | None = None
         if isinstance(start, Pass):
             last, found = start, steps.continued(start)
@@ -324,32 +322,56 @@ class Bayes(Estimator):
                 scores = 0.5 * (found.placed.scores + scores)
             passes, last = passes + 1, found
             found = steps.next(last, scores)
-        final = found
         distortion_change = _largest(found.scores - found.placed.scores)
-        found, disagreement = steps.settled(found)
+        found = steps.settled(found)
+        if doubts := scale_doubts(found.wrench, steps.reading, self.carried):
+            alone = replace(self, mass=None).posterior(state, start)
+            return replace(alone, scale_doubts=doubts)
+        return replace(
+            self._posterior_of(state, steps, found),
+            passes=passes,
+            settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
+        )
+
+    def _passes(self, state: State) -> Passes:
+        """The steps by the samples of a state."""
+        require_samples(state.samples)
+        free_bias = self.bias == "estimate"
+        if not isinstance(state, WhitenedState):
+            require_weight(states_of(state))
+        source = NoiseSource.of(
+            state,
+            free_bias,
+            self.noise,
+            self.carried,
+            SensorAccuracy.of(self.sensor_accuracy),
+        )
+        require_information(source.samples, state, free_bias)
+        reading = MassReading.of(self.mass)
+        return Passes(source, self._prior, self.systematic, reading)
+
+    def _posterior_of(self, state: State, steps: Passes, last: Pass) -> Posterior:
+        """The posterior by its last pass."""
+        source, noise, found = steps.source, last.noise, last
         misfit = found.likelihood.misfit(found.mixture.mean)
         if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
             found = steps.without_shape(found)
-        doubts = scale_doubts(found.wrench, reading, self.carried)
-        if doubts:
-            alone = replace(self, mass=None).posterior(state, start)
-            return replace(alone, scale_doubts=doubts)
-        noise, mixture = found.noise, found.mixture
+        known = source.given is not None
         enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
-        slow = samples.pace >= SEPARATE_POSE_INTERVAL
+        slow = source.samples.pace >= SEPARATE_POSE_INTERVAL
         gain = steps.sensor_gain(found)
-        sensed = (1.0 + (gain or 0.0)) * mixture.mean
+        sensed = (1.0 + (gain or 0.0)) * found.mixture.mean
         colour = noise.colour
         return Posterior(
-            mixture=mixture,
-            last=final,
+            mixture=found.mixture,
+            last=last,
             prior=found.placed.prior,
             move=found.placed.move,
             residual_covariance=noise.equations.covariance,
             excess=noise.excess,
             contradicted=noise.contradicted,
             autocorrelation=noise.autocorrelation,
-            disagreement=disagreement,
+            disagreement=found.disagreement,
             response=noise.response,
             variances=None if colour is None else colour.variances,
             noise_known=known
@@ -358,9 +380,7 @@ class Bayes(Estimator):
             motion=source.motion,
             shape_known=self.shape.known != "reach",
             misfit=misfit,
-            settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
-            passes=passes,
-            bias=samples.bias(sensed) if free_bias else None,
+            bias=source.samples.bias(sensed) if source.free_bias else None,
             sensor_gain=gain,
         )
 
@@ -381,18 +401,3 @@ class Bayes(Estimator):
 def _largest(changes: Array) -> float:
     """Largest size of changes (d,); 0 of none."""
     return float(np.abs(changes).max(initial=0.0))
-
-
-def _require_information(samples: Samples, state: State, free_bias: bool) -> None:
-    """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
-    is zero up to rounding."""
-    if isinstance(state, WhitenedState):
-        size = float(np.abs(state.factor[:, :10]).max())
-        size = max(size, np.finfo(float).tiny)
-    else:
-        size = max(float(np.abs(each.full.full).max()) for each in states_of(state))
-    if float(np.abs(samples.A).max()) <= 1e-9 * size:
-        beside = " beside a bias" if free_bias else ""
-        raise NotIdentifiableError(
-            f"the samples determine nothing{beside}", fix="record other orientations"
-        )

@@ -5,7 +5,8 @@ What least squares leaves is noise for any shape: a prior that contradicts the w
 cannot explain its own misfit as noise, and the noise does not depend on the prior.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -74,6 +75,22 @@ class NoiseFound:
         """Variance of the parameters over that for white noise."""
         return 1.0 if self.colour is None else self.colour.autocorrelation
 
+    def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
+        """The same noise in more samples, of parameters near phi (10,)."""
+        known = self.equations
+        equations = Equations.of(samples, phi, known.covariance, motion.white)
+        colour = self.colour
+        if colour is not None:
+            more = self.autocorrelation * (equations.G - known.G)
+            colour = replace(colour, noise=colour.noise + more)
+        growth = float(equations.G.trace() / known.G.trace())
+        return replace(
+            self,
+            equations=equations,
+            colour=colour,
+            sensor=max(growth, 1.0) ** 2 * self.sensor,
+        )
+
     def likelihood(self, inflation: float = 1.0) -> Likelihood:
         """Likelihood of the parameters, the noise's variance so many times as large."""
         white = self.colour is None or self.colour.white_claimed
@@ -89,9 +106,7 @@ class NoiseSource:
     """What samples and given noise tell of the noise."""
 
     samples: Samples
-    time: TimeSamples | None
-    """samples by time scale and stretch; None where the state keeps no record of
-    time"""
+    state: State
     given: Array | None
     """(6, 6) known covariance of the wrench's noise; None where it is found from the
     residuals"""
@@ -134,13 +149,19 @@ class NoiseSource:
             given = np.array(noise, dtype=float)
         return cls(
             Samples.of(state, free_bias),
-            TimeSamples.of(state, free_bias),
+            state,
             given,
             MotionErrors.of(motion_noise, state),
             np.zeros(10) if carried is None else carried,
             sensor_accuracy,
             free_bias,
         )
+
+    @cached_property
+    def time(self) -> TimeSamples | None:
+        """Samples by time scale and stretch; None where the state keeps no record of
+        time."""
+        return TimeSamples.of(self.state, self.free_bias)
 
     @property
     def allowed(self) -> SensorAccuracy:

@@ -44,6 +44,10 @@ class Pass:
     likelihood: Likelihood
     """of the samples, and of what a scale showed"""
     mixture: Mixture
+    disagreement: float = 0.0
+    """of stretches of the record, beside the noise alone; 0 until it is looked for"""
+    inflation: float = 1.0
+    """of the noise's variance, by what of that nothing explains"""
 
     @property
     def center(self) -> Array:
@@ -95,18 +99,25 @@ class Passes:
         noise = replace(last.noise, expected=None)  # of other time scales
         return self.next(replace(last, noise=noise), last.scores)
 
-    def settled(self, last: Pass) -> tuple[Pass, float]:
+    def settled(self, last: Pass) -> Pass:
         """The last pass, its noise larger where stretches of the record disagree by
-        more than all errors that are allowed for, and by how much they do beside the
-        noise alone."""
+        more than all errors that are allowed for."""
         disagreement, unexplained = self.source.disagreement(last.noise)
         inflation = inflation_of(unexplained)
-        if inflation == 1.0:
-            return last, disagreement
-        wider = self._posterior(
-            last.placed, last.com, last.scale, last.noise, inflation
+        if inflation > 1.0:
+            last = self._posterior(
+                last.placed, last.com, last.scale, last.noise, inflation
+            )
+        return replace(last, disagreement=disagreement, inflation=inflation)
+
+    def of_more(self, last: Pass) -> Pass:
+        """The last pass, settled, for some samples more: with its prior and noise."""
+        phi = last.mixture.mean
+        noise = last.noise.of_more(self.source.samples, phi, self.source.motion)
+        found = self._posterior(
+            last.placed, last.com, last.scale, noise, last.inflation
         )
-        return wider, disagreement
+        return replace(found, disagreement=last.disagreement, inflation=last.inflation)
 
     def without_shape(self, last: Pass) -> Pass:
         """The last pass for a body of any kind: what the samples say, where they

@@ -65,12 +65,12 @@ class Posterior:
     misfit: float
     """squared distance of the mean from what the samples alone say, in standard
     deviations"""
-    settled: bool
-    """whether the place of a shape that is uncertain was found"""
-    passes: int
-    """how often the noise was found anew"""
     bias: Array | None
     """(6,) wrench bias [N, N m]; None where none is free"""
+    settled: bool = True
+    """whether the place of a shape that is uncertain was found"""
+    passes: int = 0
+    """how often the noise was found anew"""
     scale_doubts: tuple[Message, ...] = ()
     """what speaks against the scale's reading"""
     sensor_gain: float | None = None
