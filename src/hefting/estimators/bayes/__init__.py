@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.accuracy import Accuracy
-from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
@@ -23,9 +23,7 @@ from hefting.estimators.base import (
     Known,
     require_samples,
 )
-from hefting.estimators.bayes.colour import FEWEST_SAMPLES_FOR_NOISE
 from hefting.estimators.bayes.information import require_information
-from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL
 from hefting.estimators.bayes.mixture import (
     INTERVAL_LEVEL,
     holding,
@@ -35,15 +33,15 @@ from hefting.estimators.bayes.nearest import nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
-    CONTRADICTING_LIKELIHOOD_DISTANCE,
     Posterior,
     contradiction,
     doubtful_shape,
+    posterior_of,
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.estimators.bayes.weighed import scale_doubts
-from hefting.estimators.joint_state import State, motion_record, states_of
+from hefting.estimators.joint_state import State, states_of
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
     require_body,
@@ -230,9 +228,8 @@ class Bayes(Estimator):
     def of_more(self, state: State, prepared: Pass) -> Estimate:
         """As for every method: the noise is that which was found before."""
         steps = self._passes(state)
-        return self._summary(
-            state, self._posterior_of(state, steps, steps.of_more(prepared))
-        )
+        last = steps.of_more(prepared)
+        return self._summary(state, posterior_of(state, steps, last, self.shape))
 
     @cached_property
     def _size(self) -> float:
@@ -328,7 +325,7 @@ class Bayes(Estimator):
             alone = replace(self, mass=None).posterior(state, start)
             return replace(alone, scale_doubts=doubts)
         return replace(
-            self._posterior_of(state, steps, found),
+            posterior_of(state, steps, found, self.shape),
             passes=passes,
             settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
         )
@@ -349,40 +346,6 @@ class Bayes(Estimator):
         require_information(source.samples, state, free_bias)
         reading = MassReading.of(self.mass)
         return Passes(source, self._prior, self.systematic, reading)
-
-    def _posterior_of(self, state: State, steps: Passes, last: Pass) -> Posterior:
-        """The posterior by its last pass."""
-        source, noise, found = steps.source, last.noise, last
-        misfit = found.likelihood.misfit(found.mixture.mean)
-        if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
-            found = steps.without_shape(found)
-        known = source.given is not None
-        enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
-        slow = source.samples.pace >= SEPARATE_POSE_INTERVAL
-        gain = steps.sensor_gain(found)
-        sensed = (1.0 + (gain or 0.0)) * found.mixture.mean
-        colour = noise.colour
-        return Posterior(
-            mixture=found.mixture,
-            last=last,
-            prior=found.placed.prior,
-            move=found.placed.move,
-            residual_covariance=noise.equations.covariance,
-            excess=noise.excess,
-            contradicted=noise.contradicted,
-            autocorrelation=noise.autocorrelation,
-            disagreement=found.disagreement,
-            response=noise.response,
-            variances=None if colour is None else colour.variances,
-            noise_known=known
-            or (motion_record(state) is not None and (enough or slow)),
-            coloured=colour is not None and known and colour.exceeds_claim,
-            motion=source.motion,
-            shape_known=self.shape.known != "reach",
-            misfit=misfit,
-            bias=source.samples.bias(sensed) if source.free_bias else None,
-            sensor_gain=gain,
-        )
 
     def _is_settled(self, last: Pass, found: Pass) -> bool:
         """Whether a pass changed next to nothing."""

@@ -7,13 +7,19 @@ import numpy as np
 
 from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT
+from hefting.estimators.bayes.colour import (
+    FEWEST_SAMPLES_FOR_NOISE,
+    LARGEST_STRETCH_DISAGREEMENT,
+)
 from hefting.estimators.bayes.distortion import Move
+from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
-from hefting.estimators.bayes.passes import Pass
+from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.joint_state import State, motion_record
+from hefting.shapes import Shape
 
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
@@ -93,6 +99,40 @@ class Posterior:
                 "motion_memory": self.motion.memory,
             }
         return found
+
+
+def posterior_of(state: State, steps: Passes, last: Pass, shape: Shape) -> Posterior:
+    """The posterior of an object in a shape, by its last pass."""
+    source, noise, found = steps.source, last.noise, last
+    misfit = found.likelihood.misfit(found.mixture.mean)
+    if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
+        found = steps.without_shape(found)
+    known = source.given is not None
+    enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
+    slow = source.samples.pace >= SEPARATE_POSE_INTERVAL
+    gain = steps.sensor_gain(found)
+    sensed = (1.0 + (gain or 0.0)) * found.mixture.mean
+    colour = noise.colour
+    return Posterior(
+        mixture=found.mixture,
+        last=last,
+        prior=found.placed.prior,
+        move=found.placed.move,
+        residual_covariance=noise.equations.covariance,
+        excess=noise.excess,
+        contradicted=noise.contradicted,
+        autocorrelation=noise.autocorrelation,
+        disagreement=found.disagreement,
+        response=noise.response,
+        variances=None if colour is None else colour.variances,
+        noise_known=known or (motion_record(state) is not None and (enough or slow)),
+        coloured=colour is not None and known and colour.exceeds_claim,
+        motion=source.motion,
+        shape_known=shape.known != "reach",
+        misfit=misfit,
+        bias=source.samples.bias(sensed) if source.free_bias else None,
+        sensor_gain=gain,
+    )
 
 
 def contradiction(posterior: Posterior, distance: float) -> float:
