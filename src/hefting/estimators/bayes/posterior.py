@@ -38,9 +38,9 @@ class Posterior:
     """Posterior of the parameters and of the noise after the samples of a state."""
 
     mixture: Mixture
+    """of the ten parameters: the estimate is its mean, the intervals its quantiles"""
     last: Pass
     """the last pass to it"""
-    """of the ten parameters: the estimate is its mean, the intervals its quantiles"""
     prior: Prior
     """what the shape said; a shape that is uncertain is where it most likely is"""
     move: Move | None

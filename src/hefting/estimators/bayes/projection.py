@@ -103,13 +103,14 @@ def _solve_dual(
         _, step, failed = lapack.dposv(J, gradient)
         if failed:
             step = np.linalg.lstsq(J, gradient, rcond=1e-15)[0]
+        descent = float(gradient @ step)
+        if not descent > 0.0:
+            break
         length = _length(
             slack, step @ M, even, float(step @ linear), float(step @ C @ step)
         )
         z = z - length * step
-        if length * (gradient @ step) < NEGLIGIBLE_DUAL_CHANGE * (
-            1.0 + abs(z @ target)
-        ):
+        if length * descent < NEGLIGIBLE_DUAL_CHANGE * (1.0 + abs(z @ target)):
             break
     m = even * np.maximum(1.0 + z @ M, 0.0)
     return z, float(np.abs(C @ z - target + M @ m).max()), m
