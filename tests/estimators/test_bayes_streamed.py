@@ -339,3 +339,20 @@ def test_some_samples_more_are_as_noisy_as_those_before(bias, moving):
     off, width = of_some_more(Bayes(shape(), bias=bias), z)
     assert np.median(np.abs(off).max(axis=1)) < 0.3
     assert np.abs(np.median(width, axis=0) - 1.0).max() < 0.1
+
+
+def test_noise_of_a_touch_is_found_at_once():
+    """A push of 5 N beside noise of 0.1 N in the latest samples: the noise of before
+    would take it for the object's weight."""
+    z, estimator = noisy(4, 300, WHITE), Bayes(shape(), bias="estimate")
+    state = estimator.update(estimator.start(), z[:280])
+    prepared = estimator.prepared(state, None)
+    push = np.array((0.0, 0.0, 5.0))
+    touched = replace(z[280:], force=z.force[280:] + push)
+    state = estimator.update(state, touched)
+    soon, whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    before = estimator.estimate(estimator.update(estimator.start(), z[:280]))
+    deviation = np.sqrt(whole.covariance.diagonal())
+    off = np.abs(soon.parameters.vector - whole.parameters.vector) / deviation
+    assert off.max() < 0.1
+    assert soon.std["mass"] > 3.0 * before.std["mass"]

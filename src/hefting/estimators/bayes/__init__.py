@@ -226,8 +226,11 @@ class Bayes(Estimator):
         return self.posterior(state, before).last
 
     def of_more(self, state: State, prepared: Pass) -> Estimate:
-        """As for every method: the noise is that which was found before."""
+        """As for every method: the noise is that which was found before, unless the
+        residuals are larger now."""
         steps = self._passes(state)
+        if not prepared.noise.holds_for(steps.source.samples):
+            return self.continued(state, prepared)[0]
         last = steps.of_more(prepared)
         return self._summary(state, posterior_of(state, steps, last, self.shape))
 

@@ -40,6 +40,11 @@ LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
 attributed to noise."""
 
+LARGEST_GROWTH = 1.1
+"""Factor by which residuals of some samples more may be larger, squared and averaged
+over all samples, before their noise is another one. By chance 10 % more samples change
+them by 2 to 3 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseFound:
@@ -74,6 +79,13 @@ class NoiseFound:
     def autocorrelation(self) -> float:
         """Variance of the parameters over that for white noise."""
         return 1.0 if self.colour is None else self.colour.autocorrelation
+
+    def holds_for(self, samples: Samples) -> bool:
+        """Whether samples leave no larger residuals than those it was found by, as a
+        touch would."""
+        now = samples.residual_covariance(samples.least_squares).diagonal()
+        before = self.residual_covariance.diagonal() + samples.floor**2
+        return bool((now < LARGEST_GROWTH * before).all())
 
     def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
         """The same noise in more samples, of parameters near phi (10,)."""
