@@ -300,12 +300,8 @@ def of_some_more(estimator: Bayes, z: Measurements):
     """Estimates made from what was prepared 20 samples before, and from the start: how
     far apart they are in each parameter, in deviations (n, 10), and the ratio of their
     widths (n, 10)."""
-    state, before, off, width = (
-        estimator.update(estimator.start(), z[:280]),
-        None,
-        [],
-        [],
-    )
+    state, before = estimator.update(estimator.start(), z[:280]), None
+    off, width = [], []
     for first in range(280, len(z), 20):
         before = estimator.prepared(state, before)
         state = estimator.update(state, z[first : first + 20])
@@ -356,3 +352,15 @@ def test_noise_of_a_touch_is_found_at_once():
     off = np.abs(soon.parameters.vector - whole.parameters.vector) / deviation
     assert off.max() < 0.1
     assert soon.std["mass"] > 3.0 * before.std["mass"]
+
+
+def test_a_scale_in_doubt_is_left_out_of_some_samples_more():
+    """What was prepared is that without the scale, which shows half the mass."""
+    half = (0.5 * hammer().parameters.mass, 1e-3)
+    z, estimator = noisy(4, 300, WHITE), Bayes(shape(), mass=half)
+    state = estimator.update(estimator.start(), z[:280])
+    prepared = estimator.prepared(state, None)
+    state = estimator.update(state, z[280:])
+    soon, whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    assert "mass-contradicts-wrench" in codes(soon.warnings)
+    assert abs(soon.mass - whole.mass) < 0.1 * whole.std["mass"]

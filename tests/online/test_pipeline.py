@@ -3,6 +3,7 @@ ones, driven by the streams' own clock."""
 
 import json
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from benchmarks.online_streams import faulty, swapped
 from playing import play
 
 import hefting
-from hefting.online import history
+from hefting.online import history, identifier, pipeline
+from hefting.online.folding import Folded
+from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
 
 
@@ -52,6 +55,51 @@ def test_intervals_hold_while_everything_is_wrong():
             assert now.estimate.provenance["wrench"] == "on-sensor"
     assert np.size(found) == 40
     assert np.sum(found) >= 39
+
+
+def test_prompt_estimates_hold_as_well(monkeypatch):
+    """Where the noise is found after an estimate is told: a touch is noise at once. By
+    the noise of before, 8 % of these intervals did not hold."""
+    monkeypatch.setattr(
+        identifier, "Pipeline", lambda asker, prompt: Pipeline(asker, prompt=True)
+    )
+    case = faulty(0, 5.2)
+    _, said = play(case.recording, period=0.1)
+    known = [each.estimate for each in said if each.estimate is not None]
+    assert len(known) > 30
+    assert np.mean([held(each, case.body) for each in known]) > 0.97
+
+
+class Seen(list):
+    """Samples, of which only the number and the times are looked at."""
+
+    @property
+    def time(self):
+        return np.arange(len(self))
+
+
+def test_noise_of_one_understanding_does_not_serve_for_another(monkeypatch):
+    """Not even where no sample came between the two."""
+    asked = []
+
+    def fold(known, z, last, *, prompt):
+        asked.append(prompt)
+        return Folded(SimpleNamespace(samples=100), z, "last")
+
+    monkeypatch.setattr(pipeline, "folded", fold)
+    line = Pipeline(None, prompt=True)
+    one, other = (SimpleNamespace(end=0.0) for _ in range(2))
+    for known, z in (
+        (one, Seen("12")),
+        (one, Seen("123")),
+        (other, None),
+        (other, Seen("1234")),
+        (other, Seen("12345")),
+    ):
+        line._known.append(known)
+        monkeypatch.setattr(line, "_new_samples", lambda _, z=z: z)
+        line._fold()
+    assert asked == [False, True, False, False, True]
 
 
 @cache

@@ -272,14 +272,14 @@ class Estimator:
         return self.estimate(state), None
 
     def prepared(self, state: Any, before: Any) -> Any:
-        """What estimates of some samples more can be made from sooner, by `of_more`;
-        None where nothing can. `before` is as for `continued`."""
-        return None
+        """What `continued` leaves for estimates of more samples, without the
+        estimate."""
+        return self.continued(state, before)[1]
 
     def of_more(self, state: Any, prepared: Any) -> Estimate:
-        """The estimate of a state that has some samples more than that which was
-        `prepared`."""
-        return self.estimate(state)
+        """The estimate of a state with some samples more than that which was
+        `prepared`, as soon as it can be had."""
+        return self.continued(state, prepared)[0]
 
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
         """What was known of a body of such a mass [kg] before any sample, as in

@@ -93,7 +93,7 @@ class Folded:
 
 
 def folded(
-    known: Understanding, z: Measurements | None, last: Any, prompt: bool
+    known: Understanding, z: Measurements | None, last: Any, *, prompt: bool
 ) -> Folded:
     """The estimate with new samples, that of before where there are none. `last` is
     what the one before left; `prompt` is for one of the same understanding and some

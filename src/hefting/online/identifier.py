@@ -109,7 +109,7 @@ class LiveIdentifier:
         self._dropped = 0
         self._asker = (Remote if in_process else Inline)(self.settings)
         self._robot = robot
-        self._pipeline = Pipeline(self._asker, in_process)
+        self._pipeline = Pipeline(self._asker, prompt=in_process)
         self._latest: LiveEstimate | None = None
         self._lost = False
         self._number = 0
@@ -187,6 +187,7 @@ class LiveIdentifier:
         return self._latest
 
     def _step(self) -> None:
+        """As `step`, but for what was understood meanwhile."""
         self._take()
         if self._pipeline.history.samples == 0 and not self._lost:
             return

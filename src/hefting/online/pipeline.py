@@ -59,7 +59,7 @@ class Pipeline:
     with them is told, not before.
     """
 
-    def __init__(self, asker: Asker, prompt: bool):
+    def __init__(self, asker: Asker, *, prompt: bool):
         self._asker, self._prompt = asker, prompt
         self.history = History()
         self.object = 1
@@ -114,11 +114,10 @@ class Pipeline:
     def look(self) -> None:
         """What can wait until the estimate is told: see whether it is another object,
         have the history understood, where it is time, and prepare the next estimate."""
-        if self.receive() and self._prompt:
-            self._fold()
+        self.receive()
         self._look_for_change()
         self._ask()
-        if self._prompt and self._known and self._is_prepared:
+        if self._prompt and self._is_prepared:
             self._prepare()
 
     def _ask(self) -> None:
@@ -137,31 +136,29 @@ class Pipeline:
         self._older, self._forget = [], False
         self._last_asked, self._asked_object = self.history.latest, self.object
 
-    def receive(self) -> bool:
-        """Take what was understood meanwhile, unless it is of an object before; whether
-        there was anything."""
+    def receive(self) -> None:
+        """Take what was understood meanwhile, unless it is of an object before."""
         found = self._asker.answer()
         if found is None or self._asked_object != self.object:
-            return False
+            return
         if found.estimate is None:
             self._obstacle = found.obstacle
-            return False
+            return
         self._obstacle, self._new_clock = None, False
         self._known.append(found)
         if found.changed is not None:
             self._begin_object(found.changed)
-            return False
+            return
         follows = found.found is not None and found.found.source in FOLLOWED
         if follows and self._follower is None and found.pose_filter is not None:
             self._follower = Follower.of(found.pose_filter)
-        return True
+        if self._prompt:
+            self._fold()
 
     def follow(self) -> None:
         """Take what was understood meanwhile, and filter the new poses."""
-        is_new = self.receive()
+        self.receive()
         self._filter()
-        if is_new and self._prompt:
-            self._fold()
 
     def _filter(self) -> None:
         """Filter the new poses."""
@@ -246,17 +243,18 @@ class Pipeline:
             z = z[: int(np.searchsorted(z.time, until))]
         if self._is_new(known, z):
             prompt = self._prompt and self._is_prepared
-            self._folded = folded(known, z, self._folded.last, prompt)
-            self._estimate = self._folded.estimate
-            if not prompt and self._estimate is not None:
-                self._prepared = known, self._estimate.samples
+            self._folded = folded(known, z, self._folded.last, prompt=prompt)
+            self._estimate = found = self._folded.estimate
+            if not prompt and found is not None and self._folded.state is not None:
+                self._prepared = known, found.samples
         return z
 
     @property
     def _is_prepared(self) -> bool:
         """Whether the noise was found by what was understood last."""
-        before, last = self._prepared, self._folded.last
-        return last is not None and before is not None and before[0] is self._known[-1]
+        if not self._known or self._prepared is None or self._folded.last is None:
+            return False
+        return self._prepared[0] is self._known[-1]
 
     def _prepare(self) -> None:
         """Find the noise for the next estimates, where there are notably more

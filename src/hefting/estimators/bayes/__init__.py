@@ -227,12 +227,14 @@ class Bayes(Estimator):
 
     def of_more(self, state: State, prepared: Pass) -> Estimate:
         """As for every method: the noise is that which was found before, unless the
-        residuals are larger now."""
+        residuals are larger now, or a scale's reading is in doubt."""
         steps = self._passes(state)
-        if not prepared.noise.holds_for(steps.source.samples):
-            return self.continued(state, prepared)[0]
-        last = steps.of_more(prepared)
-        return self._summary(state, posterior_of(state, steps, last, self.shape))
+        if prepared.noise.holds_for(steps.source.samples):
+            last = steps.of_more(prepared)
+            if not scale_doubts(last.wrench, steps.reading, self.carried):
+                found = posterior_of(state, steps, last, self.shape)
+                return self._summary(state, found)
+        return super().of_more(state, prepared)
 
     @cached_property
     def _size(self) -> float:

@@ -39,7 +39,6 @@ from hefting.estimators.whitened_state import WhitenedState
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
 attributed to noise."""
-
 LARGEST_GROWTH = 1.1
 """Factor by which residuals of some samples more may be larger, squared and averaged
 over all samples, before their noise is another one. By chance 10 % more samples change
@@ -119,6 +118,7 @@ class NoiseSource:
 
     samples: Samples
     state: State
+    """of the estimator, which has them, and perhaps a record of time"""
     given: Array | None
     """(6, 6) known covariance of the wrench's noise; None where it is found from the
     residuals"""
