@@ -41,8 +41,9 @@ LARGEST_RESIDUAL_RATIO = 10.0
 attributed to noise."""
 LARGEST_GROWTH = 1.1
 """Factor by which residuals of some samples more may be larger, squared and averaged
-over all samples, before their noise is another one. By chance 10 % more samples change
-them by 2 to 3 %."""
+over all samples, before their noise is another one. By chance 2 to 10 % more samples
+change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
+correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
 
 
 @dataclass(frozen=True, eq=False)
