@@ -11,6 +11,7 @@ from hammers import exact, noisy, shape
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
+from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.colour import Colour
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, first_order, spectrum
 from hefting.estimators.stretches import FIRST_STRETCH_LENGTH, MOST_STRETCHES
@@ -305,7 +306,7 @@ def of_some_more(estimator: Bayes, z: Measurements):
     for first in range(280, len(z), 20):
         before = estimator.prepared(state, before)
         state = estimator.update(state, z[first : first + 20])
-        soon, whole = estimator.of_more(state, before), estimator.estimate(state)
+        (soon, _), whole = estimator.of_more(state, before), estimator.estimate(state)
         assert soon.samples == whole.samples == first + 20
         deviation = np.sqrt(whole.covariance.diagonal())
         off.append((soon.parameters.vector - whole.parameters.vector) / deviation)
@@ -346,7 +347,7 @@ def test_noise_of_a_touch_is_found_at_once():
     push = np.array((0.0, 0.0, 5.0))
     touched = replace(z[280:], force=z.force[280:] + push)
     state = estimator.update(state, touched)
-    soon, whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    (soon, _), whole = estimator.of_more(state, prepared), estimator.estimate(state)
     before = estimator.estimate(estimator.update(estimator.start(), z[:280]))
     deviation = np.sqrt(whole.covariance.diagonal())
     off = np.abs(soon.parameters.vector - whole.parameters.vector) / deviation
@@ -361,6 +362,32 @@ def test_a_scale_in_doubt_is_left_out_of_some_samples_more():
     state = estimator.update(estimator.start(), z[:280])
     prepared = estimator.prepared(state, None)
     state = estimator.update(state, z[280:])
-    soon, whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    (soon, _), whole = estimator.of_more(state, prepared), estimator.estimate(state)
     assert "mass-contradicts-wrench" in codes(soon.warnings)
     assert abs(soon.mass - whole.mass) < 0.1 * whole.std["mass"]
+
+
+def test_the_nearest_body_of_more_samples_is_sought_from_that_before(monkeypatch):
+    """It is the same, in fewer steps."""
+    steps = [0]
+
+    def length(*arguments):
+        steps[0] += 1
+        return best(*arguments)
+
+    best = projection._length
+    monkeypatch.setattr(projection, "_length", length)
+    z, estimator = noisy(4, 300, WHITE), Bayes(shape(), pose_std=(0.0, 0.0))
+    state = estimator.update(estimator.start(), z[:280])
+    prepared = estimator.prepared(state, None)
+    steps[0] = 0
+    _, left = estimator.of_more(state, prepared)
+    alone, steps[0] = steps[0], 0
+    state = estimator.update(state, z[280:])
+    soon, _ = estimator.of_more(state, left)
+    assert 0 < steps[0] < 0.7 * alone
+    anew, _ = estimator.of_more(state, prepared)
+    # as near as both searches go on
+    off = soon.parameters.vector - anew.parameters.vector
+    deviation = np.sqrt(anew.covariance.diagonal())
+    assert np.abs(off / deviation).max() < 1e-5

@@ -112,6 +112,32 @@ def test_a_lost_source_is_the_state_until_it_is_back():
     assert live.step().state == "waiting"
 
 
+def test_each_estimate_waits_for_samples_that_just_came(monkeypatch):
+    """So that none is of samples that are as old as the pause between two batches."""
+    monkeypatch.setattr(identifier, "LONGEST_WAIT", 60.0)
+    told, tell = [], hefting.LiveIdentifier._tell
+
+    def note_time(live, found):
+        told.append(found.time)
+        tell(live, found)
+
+    monkeypatch.setattr(hefting.LiveIdentifier, "_tell", note_time)
+    live = hefting.LiveIdentifier(rate=100.0)
+    for k in range(1, 21):
+        live.add("wrench", 0.1 * k, np.zeros(6))
+        time.sleep(0.03)
+    found = list(told)
+    live.close()
+    assert len(found) > 1
+    assert found == sorted(set(found))
+
+
+def test_of_a_source_that_gives_nothing_the_state_is_told_all_the_same():
+    with hefting.LiveIdentifier() as live:
+        live.say(warning("source-lost", "the robot was switched off"))
+        assert live.wait(60.0).state == "lost source"
+
+
 def test_joint_positions_become_poses(recording, tmp_path):
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(

@@ -214,7 +214,7 @@ def nearest() -> dict[str, Any]:
     for size in (0.3, 3.0):
         F = np.linalg.cholesky(mixture.covariance)
         target = mixture.mean + size * F @ rng.normal(size=10)
-        masses, distance = projected(
+        masses, distance, _ = projected(
             target, mixture.covariance, prior.cells, prior.shares, 0.7
         )
         found[str(size)] = [prior.cells @ masses, distance]

@@ -276,10 +276,11 @@ class Estimator:
         estimate."""
         return self.continued(state, before)[1]
 
-    def of_more(self, state: Any, prepared: Any) -> Estimate:
+    def of_more(self, state: Any, prepared: Any) -> tuple[Estimate, Any]:
         """The estimate of a state with some samples more than that which was
-        `prepared`, as soon as it can be had."""
-        return self.continued(state, prepared)[0]
+        `prepared`, as soon as it can be had, and what that of still more samples may
+        begin with, as `prepared`."""
+        return self.continued(state, prepared)
 
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
         """What was known of a body of such a mass [kg] before any sample, as in

@@ -110,7 +110,7 @@ def folded(
     try:
         state = estimator.merge_all([*known.others, seen])
         if prompt:
-            estimate = estimator.of_more(state, last)
+            estimate, last = estimator.of_more(state, last)
         else:
             estimate, last = estimator.continued(state, last or before)
     except (NotIdentifiableError, np.linalg.LinAlgError):

@@ -39,6 +39,9 @@ QUEUE = 20_000
 FOLLOWED_EVERY = 0.02
 """[s] Between two looks at what came, at most: little is then left to be filtered when
 an estimate is due."""
+LONGEST_WAIT = 0.02
+"""[s] Longest wait for the next samples, where an estimate is due: it is then of samples
+that just came, and is found while the source gathers more."""
 RATES = (0.1, 100.0)
 """[Hz] Lowest and highest rate of estimates."""
 
@@ -115,6 +118,8 @@ class LiveIdentifier:
         self._number = 0
         self._final = False
         self._changed = threading.Condition()
+        self._came = threading.Event()
+        """Set whenever samples came"""
         self._stop = threading.Event()
         self._failure: HeftingError | None = None
         self._thread: threading.Thread | None = None
@@ -149,6 +154,7 @@ class LiveIdentifier:
             with suppress(IndexError):  # it was taken meanwhile
                 self._dropped += len(self._queue.popleft().time)
         self._queue.append(samples)
+        self._came.set()
 
     @property
     def latest(self) -> LiveEstimate | None:
@@ -255,6 +261,10 @@ class LiveIdentifier:
                     self._take()
                     self._pipeline.follow()
                     continue
+                self._take()
+                self._pipeline.catch_up()
+                self._came.clear()
+                self._came.wait(LONGEST_WAIT)
                 self._step()
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:

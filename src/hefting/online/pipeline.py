@@ -160,6 +160,12 @@ class Pipeline:
         self.receive()
         self._filter()
 
+    def catch_up(self) -> None:
+        """Find the estimate with all samples so far: from there it is a short way to
+        that with the next ones."""
+        self.follow()
+        self._fold()
+
     def _filter(self) -> None:
         """Filter the new poses."""
         if self._follower is None:

@@ -3,8 +3,9 @@
 
 import time
 
-GATHERING = 0.005
-"""Between two looks at what came [s]: live samples are averaged over as long."""
+GATHERING = 0.01
+"""Between two looks at what came [s]. A live estimate is found right after a look
+(`hefting.online.identifier.LONGEST_WAIT`), in less time than there is to the next."""
 
 
 class Pace:

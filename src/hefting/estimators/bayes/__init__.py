@@ -29,7 +29,7 @@ from hefting.estimators.bayes.mixture import (
     holding,
     prior_mixture,
 )
-from hefting.estimators.bayes.nearest import nearest_body
+from hefting.estimators.bayes.nearest import Duals, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
@@ -219,13 +219,16 @@ class Bayes(Estimator):
         """The estimate, and the last pass to it, with which the next one begins. Errors
         as for `estimate`."""
         posterior = self.posterior(state, before)
-        return self._summary(state, posterior), posterior.last
+        duals = before.duals if isinstance(before, Pass) else None
+        estimate, duals = self._summary(state, posterior, duals)
+        return estimate, replace(posterior.last, duals=duals)
 
     def prepared(self, state: State, before: Estimate | Pass | None) -> Pass:
         """The last pass to the estimate."""
-        return self.posterior(state, before).last
+        last = self.posterior(state, before).last
+        return replace(last, duals=before.duals) if isinstance(before, Pass) else last
 
-    def of_more(self, state: State, prepared: Pass) -> Estimate:
+    def of_more(self, state: State, prepared: Pass) -> tuple[Estimate, Pass]:
         """As for every method: the noise is that which was found before, unless the
         residuals are larger now, or a scale's reading is in doubt."""
         steps = self._passes(state)
@@ -233,7 +236,8 @@ class Bayes(Estimator):
             last = steps.of_more(prepared)
             if not scale_doubts(last.wrench, steps.reading, self.carried):
                 found = posterior_of(state, steps, last, self.shape)
-                return self._summary(state, found)
+                estimate, duals = self._summary(state, found, prepared.duals)
+                return estimate, replace(prepared, duals=duals)
         return super().of_more(state, prepared)
 
     @cached_property
@@ -256,13 +260,16 @@ class Bayes(Estimator):
         Raises `NotIdentifiableError` when there are no samples, or they determine
         nothing beside a bias.
         """
-        return self._summary(state, self.posterior(state, start))
+        return self._summary(state, self.posterior(state, start), None)[0]
 
-    def _summary(self, state: State, posterior: Posterior) -> Estimate:
-        """The estimate by its posterior."""
+    def _summary(
+        self, state: State, posterior: Posterior, duals: Duals | None
+    ) -> tuple[Estimate, Duals]:
+        """The estimate by its posterior, and with what the search for the next one's
+        nearest body may begin, as this one's does with `duals`."""
         mixture = posterior.mixture
         nearest = nearest_body(
-            posterior.prior, posterior.move, posterior.mixture, self.shape
+            posterior.prior, posterior.move, posterior.mixture, self.shape, duals
         )
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
@@ -275,7 +282,7 @@ class Bayes(Estimator):
                 and not doubtful_shape(posterior, nearest.distance)
             )
             sufficient = sure and self.until.met_by(accuracy)
-        return Estimate(
+        estimate = Estimate(
             method=self.name,
             parameters=body,
             samples=state.samples,
@@ -290,6 +297,7 @@ class Bayes(Estimator):
             warnings=warnings_of(posterior, nearest.distance),
             provenance=posterior.noise_found,
         )
+        return estimate, nearest.duals
 
     def prior_intervals(self, mass: float) -> dict[str, Array]:
         """What the shape, or the neighbourhood of the sensor, says of a body of such a

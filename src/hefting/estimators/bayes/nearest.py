@@ -1,6 +1,7 @@
 """Nearest: the non-negative mass distribution nearest to the posterior mean, over cells
 or voxels, where the shape most likely is."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +33,11 @@ nearest body in the shape above which the shape contradicts the wrench: about fi
 standard deviations more than expected."""
 
 
+Duals = Mapping[str, Array]
+"""`Projection.dual` (10,) by where mass was looked for: ``cells``, ``moved`` cells, and
+``voxels``."""
+
+
 @dataclass(frozen=True, eq=False)
 class Nearest:
     """The non-negative mass distribution nearest to the posterior mean."""
@@ -45,55 +51,72 @@ class Nearest:
     margin: float | None
     """of its COM in the hull, where the shape most likely is; None for a certain
     shape"""
+    duals: Duals
+    """with which the search for a body that is a little different may begin"""
 
 
 def nearest_body(
-    prior: Prior, move: Move | None, mixture: Mixture, shape: Shape
+    prior: Prior,
+    move: Move | None,
+    mixture: Mixture,
+    shape: Shape,
+    before: Duals | None = None,
 ) -> Nearest:
     """The mass distribution over uniform cells or, where that is not near enough, over
     voxels; `move` is where `prior` has put the shape, if that was uncertain. The
-    mixture is that of the prior, or of a body of any kind."""
+    mixture is that of the prior, or of a body of any kind. `before` is what the search
+    for a like body left, which saves time."""
     of_shape = len(mixture.weights) == len(prior.log_weight)
     mean, C = mixture.mean, mixture.covariance
     if of_shape:
         mean = prior.mean_as_stated(mixture.weights, mixture.means)
     mass = max(float(mean[0]), 1e-3 * float(C[0, 0]) ** 0.5)
-    masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+    duals = dict(before or {})
+
+    def over(where: str, points: Array, shares: Array) -> tuple[Array, float]:
+        found = projected(mean, C, points, shares, mass, duals.pop(where, None))
+        if found.dual is not None:
+            duals[where] = found.dual
+        return found.masses, found.distance
+
+    masses, distance = over("cells", prior.cells, prior.shares)
     scores = np.zeros(len(prior.slips.shifts))
     if prior.offsets is not None:
         if distance > SUFFICIENT_CELL_DISTANCE and mean[0] > 0.0:
             prior = _drawn_together(prior, mean)
-            masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+            masses, distance = over("moved", prior.cells, prior.shares)
     elif of_shape and distance > SUFFICIENT_STATED_DISTANCE and len(scores):
         scores = prior.likely_slips(mixture.weights, mixture.means)
     stated = prior
     if np.abs(scores).max(initial=0.0) > NEGLIGIBLE_SLIP:
         prior, move = _slipped(stated, scores)
-        masses, distance = projected(mean, C, prior.cells, prior.shares, mass)
+        masses, distance = over("moved", prior.cells, prior.shares)
     if distance < SUFFICIENT_CELL_DISTANCE:
         vector = prior.cells @ masses
     else:
-        fine, distance = projected(mean, C, prior.voxels, prior.voxel_shares, mass)
+        fine, distance = over("voxels", prior.voxels, prior.voxel_shares)
         for _ in range(MOST_SLIP_STEPS if scores.any() else 0):
             if distance < SUFFICIENT_STATED_DISTANCE:
                 break
             scores = _nearer(stated, scores, prior.voxels @ fine, mean, C)
             closer, there = _slipped(stated, scores)
-            tried = projected(mean, C, closer.voxels, closer.voxel_shares, mass)
+            tried = over("voxels", closer.voxels, closer.voxel_shares)
             if tried[1] >= distance:
                 break
             (fine, distance), prior, move = tried, closer, there
         vector = prior.voxels @ fine
         masses = fine.reshape(shape.n, -1).sum(axis=1)
         if distance > CONTRADICTING_SHAPE_DISTANCE and mean[0] > 0.0:
-            return _without_shape(mean, masses, distance)
+            return _without_shape(mean, masses, distance, duals)
     margin = None
     if move is not None and vector[0] > 0.0:
         margin = shape.margin(move.back(vector[1:4] / vector[0]))
-    return Nearest(vector, masses, distance, margin)
+    return Nearest(vector, masses, distance, margin, duals)
 
 
-def _without_shape(mean: Array, masses: Array, distance: float) -> Nearest:
+def _without_shape(
+    mean: Array, masses: Array, distance: float, duals: Duals
+) -> Nearest:
     """The body nearest to the mean of any shape, where no mass in the given one comes
     near it; `masses` (n,) are scaled to its mass."""
     body = InertialParameters(mean)
@@ -106,7 +129,7 @@ def _without_shape(mean: Array, masses: Array, distance: float) -> Nearest:
     P[3, 3] = 1.0
     vector = InertialParameters.from_pseudo_inertia(m * P).vector
     share = float(masses.sum()) or 1.0
-    return Nearest(np.array(vector), masses * (m / share), distance, None)
+    return Nearest(np.array(vector), masses * (m / share), distance, None, duals)
 
 
 def _slipped(prior: Prior, scores: Array) -> tuple[Prior, Move]:

@@ -12,6 +12,7 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import Mixture
+from hefting.estimators.bayes.nearest import Duals
 from hefting.estimators.bayes.noise import NoiseFound, NoiseSource, inflation_of
 from hefting.estimators.bayes.prior import Placed, Prior
 from hefting.estimators.bayes.weighed import gain_by_scale, with_reading
@@ -48,6 +49,9 @@ class Pass:
     """of stretches of the record, beside the noise alone; 0 until it is looked for"""
     inflation: float = 1.0
     """of the noise's variance, by what of that nothing explains"""
+    duals: Duals | None = None
+    """of the body nearest to an estimate, with which the search for that of the next
+    one begins"""
 
     @property
     def center(self) -> Array:

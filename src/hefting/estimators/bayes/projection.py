@@ -9,8 +9,10 @@ The second term, negligible compared with the first, selects the most uniform of
 distributions with the same parameters. The dual problem has ten unknowns for any number
 of points: with z = w C^-1 (phi - M m), m = max(m0 v + m0² v M'z, 0). A semismooth
 Newton method finds z, for a small w first: where phi is far from all bodies it would
-hardly advance from zero.
+hardly advance from zero. From the z of a like problem it most often takes one step.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,9 +42,26 @@ NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
 
 
+class Projection(NamedTuple):
+    """The non-negative point masses nearest to given parameters."""
+
+    masses: Array
+    """(n,) [kg]"""
+    distance: float
+    """squared, of their parameters from those given, in standard deviations"""
+    dual: Array | None
+    """(10,) z of 1 kg at each point, with which a like search may begin; None where
+    Newton's method did not converge"""
+
+
 def projected(
-    phi: Array, covariance: Array, points: Array, shares: Array, mass: float
-) -> tuple[Array, float]:
+    phi: Array,
+    covariance: Array,
+    points: Array,
+    shares: Array,
+    mass: float,
+    dual: Array | None = None,
+) -> Projection:
     """The non-negative point masses whose parameters are nearest to phi.
 
     Parameters
@@ -57,11 +76,8 @@ def projected(
         (n,) v, the shares of the volume; they sum to one.
     mass : float
         m0 > 0 [kg].
-
-    Returns
-    -------
-    tuple of Array and float
-        Masses (n,) [kg], and the squared distance of their parameters from phi.
+    dual : Array, optional
+        (10,) of a like problem, which saves time.
     """
     scale = np.sqrt(covariance.diagonal())
     scale = np.where(scale > 0.0, scale, 1.0)
@@ -69,19 +85,23 @@ def projected(
     C = covariance / np.outer(scale, scale)
     target = phi / scale
     even = np.maximum(shares, 1e-9)
-    z = np.zeros(10)
-    for weight in (SMALL_WEIGHT, DISTANCE_WEIGHT):
-        metric = C / weight
-        metric.ravel()[::11] += 1e-14
-        z, error, m = _solve_dual(metric, target, M, even, z)
-    distance = float(z @ metric @ z) / DISTANCE_WEIGHT
-    if error < DUAL_TOLERANCE + RELATIVE_DUAL_TOLERANCE * distance**0.5:
-        return mass * m, distance
-    m = _nearest(M, target, metric)
-    off = M @ m - target
-    return mass * m, float(
-        off @ np.linalg.lstsq(DISTANCE_WEIGHT * metric, off, rcond=1e-12)[0]
-    )
+    starts: list[tuple[Array, list[float]]] = []
+    if dual is not None:
+        starts.append((dual * (scale / mass), [DISTANCE_WEIGHT]))
+    starts.append((np.zeros(10), [SMALL_WEIGHT, DISTANCE_WEIGHT]))
+    metric = C
+    for z, weights in starts:
+        for weight in weights:
+            metric = C / weight
+            metric.ravel()[::11] += 1e-14
+            z, error, m = _solve_dual(metric, target, M, even, z)
+        distance = float(z @ metric @ z) / DISTANCE_WEIGHT
+        if error < DUAL_TOLERANCE + RELATIVE_DUAL_TOLERANCE * distance**0.5:
+            return Projection(np.asarray(mass * m), distance, z * (mass / scale))
+    masses = _nearest(M, target, metric)
+    off = M @ masses - target
+    distance = off @ np.linalg.lstsq(DISTANCE_WEIGHT * metric, off, rcond=1e-12)[0]
+    return Projection(mass * masses, float(distance), None)
 
 
 def _solve_dual(
