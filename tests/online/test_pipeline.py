@@ -102,6 +102,24 @@ def test_noise_of_one_understanding_does_not_serve_for_another(monkeypatch):
     assert asked == [False, True, False, False, True]
 
 
+def test_no_estimate_of_the_same_samples_is_found_twice(monkeypatch):
+    """One is found from another of just before, and only where samples came since."""
+    asked = []
+
+    def fold(known, z, last, *, prompt):
+        asked.append((len(z), prompt))
+        return Folded(SimpleNamespace(samples=100), z, "last")
+
+    monkeypatch.setattr(pipeline, "folded", fold)
+    line = Pipeline(SimpleNamespace(busy=False, answer=lambda: None), prompt=True)
+    line._known.append(SimpleNamespace(end=0.0))
+    for z in (Seen("123"), Seen("123"), Seen("1234")):
+        monkeypatch.setattr(line, "_new_samples", lambda _, z=z: z)
+        line.catch_up()
+        line._fold()
+    assert asked == [(3, False), (4, True)]
+
+
 @cache
 def swapped_at_four(seed):
     """Seven seconds with another object after four: the identifier and what it said."""

@@ -6,9 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from math import isfinite
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen, move_motion, move_wrench
@@ -153,7 +154,7 @@ class Measurements:
     def __len__(self) -> int:
         return len(self.time)
 
-    def __getitem__(self, index: slice | Array) -> Self:
+    def __getitem__(self, index: slice | NDArray[Any]) -> Self:
         """The samples chosen by a slice, a mask (K,) or an index array."""
         chosen = {
             f.name: getattr(self, f.name)[index]

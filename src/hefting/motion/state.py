@@ -106,7 +106,7 @@ class Motion:
             & (self.time >= first)
             & (self.time <= last)
         )
-        motion = self[np.flatnonzero(known)]
+        motion = self if known.all() else self[known]
         at = motion.time
         aligned = (
             np.column_stack([np.interp(at, time, column) for column in values.T])

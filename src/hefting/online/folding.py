@@ -64,7 +64,7 @@ class Follower:
             return replace(self, state=state)
         oldest = motion.time[-1] - KEPT
         if self.motion is not None:
-            kept = self.motion[np.flatnonzero(self.motion.time > oldest)]
+            kept = _since(self.motion, oldest)
             time = np.concatenate((kept.time, motion.time))
             motion = motion_from_pieces(time, (kept, motion))
         return replace(self, state=state, motion=motion)
@@ -76,7 +76,7 @@ class Follower:
         put right; None where there are none."""
         if self.motion is None or not self.motion.time[-1] > begin:
             return None
-        new = self.motion[np.flatnonzero(self.motion.time > begin)]
+        new = _since(self.motion, begin)
         z = _measured(new, *_corrected(known, wrench), known)
         return z if len(z) else None
 
@@ -134,8 +134,13 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
         return z
     residual = expected.residual(z)
     off = np.abs(residual - np.median(residual, axis=0)) / expected.noise
-    kept = np.flatnonzero((off < OUTLYING).all(axis=1))
-    return z[kept]  # type: ignore[index]
+    near = np.asarray((off < OUTLYING).all(axis=1))
+    return z if near.all() else z[near]
+
+
+def _since(motion: Motion, begin: float) -> Motion:
+    """The samples later than `begin` [s], which are not copied."""
+    return motion[int(np.searchsorted(motion.time, begin, side="right")) :]
 
 
 def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
@@ -171,7 +176,8 @@ def _measured(
     after = np.searchsorted(time, motion.time).clip(max=len(time) - 1)
     near = time[after] - time[np.maximum(after - 1, 0)] <= LONGEST_WRENCH_GAP
     inside = near & (motion.time >= time[0]) & (motion.time <= time[-1])
-    motion = motion[np.flatnonzero(inside)]
+    if not inside.all():
+        motion = motion[inside]
     z = motion.measurements(time, wrench, found.conditioned.gravity)
     if not len(z):
         return z

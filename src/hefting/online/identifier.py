@@ -36,12 +36,18 @@ from hefting.shapes import as_shape
 
 QUEUE = 20_000
 """Most batches of samples that wait; then the oldest are dropped, and counted."""
-FOLLOWED_EVERY = 0.02
+FOLLOWED_EVERY = 0.1
 """[s] Between two looks at what came, at most: little is then left to be filtered when
 an estimate is due."""
 LONGEST_WAIT = 0.02
 """[s] Longest wait for the next samples, where an estimate is due: it is then of samples
 that just came, and is found while the source gathers more."""
+SHORT_PERIOD = 0.06
+"""[s] Where estimates are further apart, each is found from one of just before, and
+`SHOWING` follows: there is time for two waits."""
+SHOWING = 0.005
+"""[s] After an estimate nothing is done for so long, so that other threads can show
+it."""
 RATES = (0.1, 100.0)
 """[Hz] Lowest and highest rate of estimates."""
 
@@ -60,7 +66,7 @@ class LiveIdentifier:
     until : str or Accuracy, optional
         How sure is sure enough, as in ``mass=1%,com=2mm``.
     rate : float
-        Estimates a second of the stream [Hz].
+        Estimates a second of the stream [Hz], at most.
     gravity, sign, bias, tool, method
         As for `hefting.identify`; one method.
     robot : Robot, optional
@@ -198,6 +204,8 @@ class LiveIdentifier:
         if self._pipeline.history.samples == 0 and not self._lost:
             return
         self._tell(self._pipeline.step())
+        if self._thread is not None and self.period > SHORT_PERIOD:
+            self._stop.wait(SHOWING)
         self._pipeline.look()
 
     def close(self, log: Recording | str | Path | None = None) -> LiveEstimate | None:
@@ -219,6 +227,7 @@ class LiveIdentifier:
             None where no sample came.
         """
         self._stop.set()
+        self._came.set()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
@@ -261,10 +270,13 @@ class LiveIdentifier:
                     self._take()
                     self._pipeline.follow()
                     continue
-                self._take()
-                self._pipeline.catch_up()
-                self._came.clear()
-                self._came.wait(LONGEST_WAIT)
+                if self.period > SHORT_PERIOD:
+                    self._wait_for_samples()
+                    self._take()
+                    self._pipeline.catch_up()
+                    self._wait_for_samples()
+                elif not self._queue:
+                    self._wait_for_samples()
                 self._step()
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
@@ -275,6 +287,12 @@ class LiveIdentifier:
             self._stop.set()
             with self._changed:
                 self._changed.notify_all()
+
+    def _wait_for_samples(self) -> None:
+        """Wait until the next samples come, if they come soon."""
+        self._came.clear()
+        if not self._stop.is_set():
+            self._came.wait(LONGEST_WAIT)
 
     def _take(self) -> None:
         """Pass on the samples that wait, those of a stream together."""

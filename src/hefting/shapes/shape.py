@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,7 +14,7 @@ from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
-from hefting.core.spatial import Array, check_pose, frozen, tensor_to_vector
+from hefting.core.spatial import Array, check_pose, frozen, own, tensor_to_vector
 from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
     arrays_of,
@@ -120,12 +120,12 @@ class Shape(Shown):
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
         if self.homogeneous is None:
-            shares = (
-                np.full(self.n, 1 / self.n) if self.volumes is None else self.volumes
-            )
+            even = np.full(self.n, 1 / self.n)
+            shares = even if self.volumes is None else self.volumes
             keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
         check_hull(self.hull)
+        keep("faces", None if self.faces is None else own(np.array(self.faces)))
         keep("warnings", tuple(self.warnings))
         check_doubt(self.known, self.shape_std)
 
@@ -351,6 +351,7 @@ class Shape(Shown):
         return replace(shape, shape_std=ROUGH, known="bounds")
 
     @classmethod
+    @lru_cache
     def unknown(cls, reach: float = REACH) -> Self:
         """No shape at all: an object of a few to some 40 cm, within `reach` [m] of the
         sensor along each axis."""
@@ -384,15 +385,14 @@ class Shape(Shown):
         trace = np.trace(second, axis1=1, axis2=2)[:, None, None]
         cell = rotation @ (trace * np.eye(3) - second) @ rotation.T
         inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment
+        body = InertialParameters.from_com(1.0, solid.centroid, inertia)
         return cls(
             samples.positions @ rotation.T + matrix[:3, 3],
             samples.volumes,
             cell_inertia=tensor_to_vector(cell),
             extents=solid.extents,
             pose=matrix,
-            homogeneous=InertialParameters.from_com(1.0, solid.centroid, inertia).moved(
-                matrix
-            ),
+            homogeneous=body.moved(matrix),
             hull=solid.vertices @ rotation.T + matrix[:3, 3],
             faces=solid.faces,
             shape_std=doubt_of_caps(solid.cap_fraction),

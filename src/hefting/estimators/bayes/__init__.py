@@ -238,7 +238,8 @@ class Bayes(Estimator):
                 found = posterior_of(state, steps, last, self.shape)
                 estimate, duals = self._summary(state, found, prepared.duals)
                 return estimate, replace(prepared, duals=duals)
-        return super().of_more(state, prepared)
+        estimate, left = super().of_more(state, prepared)
+        return estimate, replace(prepared, duals=left.duals)
 
     @cached_property
     def _size(self) -> float:

@@ -85,23 +85,40 @@ def projected(
     C = covariance / np.outer(scale, scale)
     target = phi / scale
     even = np.maximum(shares, 1e-9)
-    starts: list[tuple[Array, list[float]]] = []
+    found = None
     if dual is not None:
-        starts.append((dual * (scale / mass), [DISTANCE_WEIGHT]))
-    starts.append((np.zeros(10), [SMALL_WEIGHT, DISTANCE_WEIGHT]))
-    metric = C
-    for z, weights in starts:
-        for weight in weights:
-            metric = C / weight
-            metric.ravel()[::11] += 1e-14
-            z, error, m = _solve_dual(metric, target, M, even, z)
-        distance = float(z @ metric @ z) / DISTANCE_WEIGHT
-        if error < DUAL_TOLERANCE + RELATIVE_DUAL_TOLERANCE * distance**0.5:
-            return Projection(np.asarray(mass * m), distance, z * (mass / scale))
+        found = _from_dual(C, target, M, even, dual * (scale / mass))
+    if found is None:
+        z, _, _ = _solve_dual(_metric(C, SMALL_WEIGHT), target, M, even, np.zeros(10))
+        found = _from_dual(C, target, M, even, z)
+    if found is not None:
+        z, m, distance = found
+        return Projection(np.asarray(mass * m), distance, z * (mass / scale))
+    metric = _metric(C, DISTANCE_WEIGHT)
     masses = _nearest(M, target, metric)
     off = M @ masses - target
     distance = off @ np.linalg.lstsq(DISTANCE_WEIGHT * metric, off, rcond=1e-12)[0]
     return Projection(mass * masses, float(distance), None)
+
+
+def _metric(C: Array, weight: float) -> Array:
+    """C/w, kept invertible."""
+    metric = C / weight
+    metric.ravel()[::11] += 1e-14
+    return metric
+
+
+def _from_dual(
+    C: Array, target: Array, M: Array, even: Array, z: Array
+) -> tuple[Array, Array, float] | None:
+    """The solution by Newton's method from z (10,), the masses (n,) in units of m0, and
+    their squared distance; None where it does not converge."""
+    metric = _metric(C, DISTANCE_WEIGHT)
+    z, error, m = _solve_dual(metric, target, M, even, z)
+    distance = float(z @ metric @ z) / DISTANCE_WEIGHT
+    if error < DUAL_TOLERANCE + RELATIVE_DUAL_TOLERANCE * distance**0.5:
+        return z, m, distance
+    return None
 
 
 def _solve_dual(
