@@ -7,11 +7,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hammers import exact, noisy, shape
+from hammers import counted_lengths, exact, noisy, shape
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
-from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.colour import Colour
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, first_order, spectrum
 from hefting.estimators.stretches import FIRST_STRETCH_LENGTH, MOST_STRETCHES
@@ -347,7 +346,8 @@ def test_noise_of_a_touch_is_found_at_once():
     push = np.array((0.0, 0.0, 5.0))
     touched = replace(z[280:], force=z.force[280:] + push)
     state = estimator.update(state, touched)
-    (soon, _), whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    (soon, left), whole = estimator.of_more(state, prepared), estimator.estimate(state)
+    assert left.noise is prepared.noise  # for samples that the touch is cut from
     before = estimator.estimate(estimator.update(estimator.start(), z[:280]))
     deviation = np.sqrt(whole.covariance.diagonal())
     off = np.abs(soon.parameters.vector - whole.parameters.vector) / deviation
@@ -369,14 +369,7 @@ def test_a_scale_in_doubt_is_left_out_of_some_samples_more():
 
 def test_the_nearest_body_of_more_samples_is_sought_from_that_before(monkeypatch):
     """It is the same, in fewer steps."""
-    steps = [0]
-
-    def length(*arguments):
-        steps[0] += 1
-        return best(*arguments)
-
-    best = projection._length
-    monkeypatch.setattr(projection, "_length", length)
+    steps = counted_lengths(monkeypatch)
     z, estimator = noisy(4, 300, WHITE), Bayes(shape(), pose_std=(0.0, 0.0))
     state = estimator.update(estimator.start(), z[:280])
     prepared = estimator.prepared(state, None)

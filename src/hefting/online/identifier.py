@@ -37,8 +37,8 @@ from hefting.shapes import as_shape
 QUEUE = 20_000
 """Most batches of samples that wait; then the oldest are dropped, and counted."""
 FOLLOWED_EVERY = 0.1
-"""[s] Between two looks at what came, at most: little is then left to be filtered when
-an estimate is due."""
+"""[s] Between two looks at what came, where the next estimate is further away: little
+is then left to be filtered when that is due."""
 LONGEST_WAIT = 0.02
 """[s] Longest wait for the next samples, where an estimate is due: it is then of samples
 that just came, and is found while the source gathers more."""

@@ -5,7 +5,7 @@ import time
 
 GATHERING = 0.01
 """Between two looks at what came [s]. A live estimate is found right after a look
-(`hefting.online.identifier.LONGEST_WAIT`), in less time than there is to the next."""
+(`hefting.online.identifier.LONGEST_WAIT`), mostly in less time than to the next."""
 
 
 class Pace:

@@ -230,7 +230,8 @@ class Bayes(Estimator):
 
     def of_more(self, state: State, prepared: Pass) -> tuple[Estimate, Pass]:
         """As for every method: the noise is that which was found before, unless the
-        residuals are larger now, or a scale's reading is in doubt."""
+        residuals are larger now, or a scale's reading is in doubt. What is left is what
+        was prepared, with where the next search for a nearest body begins."""
         steps = self._passes(state)
         if prepared.noise.holds_for(steps.source.samples):
             last = steps.of_more(prepared)
