@@ -46,7 +46,10 @@ def messages() -> list[tuple[str, str, str, str]]:
     found = {}
     for path in sorted(SOURCE.rglob("*.py")):
         package = path.relative_to(SOURCE).parts[0]
-        tree = ast.parse(path.read_text())
+        text = path.read_text()
+        if not any(f"{maker}(" in text for maker in MAKERS):
+            continue
+        tree = ast.parse(text)
         constants = {
             node.targets[0].id: node.value
             for node in tree.body
