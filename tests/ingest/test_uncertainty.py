@@ -111,15 +111,21 @@ def test_what_the_fit_takes_whole_is_no_lack_of_noise():
     phase = 2.0 * np.pi * np.arange(K)[:, None] / K * np.array(band)
     # (K, 80) orthonormal
     waves = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * np.sqrt(2.0 / K)
-    columns = np.kron(waves, np.eye(6)).reshape(K, 6, -1)
-    q = columns.shape[2]
+    q = 6 * waves.shape[1]
+    # each wave in each channel; the wrench behind them is in no column
+    maps = np.eye(q + 36, q).reshape(-1, 6, q)
     noise = np.random.default_rng(0).normal(size=(K, 6))
     residual = noise - waves @ (waves.T @ noise)
     inverse = np.zeros((q + 6, q + 6))
     inverse[:q, :q] = np.eye(q)
     time = 0.01 * np.arange(K)
     fit = SimpleNamespace(
-        model=SimpleNamespace(layout=Layout(None, None, q)),
+        model=SimpleNamespace(
+            layout=Layout(None, None, q),
+            known=np.hstack((waves, noise)),
+            maps=lambda phi: maps,
+        ),
+        phi=None,
         solution=SimpleNamespace(
             inverse=inverse, undetermined=np.zeros(q + 6, dtype=bool)
         ),
@@ -127,7 +133,6 @@ def test_what_the_fit_takes_whole_is_no_lack_of_noise():
         scale=np.ones(2),
         hats=HatFunctions.over(time, 1),
         residual=residual,
-        columns=columns,
     )
     found = estimate_uncertainty(cast(Any, fit)).spectrum
     # a tenth of the samples at each end tapered by a quarter of a sine, at the samples'

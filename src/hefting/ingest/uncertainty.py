@@ -78,9 +78,9 @@ class Uncertainty:
         q, segments = self.layout.core, _segments(len(self.fit.weights))
         covariance = np.zeros((q, q))
         for segment in segments:
-            covariance += _weighted_gram(
-                self.spectrum, _transform(_influences(self.fit, segment))
-            )
+            length = segment.stop - segment.start
+            influences = _influences(self.fit, segment, np.ones(length))
+            covariance += _weighted_gram(self.spectrum, influences)
         covariance *= _inverse_coverage(self.fit, segments)
         undetermined = np.isinf(self.naive)
         covariance[undetermined], covariance[:, undetermined] = 0.0, 0.0
@@ -183,7 +183,7 @@ def _residual_spectrum(
     remaining = np.zeros_like(transforms[0].count)
     for t in transforms:
         remaining += np.maximum(t.count - _leverage(t.influences, root), 0.2 * t.count)
-        power += np.abs(t.residual) ** 2
+        power += np.square(t.residual).sum(axis=0)
     first = (bias_functions + 1) // 2 + 1  # the bias fits lower frequencies
     remaining[:first], power[:first] = 0.0, 0.0
     spectra = [
@@ -209,7 +209,7 @@ def _generalised_step(
     N, b = np.zeros((q, q)), np.zeros(q)
     for t in transforms:
         N += _weighted_gram(1.0 / spectrum, t.influences)
-        b += np.einsum("fcq,fc->q", t.influences, t.residual.conj() / spectrum).real
+        b += np.einsum("pfcq,pfc->q", t.influences, t.residual / spectrum)
     length = np.sqrt(np.maximum(N.diagonal(), 1e-300))
     scaled = N / length / length[:, None]
     inverse = (
@@ -220,13 +220,13 @@ def _generalised_step(
 
 @dataclass(frozen=True, eq=False)
 class _Transforms:
-    """Fourier transforms of a segment of samples. Frequencies but the first and last
-    include their negatives."""
+    """Fourier transforms of a segment of samples, real and imaginary parts one behind
+    the other. Frequencies but the first and last include their negatives."""
 
     residual: Array
-    """(F, 6) whitened residuals, tapered"""
+    """(2, F, 6) whitened residuals, tapered"""
     influences: Array
-    """(F, 6, q) influences of the samples on the unknowns, tapered"""
+    """(2, F, 6, q) influences of the samples on the unknowns, tapered"""
     count: Array
     """(F, 6) expected power of unit white residuals"""
 
@@ -234,32 +234,37 @@ class _Transforms:
     def of(cls, fit: Fit, segment: slice) -> "_Transforms":
         """Of the blocks of a fit in `segment`."""
         length = segment.stop - segment.start
-        taper = _taper(length)[:, None]
+        taper = _taper(length)
         used = fit.weights[segment] > 0.0
         count = np.full(
             (length // 2 + 1, 6), 2.0 * float(np.sum(taper[used] ** 2)) / length
         )
         count[0] *= 0.5
-        residual = _transform(fit.residual[segment] * _whitening(fit, segment) * taper)
-        return cls(
-            residual, _transform(_influences(fit, segment) * taper[:, :, None]), count
-        )
+        weights = (np.sqrt(fit.weights[segment]) * taper)[:, None]
+        whitened = fit.residual[segment] * weights / np.repeat(fit.scale, 3)
+        return cls(_transform(whitened), _influences(fit, segment, taper), count)
 
 
-def _whitening(fit: Fit, segment: slice) -> Array:
-    """(K, 6) factors that normalise the residuals of a segment to unit variance."""
-    return np.sqrt(fit.weights[segment])[:, None] / np.repeat(fit.scale, 3)
+def _influences(fit: Fit, segment: slice, taper: Array) -> Array:
+    """Fourier transform (2, F, 6, q) of the influences Z (K, 6, q): change of the q
+    unknowns per unit of each whitened sample of a segment, tapered by (K,).
 
-
-def _influences(fit: Fit, segment: slice) -> Array:
-    """Z (K, 6, q): change of the q unknowns per unit of each whitened sample of a
-    segment."""
-    q = fit.model.layout.core
+    Z is linear in the known row of a sample and in its hat functions: these few are
+    transformed.
+    """
+    model, q, n = fit.model, fit.model.layout.core, fit.hats.n
     own, bias = fit.solution.inverse[:q, :q], fit.solution.inverse[q:, :q]
-    Z = (fit.columns[segment].reshape(-1, q) @ own).reshape(-1, 6, q)
-    Z += fit.hats.part(segment).combine(bias.reshape(fit.hats.n, 6, q))
-    Z *= _whitening(fit, segment)[:, :, None]
-    return Z
+    hats = fit.hats.part(segment).combine(np.eye(n))
+    present = hats.any(axis=0)
+    weights = (np.sqrt(fit.weights[segment]) * taper)[:, None]
+    # the wrench, at the end of the known rows, is in no column
+    rows = np.hstack((model.known[segment, :-6], hats[:, present])) * weights
+    maps = np.concatenate(
+        (model.maps(fit.phi)[:-6] @ own, bias.reshape(n, 6, q)[present])
+    )
+    maps /= np.repeat(fit.scale, 3)[:, None]
+    transformed = _transform(rows) @ maps.reshape(len(maps), -1)
+    return transformed.reshape(*transformed.shape[:2], 6, q)
 
 
 def _segments(K: int) -> list[slice]:
@@ -283,12 +288,12 @@ def _taper(length: int) -> Array:
 
 
 def _transform(values: Array) -> Array:
-    """(F, ...) unitary Fourier transform of real values (K, ...), scaled to include the
-    negative frequencies."""
+    """Real and imaginary parts (2, F, d) of the unitary Fourier transform of values (K,
+    d), scaled to include the negative frequencies."""
     length = len(values)
     transformed = np.fft.rfft(values, axis=0) / np.sqrt(length)
     transformed[1 : (length + 1) // 2] *= np.sqrt(2.0)
-    return transformed
+    return np.stack((transformed.real, transformed.imag))
 
 
 def _inverse_root(own: Array) -> Array:
@@ -307,7 +312,7 @@ def _leverage(Z: Array, root: Array) -> Array:
     Parameters
     ----------
     Z : Array
-        (F, 6, q) Fourier transform of the influences on the q unknowns.
+        (2, F, 6, q) Fourier transform of the influences on the q unknowns.
     root : Array
         (q, k) X, with X X' the covariance of the unknowns for white residuals.
 
@@ -316,18 +321,14 @@ def _leverage(Z: Array, root: Array) -> Array:
     Array
         (F, 6): z X X' z^* for each frequency and channel.
     """
-    frequencies, channels, unknowns = Z.shape
-    influences = Z.reshape(-1, unknowns)
-    real, imaginary = influences.real @ root, influences.imag @ root
-    power = (np.square(real) + np.square(imaginary)).sum(axis=1)
-    return power.reshape(frequencies, channels)
+    return np.square(Z @ root).sum(axis=(0, 3))
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
-    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (F, 6,
-    q)."""
-    flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[2])
-    return flat.real.T @ flat.real + flat.imag.T @ flat.imag
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (2, F,
+    6, q)."""
+    flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[3])
+    return flat.T @ flat
 
 
 def _average_over_neighbours(power: Array, count: Array) -> Array:
