@@ -321,7 +321,8 @@ def _leverage(Z: Array, root: Array) -> Array:
     Array
         (F, 6): z X X' z^* for each frequency and channel.
     """
-    return np.square(Z @ root).sum(axis=(0, 3))
+    power = np.square(Z.reshape(-1, Z.shape[3]) @ root).sum(axis=1)
+    return power.reshape(Z.shape[:3]).sum(axis=0)
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
