@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from browser import chromium
+from computed_once import CONDITIONING, SMOOTHING, computed_once
 from hefting.cli import main
 
 LONG = (
@@ -55,6 +56,20 @@ def browser():
     """A headless browser for the tests of a file."""
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def same_poses():
+    """Poses that recordings of a file share are smoothed once."""
+    with computed_once(SMOOTHING):
+        yield
+
+
+@pytest.fixture(scope="module")
+def same_recordings():
+    """A recording that a file identifies in several ways is conditioned once."""
+    with computed_once(SMOOTHING, CONDITIONING):
+        yield
 
 
 @pytest.fixture
