@@ -27,6 +27,8 @@ from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 NOISE = NOISE_LEVELS["moderate"]
 SENSOR = Noise(0.1, 0.005)
 FIRST, STEP, SHARE = 50, 0.1, 0.02

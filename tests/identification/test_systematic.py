@@ -25,6 +25,8 @@ from hefting.ingest.ingest import UNDETERMINED_TOOL_INERTIA, ingest
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 SENSOR = Noise(0.1, 0.005)
 GRAVITY = np.array((0.0, 0.0, -9.80665))
 SEEDS = 30

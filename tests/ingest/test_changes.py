@@ -37,6 +37,8 @@ from hefting.inspection import inspect
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 WORLD_UPSIDE_DOWN = (0.0, 0.0, 9.81)
 """[m/s²] Gravity of the simulated workshop tools."""
 

@@ -23,6 +23,8 @@ from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.simulation import UR5, random_smooth, simulate, stop_and_go, wield
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 # what it is made of
 
 

@@ -24,6 +24,8 @@ from hefting.ingest.offset_profile import (
 )
 from hefting.simulation import UR5, simulate, sinusoids, trapezoids
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 HARMLESS = 0.025
 """[s] Offsets up to this may be invented: a sensor turned by 5° to 15° resembles them."""
 DOUBTS = {

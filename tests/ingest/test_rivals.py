@@ -31,6 +31,8 @@ from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
 from recordings import DATA, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 CLEAR = {
     ("turned about z", "180°"): "axes-turned",
     ("turned about a diagonal", "120°"): "axes-turned",

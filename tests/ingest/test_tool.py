@@ -16,6 +16,8 @@ from hefting.ingest.tool import load_tool
 from hefting.simulation import UR5, simulate
 from hefting.simulation.joints import random_smooth
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 NOISE = Noise(0.1, 0.005)
 BIAS = (3.0, -2.0, 5.0, 0.1, -0.2, 0.05)
 
