@@ -1,5 +1,5 @@
 """What tests of a file compute of the same input, computed once: poses that recordings
-share, and recordings that are identified in several ways."""
+share, recordings that are identified in several ways, and points of a shape."""
 
 import pickle
 from collections.abc import Callable, Iterator
@@ -12,6 +12,8 @@ SMOOTHING = "hefting.motion.smoothing", "fit_poses"
 """What `hefting.motion.smooth_poses` calls of poses."""
 CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""
+SAMPLING = "hefting.shapes.shape", "sample"
+"""What `hefting.shapes.Shape` calls of a solid."""
 
 
 @contextmanager
