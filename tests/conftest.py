@@ -1,10 +1,13 @@
 """Fixtures that several files share."""
 
 import sys
+from functools import partial
+from importlib import import_module
 
 import pytest
 
 from browser import chromium
+from computed_once import CONDITIONING, SAMPLING, SMOOTHING, computed_once
 from hefting.cli import main
 
 LONG = (
@@ -55,6 +58,37 @@ def browser():
     """A headless browser for the tests of a file."""
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def same_poses():
+    """Poses that recordings of a file share are smoothed once."""
+    with computed_once(SMOOTHING):
+        yield
+
+
+@pytest.fixture(scope="module")
+def same_recordings():
+    """A recording that a file identifies in several ways is conditioned once."""
+    with computed_once(SMOOTHING, CONDITIONING):
+        yield
+
+
+@pytest.fixture(scope="module")
+def same_shapes():
+    """The points of a shape that a file reads again and again are found once."""
+    with computed_once(SAMPLING):
+        yield
+
+
+@pytest.fixture
+def nothing_looked_for(monkeypatch):
+    """Neither changes of the object nor mistakes are looked for in a recording, which
+    alter no number of one that has none (`ingest/test_changes.py`): for statistics of
+    many such recordings."""
+    ingest = import_module("hefting.ingest.ingest")
+    monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
+    monkeypatch.setattr(ingest, "doubt_of", lambda case: None)
 
 
 @pytest.fixture

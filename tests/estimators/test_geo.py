@@ -15,7 +15,7 @@ from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 from semidefinite_oracle import assert_optimal, case, geo_case, lowest
 
-PROBLEMS = 200
+PROBLEMS = 120
 HARD = (246, 400, 592, 741)
 """Problems with a Euclidean distance and a thin prior, far from the answer."""
 NOISE = Noise(0.1, 0.005)
@@ -23,7 +23,7 @@ DISTANCES = ("entropic", "pullback", "euclidean")
 
 
 def test_optimum_against_a_conic_solver():
-    """200 problems. The oracle's value is recomputed at its own body, so no optimum is
+    """120 problems. The oracle's value is recomputed at its own body, so no optimum is
     above it."""
     solved = agreed = 0
     for seed in range(PROBLEMS):
@@ -35,10 +35,10 @@ def test_optimum_against_a_conic_solver():
     print(
         f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways"
     )
-    # 172 with Clarabel 0.11; elsewhere the bound above has proved ours
-    assert solved >= 150
-    # 173; the others: distances from a thin prior, in which Clarabel stops short
-    assert agreed >= 150
+    # 103 with Clarabel 0.11; elsewhere the bound above has proved ours
+    assert solved >= 90
+    # 104; the others: distances from a thin prior, in which Clarabel stops short
+    assert agreed >= 90
 
 
 @pytest.mark.parametrize("seed", HARD)
@@ -67,7 +67,8 @@ def test_few_samples_and_wrong_priors():
                     estimator.fit(z)
                 continue
             tried += 1
-            found = estimator.fit(z)
+            # as above, but in one of four
+            found = replace(estimator, intervals=seed % 4 == 0).fit(z)
             certificate = found.certificate
             assert np.isfinite(found.parameters.vector).all(), known.label
             assert found.physically_consistent, known.label

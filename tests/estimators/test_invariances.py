@@ -8,13 +8,14 @@ on which they visibly fail.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import NotIdentifiableError
+from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.recording import Recording, Stream
@@ -22,6 +23,7 @@ from hefting.core.spatial import skew
 from hefting.estimators import GEO, HPS, LMI, METHODS, OLS, PMD, RTLS, Bayes, Estimator
 from hefting.estimators.base import INVARIANCES
 from hefting.estimators.geo import GAMMA
+from hefting.estimators.point_estimator import PointEstimator
 from hefting.motion import measure
 from hefting.shapes import Shape
 from motions import box, random_smooth
@@ -52,6 +54,7 @@ class Problem:
     """GEO's"""
 
 
+@cache
 def problem(seed: int) -> Problem:
     """Number `seed`: 80 samples from near rest to fast, a body of uneven density in a
     shape of three parts.
@@ -381,13 +384,33 @@ CHANGES: dict[str, Callable[[Problem, np.random.Generator], Iterator[Change]]] =
 }
 
 
-def worst(make: Callable[[Problem], Estimator], invariance: str, seed: int) -> float:
+Make = Callable[[Problem], Estimator]
+
+
+def made(make: Make, p: Problem, seed: int) -> Estimator:
+    """The estimator of a problem: without intervals, of which no estimate depends, but
+    in problem 0."""
+    estimator = make(p)
+    if seed == 0 or not isinstance(estimator, PointEstimator):
+        return estimator
+    return replace(estimator, intervals=False)
+
+
+@cache
+def before(make: Make, seed: int) -> Estimate:
+    """The estimate of the problem as it is."""
+    p = problem(seed)
+    return made(make, p, seed).fit(p.measurements)
+
+
+def worst(make: Make, invariance: str, seed: int) -> float:
     """Largest difference between the estimate that must follow from a change and the
     one found after it."""
     p = problem(seed)
-    expected, largest = make(p).fit(p.measurements), 0.0
+    expected, largest = before(make, seed), 0.0
     for change in CHANGES[invariance](p, np.random.default_rng([42, seed])):
-        estimator, z = make(change.problem), change.problem.measurements
+        estimator = made(make, change.problem, seed)
+        z = change.problem.measurements
         parameters, body = change.body(expected.parameters), change.body(p.body)
         for state in change.states(estimator, z):
             try:
@@ -465,7 +488,8 @@ def test_what_is_declared_holds(name, invariance):
 
 @pytest.mark.parametrize(("name", "invariance"), ABSENT)
 def test_what_is_not_declared_does_not_hold(name, invariance):
-    assert max(worst(KINDS[name].make, invariance, seed) for seed in SEEDS) > VISIBLE
+    make = KINDS[name].make
+    assert any(worst(make, invariance, seed) > VISIBLE for seed in SEEDS)
 
 
 def test_poses_smoothed_in_another_world_give_the_same_estimate():

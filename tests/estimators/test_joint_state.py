@@ -124,7 +124,7 @@ def _stack(z: Measurements, *shares):
 
 def _dense_quadratic(estimator, recordings):
     """What takes the place of `Quadratic.of`: biases out by orthogonal projection of
-    all samples at once."""
+    all samples of a recording at once."""
 
     def of(state, noise=None, free_bias=False):
         assert free_bias
@@ -138,10 +138,11 @@ def _dense_quadratic(estimator, recordings):
             )
             b.append(np.concatenate([(W @ own).reshape(-1) for _, own, _ in each]))
             C.append(np.concatenate([(W @ one).reshape(-1, 6) for _, _, one in each]))
-        basis = np.linalg.qr(block_diag(*C))[0]
-        whole = np.column_stack((np.concatenate(A), np.concatenate(b)))
-        whole -= basis @ (basis.T @ whole)
-        R = np.linalg.qr(whole, mode="r")
+        whole = []
+        for rows, own, one in zip(A, b, C, strict=True):
+            basis, rows = np.linalg.qr(one)[0], np.column_stack((rows, own))
+            whole.append(rows - basis @ (basis.T @ rows))
+        R = np.linalg.qr(np.concatenate(whole), mode="r")
         return Quadratic(R[:, :10], R[:, 10], np.zeros((0, 6, 17)))
 
     return of

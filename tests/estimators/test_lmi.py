@@ -16,12 +16,12 @@ from hefting.shapes import Shape
 from random_problems import random_body, random_motion, random_pose, with_wrench
 from semidefinite_oracle import assert_optimal, case, lmi_case, lowest, pseudo_inertia
 
-PROBLEMS = 200
+PROBLEMS = 120
 NOISE = Noise(0.1, 0.005)
 
 
 def test_optimum_against_a_conic_solver():
-    """200 problems. The oracle's value is recomputed at its own body, so no optimum is
+    """120 problems. The oracle's value is recomputed at its own body, so no optimum is
     above it."""
     solved = agreed = 0
     for seed in range(PROBLEMS):
@@ -39,10 +39,10 @@ def test_optimum_against_a_conic_solver():
     print(
         f"of {PROBLEMS} problems the oracle solved {solved}; {agreed} optima agree both ways"
     )
-    # 142 with Clarabel 0.11; elsewhere the bound above has proved ours
-    assert solved >= 120
-    # 135; noise-free data ask it, whose tolerance is some 1e-11 |b|², for 1e-12 |b|²
-    assert agreed >= 115
+    # 86 with Clarabel 0.11; elsewhere the bound above has proved ours
+    assert solved >= 72
+    # 83; noise-free data ask it, whose tolerance is some 1e-11 |b|², for 1e-12 |b|²
+    assert agreed >= 69
 
 
 def test_an_ellipsoid_takes_few_steps():
@@ -52,7 +52,8 @@ def test_an_ellipsoid_takes_few_steps():
     for seed in range(60):
         _, estimator, z, problem = lmi_case(seed)
         if problem.ellipsoid is not None:
-            steps.append(estimator.fit(z).certificate.iterations)
+            found = replace(estimator, intervals=False).fit(z)
+            steps.append(found.certificate.iterations)
     assert np.mean(steps) < 8.8
 
 
@@ -79,7 +80,9 @@ def test_few_samples():
                     LMI(shape, known.bias, known.noise).fit(z)
                 continue
             tried += 1
-            found = LMI(shape, known.bias, known.noise).fit(z)
+            # as above, but in one of four
+            intervals = seed % 4 == 0
+            found = LMI(shape, known.bias, known.noise, intervals=intervals).fit(z)
             certificate = found.certificate
             assert np.isfinite(found.parameters.vector).all(), known.label
             assert found.physically_consistent, known.label

@@ -301,8 +301,13 @@ def test_intervals_hold_the_truth():
     from benchmarks.method_calibration import bodies_for, runs_of, share
 
     bodies = bodies_for(2, 400)
+    # variants of a method differ from it in a weight: they are asked of one noise
+    methods = ("OLS", "RTLS", "LMI", "LMI-ellipsoid", "GEO", "PMD")
+    variants = ("OLS-blended", "GEO-blended", "PMD-full", "PMD-reduced")
     for case in ("white", "AR 0.9", "given"):
-        found = runs_of(bodies, case, 1, 4)
+        chosen = (*methods, *variants) if case == "white" else methods
+        found = runs_of(bodies, case, 1, 4, chosen)
+        assert set(found) == set(chosen)
         # few recordings excite what HPS needs: of those of two runs
         found |= runs_of(bodies, case, 2, 4, ("HPS",))
         for method, runs in found.items():

@@ -1,31 +1,41 @@
 """Bayes at the end of the whole way: from recordings with noisy poses, by
 `identify`."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from hefting.core.measurements import NOISE_LEVELS, Noise
 from hefting.core.messages import codes
+from hefting.core.recording import Recording
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.identification import identify
 from hefting.ingest.ingest import ingest
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
+from hefting.simulation.arm import SensorMotion
 from recordings import DATA, needs_recordings
 
 NOISE = Noise(force=0.1, torque=0.005)
 ROWS, COLUMNS = np.triu_indices(3)
 
 
-def recording(seed: int, speed: float = 1.0, noise: Noise = NOISE):
-    return simulate(
-        UR5.motion(random_smooth(5.0, 100.0, speed, seed)),
-        hammer().parameters,
-        noise=noise,
-        seed=seed,
-    )
+pytestmark = pytest.mark.usefixtures("same_recordings")
 
 
+@cache
+def motion(seed: int) -> SensorMotion:
+    """Five seconds, slow or fast."""
+    return UR5.motion(random_smooth(5.0, 100.0, (0.5, 1.0, 1.5)[seed % 3], seed))
+
+
+@cache
+def recording(seed: int) -> Recording:
+    return simulate(motion(seed), hammer().parameters, noise=NOISE, seed=seed)
+
+
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_intervals_hold_the_object():
     """Of 24 recordings, 10 numbers each, found by their own motion and noise: 95 % of
     240 that come in groups of several, so 88 % at least; `identify` chooses Bayes by
@@ -33,7 +43,7 @@ def test_intervals_hold_the_object():
     held = []
     shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(24):
-        estimate = identify(recording(seed, (0.5, 1.0, 1.5)[seed % 3]), shape).estimate
+        estimate = identify(recording(seed), shape).estimate
         assert estimate.method == "Bayes"
         assert estimate.physically_consistent
         assert estimate.intervals is not None
@@ -47,6 +57,7 @@ def test_intervals_hold_the_object():
     assert np.mean(held) > 0.88
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_what_the_smoother_says_of_its_errors_is_so():
     """Deviations of the accelerations against their true errors: within a factor of
     two, on average over ten recordings; and these last for some samples of the wrench,
@@ -55,9 +66,7 @@ def test_what_the_smoother_says_of_its_errors_is_so():
     for seed in range(10):
         prepared = ingest(recording(seed))
         z = prepared.measurements
-        truth = wield(
-            UR5.motion(random_smooth(5.0, 100.0, 1.0, seed)), hammer().parameters
-        )
+        truth = wield(motion(seed), hammer().parameters)
         off = [
             np.sqrt(np.mean(np.square(getattr(z, name) - getattr(truth, name))))
             for name in ("linear_acceleration", "angular_acceleration")
@@ -72,14 +81,16 @@ def test_what_the_smoother_says_of_its_errors_is_so():
     assert (np.abs(np.log2(np.median(ratios, axis=0))) < 1.0).all()
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_white_noise_in_logged_accelerations_is_allowed_for():
     """A log whose accelerations carry the paper's noise: found, or the intervals would
     hold half of what they claim."""
     level, held = NOISE_LEVELS["moderate"], []
     shape = Shape.from_mesh(hammer().mesh(), points=56)
     for seed in range(8):
-        motion = UR5.motion(random_smooth(5.0, 100.0, 1.0, seed))
-        log = simulate(motion, hammer().parameters, noise=level, seed=seed, exact=True)
+        log = simulate(
+            motion(seed), hammer().parameters, noise=level, seed=seed, exact=True
+        )
         estimate = identify(log, shape).estimate
         linear, angular = estimate.provenance["motion_noise"]
         # a median of 1,500 differences is known to 3 %, four of it; far less where a

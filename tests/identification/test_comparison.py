@@ -27,6 +27,8 @@ from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 NOISE = Noise(0.1, 0.005)
 
 

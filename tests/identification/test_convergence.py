@@ -11,6 +11,8 @@ from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 
 def log_of(seed=1, seconds=5.0):
     motion = UR5.motion(random_smooth(seconds, 100.0, 1.0, seed))

@@ -14,6 +14,8 @@ from hefting.core.errors import InputError
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 SHAPE = hefting.Shape.from_mesh(hammer().mesh())
 BIAS = np.array((12.0, -7.0, 14.0, 0.3, -0.2, 0.1))
 

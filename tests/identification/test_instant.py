@@ -15,6 +15,8 @@ from hefting.identification.instant import estimate_until
 from hefting.ingest.ingest import ingest
 from viewing import recorded, shape
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 SAME = 1e-9
 """Of the largest value: the samples are folded in the same order, so what differs is
 rounding."""

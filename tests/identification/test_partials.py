@@ -27,6 +27,8 @@ from hefting.ingest.joint import JointIngested
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 SAME = 1e-9
 """Relative difference: sums in another order, of factors of condition up to 1e5."""
 WAYS = [

@@ -21,6 +21,8 @@ from hefting.ingest.several import ingest_all, names_of
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 MASS = 1.347
 UNTIL = "mass=2%,com=5mm,inertia=200%"
 

@@ -24,6 +24,9 @@ from hefting.identification import identify
 from hefting.ingest.ingest import UNDETERMINED_TOOL_INERTIA, ingest
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
+from hefting.simulation.arm import SensorMotion
+
+pytestmark = pytest.mark.usefixtures("same_recordings")
 
 SENSOR = Noise(0.1, 0.005)
 GRAVITY = np.array((0.0, 0.0, -9.80665))
@@ -43,12 +46,17 @@ def shape() -> Shape:
     return Shape.from_mesh(hammer().mesh(), points=56)
 
 
+@cache
+def motion(seed: int) -> SensorMotion:
+    """Two seconds at 50 Hz."""
+    return UR5.motion(random_smooth(2.0, 50.0, 1.5, seed=seed))
+
+
 def recorded(
     body: InertialParameters, seed: int, gravity: Array = GRAVITY
 ) -> Recording:
-    """Two seconds at 50 Hz; velocities and accelerations are in the log, exact."""
-    motion = UR5.motion(random_smooth(2.0, 50.0, 1.5, seed=seed))
-    return simulate(motion, body, gravity, noise=SENSOR, seed=seed, exact=True)
+    """Velocities and accelerations are in the log, exact."""
+    return simulate(motion(seed), body, gravity, noise=SENSOR, seed=seed, exact=True)
 
 
 def identified(recording: Recording, **settings: Any) -> Estimate:
@@ -225,6 +233,7 @@ def test_a_tool_widens_the_intervals():
     assert ingest(recording, tool=sure).systematic is None
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_intervals_hold_the_object_beside_a_tool():
     """Over 30 recordings and tools: mass and COM, of which the tool's error is by far
     the largest."""
@@ -377,6 +386,7 @@ def test_both_add_up():
     np.testing.assert_allclose(both, beside + tilt, rtol=1e-9)
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_intervals_hold_the_object_on_a_tilted_base():
     """Over 30 recordings: the COM, whose error across is up to five times that with
     gravity known; and the mass."""

@@ -12,6 +12,8 @@ from hefting.motion.measure import measure
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 BODY = hammer().parameters
 GRAVITY = np.array((0.0, 0.0, -9.80665))
 UNAIDED = ("Bayes", "OLS", "LMI", "RTLS")

@@ -16,6 +16,8 @@ from hefting.identification.recommend import MISFIT, misfit
 from hefting.ingest.ingest import ingest
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 BODY = hammer().parameters
 TOOL = InertialParameters.from_com(0.9, (0.0, 0.01, 0.04), 1e-3 * np.eye(3))
 

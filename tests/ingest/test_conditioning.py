@@ -2,6 +2,7 @@
 inputs with nothing in them."""
 
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from disturbances import GRAVITY, NOISE, body, disturbed, with_wrench
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
-from hefting.ingest import condition
+from hefting.ingest import condition as condition_and_look_for_changes
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import Drift, HatFunctions, candidates
 from hefting.ingest.fit import Start, gauss_newton, motion_weights
@@ -22,6 +23,10 @@ from hefting.logs import read_log
 from hefting.motion import measure, sample_weights, smooth_poses
 from hefting.simulation import UR5, random_smooth, simulate, stop_and_go, wield
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
+
+pytestmark = pytest.mark.usefixtures("same_poses")
+condition = partial(condition_and_look_for_changes, changes=False)
+"""Looking for changes of the object alters nothing else: see `test_changes.py`."""
 
 # what it is made of
 

@@ -15,6 +15,8 @@ from hefting.ingest.poses import MANY_LEFT_OUT, without_faulty_poses
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 
 def with_poses(recording, position=None, orientation=None):
     """A recording with other positions and quaternions, at the same times."""

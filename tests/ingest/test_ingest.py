@@ -13,6 +13,8 @@ from hefting.motion import measure, sample_weights
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 BIAS = np.array((2.0, -1.0, 3.0, 0.1, 0.05, -0.2))
 
 

@@ -31,6 +31,8 @@ from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
 from recordings import DATA, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 CLEAR = {
     ("turned about z", "180°"): "axes-turned",
     ("turned about a diagonal", "120°"): "axes-turned",
@@ -133,10 +135,10 @@ def test_a_force_unit_gives_the_object_in_newtons():
     assert vector[1:4] == pytest.approx(given.truth.vector[1:4], abs=0.01)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_turn_is_found_with_its_deviation(seed):
-    """About a random axis, from 2° to 180°; off by less than four deviations, which all
-    of five Gaussian vectors of three are but for one time in 180."""
+    """About a random axis, from 2° to 180°; off by less than 3.86 deviations, which all
+    of three Gaussian vectors of three are but for one time in 180."""
     rng = np.random.default_rng([3, seed])
     axis = rng.normal(size=3)
     angle = np.radians(rng.uniform(2.0, 180.0))
@@ -149,7 +151,7 @@ def test_a_turn_is_found_with_its_deviation(seed):
     # the wrench was turned by R, so its axes were turned by the inverse
     apart = (Rotation.from_matrix(found) * R).as_rotvec()
     distance = apart @ np.linalg.solve(covariance, apart)
-    assert distance < 16.0
+    assert distance < 14.9
     assert np.degrees(np.linalg.norm(apart)) < 3.0
     judged = judge(case)
     assert judged.named is not None

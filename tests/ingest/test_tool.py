@@ -3,6 +3,7 @@ own."""
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from hefting.identification import calibrate, identify
 from hefting.ingest.tool import load_tool
 from hefting.simulation import UR5, simulate
 from hefting.simulation.joints import random_smooth
+
+pytestmark = pytest.mark.usefixtures("same_recordings")
 
 NOISE = Noise(0.1, 0.005)
 BIAS = (3.0, -2.0, 5.0, 0.1, -0.2, 0.05)
@@ -32,9 +35,15 @@ OBJECT = block(0.25, (0.01, 0.0, 0.14), (0.06, 0.05, 0.12))
 BOTH = InertialParameters(GRIPPER.vector + OBJECT.vector)
 
 
+@cache
+def motion(duration, seed):
+    return UR5.motion(random_smooth(duration, 100.0, 1.0, seed=seed))
+
+
 def log(body, duration, seed, noise=NOISE, **others):
-    motion = UR5.motion(random_smooth(duration, 100.0, 1.0, seed=seed))
-    return simulate(motion, body, noise=noise, bias=BIAS, seed=seed, **others)
+    return simulate(
+        motion(duration, seed), body, noise=noise, bias=BIAS, seed=seed, **others
+    )
 
 
 def errors(body):
@@ -56,6 +65,7 @@ def beside_a_gripper(seed):
     ).estimate
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_object_beside_a_gripper_is_nearly_as_well_known_as_alone():
     """At most 1.7 times the errors; two hundred seeds: `python -m benchmarks.tool`.
 

@@ -1,5 +1,7 @@
 """Samples of pose streams that no body can have passed: all of those, and no others."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -22,9 +24,15 @@ NOISES = (0.0, 1e-5, 1e-4, 1e-3)
 """Standard deviations of position [m]; that of orientation is 3.5 rad/m times it."""
 
 
+@cache
+def moved(kind, rate, seed):
+    """One of `MOTIONS` of the sensor."""
+    return UR5.motion(MOTIONS[kind](rate, seed))
+
+
 def poses(kind, rate, seed, noise=0.0):
     """Times (K,), positions (K, 3) and quaternions (K, 4), of random signs."""
-    motion, rng = UR5.motion(MOTIONS[kind](rate, seed)), np.random.default_rng(seed)
+    motion, rng = moved(kind, rate, seed), np.random.default_rng(seed)
     place, turn = rng.normal(size=(2, len(motion.time), 3))
     turned = Rotation.from_matrix(motion.rotation) * Rotation.from_rotvec(
         3.5 * noise * turn

@@ -72,7 +72,7 @@ def run(pose_filter, time, position, orientation, cuts=()):
 @pytest.mark.parametrize("pose_filter", VARIANTS)
 @pytest.mark.parametrize("jitter", [0.0, 2e-3])
 def test_one_at_a_time_equals_blocks_equals_all_at_once(pose_filter, jitter):
-    truth, p, q = noisy(0)
+    truth, p, q = noisy(0, 2.0)
     rng = np.random.default_rng(1)
     t = truth.time + jitter * rng.uniform(-1, 1, len(truth.time))
     # signs must be carried from piece to piece, too

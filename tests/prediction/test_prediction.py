@@ -24,6 +24,8 @@ from hefting.simulation import (
     wield,
 )
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 BODY = InertialParameters.from_com(
     1.7,
     (0.05, -0.11, 0.08),

@@ -1,0 +1,43 @@
+"""What tests of a file compute of the same input, computed once: poses that recordings
+share, recordings that are identified in several ways, and points of a shape."""
+
+import pickle
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from typing import Any
+from unittest.mock import patch
+
+SMOOTHING = "hefting.motion.smoothing", "fit_poses"
+"""What `hefting.motion.smooth_poses` calls of poses."""
+CONDITIONING = "hefting.ingest.ingest", "condition"
+"""What `hefting.ingest.ingest` calls of a recording."""
+SAMPLING = "hefting.shapes.shape", "sample"
+"""What `hefting.shapes.Shape` calls of a solid."""
+
+
+@contextmanager
+def computed_once(*functions: tuple[str, str]) -> Iterator[None]:
+    """Within it functions, each by its module and name, return what they returned before
+    of equal arguments. They depend on nothing else, and nobody changes what they
+    return."""
+    with ExitStack() as stack:
+        for place, name in functions:
+            module = import_module(place)
+            stack.enter_context(
+                patch.object(module, name, _kept(getattr(module, name)))
+            )
+        yield
+
+
+def _kept(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with a memory."""
+    known: dict[bytes, Any] = {}
+
+    def kept(*given: Any, **named: Any) -> Any:
+        key = pickle.dumps((given, sorted(named.items())))
+        if key not in known:
+            known[key] = function(*given, **named)
+        return known[key]
+
+    return kept
