@@ -46,7 +46,7 @@ def answer(name, recorded):
 
 @pytest.fixture(scope="module")
 def noisy():
-    return random_tool("dumbbell", 1, 150)
+    return random_tool("hammer", 1, 150)
 
 
 @pytest.fixture(scope="module")
