@@ -12,6 +12,7 @@ import argparse
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -82,31 +83,28 @@ def main() -> None:
             show(kind, rate, list(cases(kind, rate, seeds, duration)))
 
 
-def cases(kind: str, rate: float, seeds: int, duration: float) -> Iterator[Case]:
-    """Recordings of a kind at a rate, of all speeds and seeds."""
-    from hefting.simulation import (
-        UR5,
-        Faults,
-        HeldObject,
-        Rates,
-        hammer,
-        held_modular,
-        record,
-        wield_analytically,
-    )
+@cache
+def held_objects() -> "tuple[tuple[HeldObject, Shape], ...]":
+    """The hammer and the tee, and their points."""
+    from hefting.simulation import HeldObject, hammer, held_modular
     from hefting.simulation.demo import POSE
 
     objects = (HeldObject.of(hammer(), POSE), held_modular("Tee"))
-    shapes = [held.points() for held in objects]
+    return tuple((held, held.points()) for held in objects)
+
+
+def cases(kind: str, rate: float, seeds: int, duration: float) -> Iterator[Case]:
+    """Recordings of a kind at a rate, of all speeds and seeds."""
+    from hefting.simulation import UR5, Faults, Rates, record, wield_analytically
+
     for level in range(len(MOVES)):
         for seed in range(seeds):
-            which = (seed + level) % 2
-            held = objects[which]
+            held, shape = held_objects()[(seed + level) % 2]
             joints = moves(kind, rate, level, seed, duration)
             wielding = wield_analytically(UR5, joints, held.parameters)
             faults = Faults(wrench_noise=WRENCH_NOISE)
             log = record(wielding, faults, Rates(), seed)
-            yield Case(kind, rate, level, seed, held, shapes[which], wielding, log)
+            yield Case(kind, rate, level, seed, held, shape, wielding, log)
 
 
 def moves(
