@@ -12,7 +12,6 @@ import argparse
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING
 
 for library in ("OMP", "OPENBLAS", "MKL"):
@@ -83,28 +82,31 @@ def main() -> None:
             show(kind, rate, list(cases(kind, rate, seeds, duration)))
 
 
-@cache
-def held_objects() -> "tuple[tuple[HeldObject, Shape], ...]":
-    """The hammer and the tee, and their points."""
-    from hefting.simulation import HeldObject, hammer, held_modular
+def cases(kind: str, rate: float, seeds: int, duration: float) -> Iterator[Case]:
+    """Recordings of a kind at a rate, of all speeds and seeds."""
+    from hefting.simulation import (
+        UR5,
+        Faults,
+        HeldObject,
+        Rates,
+        hammer,
+        held_modular,
+        record,
+        wield_analytically,
+    )
     from hefting.simulation.demo import POSE
 
     objects = (HeldObject.of(hammer(), POSE), held_modular("Tee"))
-    return tuple((held, held.points()) for held in objects)
-
-
-def cases(kind: str, rate: float, seeds: int, duration: float) -> Iterator[Case]:
-    """Recordings of a kind at a rate, of all speeds and seeds."""
-    from hefting.simulation import UR5, Faults, Rates, record, wield_analytically
-
+    shapes = [held.points() for held in objects]
     for level in range(len(MOVES)):
         for seed in range(seeds):
-            held, shape = held_objects()[(seed + level) % 2]
+            which = (seed + level) % 2
+            held = objects[which]
             joints = moves(kind, rate, level, seed, duration)
             wielding = wield_analytically(UR5, joints, held.parameters)
             faults = Faults(wrench_noise=WRENCH_NOISE)
             log = record(wielding, faults, Rates(), seed)
-            yield Case(kind, rate, level, seed, held, shape, wielding, log)
+            yield Case(kind, rate, level, seed, held, shapes[which], wielding, log)
 
 
 def moves(
