@@ -129,16 +129,16 @@ def every(
     many = 300 if quick else 3500
     yield (
         "PMD, 150 samples",
-        partial(against_conic_solver, 150, rounds=2 if quick else 20),
+        partial(against_conic_solver, 150, rounds=1 if quick else 20),
     )
     yield (
         f"PMD, {many:,} samples",
         partial(against_conic_solver, many, rounds=1 if quick else 5),
     )
-    yield "PMD, a live stream", partial(one_sample_at_a_time, 300 if quick else 3000)
+    yield "PMD, a live stream", partial(one_sample_at_a_time, 150 if quick else 3000)
     yield "GEO", partial(geo_against_conic_solver, 1000, rounds=1 if quick else 10)
     yield "LMI", partial(lmi_against_conic_solver, 1000, rounds=1 if quick else 10)
-    rounds = 2 if quick else 50
+    rounds = 1 if quick else 50
     yield (
         "from the moments",
         partial(from_the_moments, 1000, 2_000 if quick else 100_000, rounds=rounds),
@@ -148,7 +148,7 @@ def every(
     yield "Bayes", partial(posterior, 2_000 if quick else 10_000, rounds=rounds)
     yield (
         "many points",
-        partial(many_points, 2_000 if quick else 100_000, rounds=2 if quick else 7),
+        partial(many_points, 2_000 if quick else 100_000, rounds=1 if quick else 7),
     )
     yield "OLS", partial(against_pinocchio, 1000, rounds=rounds)
     yield "folding", partial(folding_memory, 200_000 if quick else 10_000_000)

@@ -19,7 +19,7 @@ from hefting.simulation import hammer, wield
 SAMPLES = (100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 POINTS = (14, 56, 200, 600, 2000)
 RECORDINGS = (1, 3, 10, 30)
-QUICK_SAMPLES, QUICK_POINTS, QUICK_RECORDINGS = (50, 150), (14, 56), (1, 2)
+QUICK_SAMPLES, QUICK_POINTS, QUICK_RECORDINGS = (20, 60), (14, 28), (1, 2)
 EACH = 150
 """Samples of a recording."""
 BY_POINTS = (

@@ -11,6 +11,7 @@ from benchmarks.against.recordings import (
     RANDOM,
     WORKSHOP,
     Recorded,
+    random_tool,
     random_tools,
     workshop_tools,
 )
@@ -21,6 +22,8 @@ from benchmarks.report import Section
 
 SAMPLES = (150, 1000)
 QUICK_SAMPLES = (150,)
+QUICK_TOOL = "dumbbell"
+"""On whose recording mujoco.sysid takes a tenth of what it takes on a hammer's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,7 @@ def comparison(quick: bool) -> Comparison:
 def recorded(quick: bool) -> list[tuple[str, int, list[Recorded]]]:
     """Name, samples and recordings of each set."""
     if quick:
-        return [(RANDOM, n, random_tools(n, 1)[:1]) for n in QUICK_SAMPLES]
+        return [(RANDOM, n, [random_tool(QUICK_TOOL, 1, n)]) for n in QUICK_SAMPLES]
     sets = [(RANDOM, n, random_tools(n)) for n in SAMPLES]
     sets += [(WORKSHOP, n, workshop_tools(n)) for n in SAMPLES]
     return [each for each in sets if each[2]]

@@ -13,11 +13,17 @@ WHOLE = 6
 
 @dataclass(frozen=True)
 class Recorded:
-    """A folder of recordings: `whole` ones, then one `broken` in each way."""
+    """A folder of recordings: `whole` ones, then one `broken` in each way, all of which
+    were the same before."""
 
     folder: Path
     shared: dict[str, str]
     """Options that say where the shape is."""
+
+    @property
+    def logs(self) -> list[Path]:
+        """The first four of the whole ones, and all broken ones."""
+        return [*self.whole[:4], *self.broken]
 
     @property
     def whole(self) -> list[Path]:
@@ -33,8 +39,9 @@ def _written() -> Path:
     folder = Path(mkdtemp(prefix="hefting-tests-"))
     for k in range(WHOLE):
         write_recording((str(folder / f"whole-{k}.csv"), k + 1, None))
-    for k in range(len(BREAKS)):
-        write_recording((str(folder / f"broken-{k}.csv"), 50 + k, k))
+    lines = (folder / "whole-0.csv").read_text().splitlines(keepends=True)
+    for k, broken in enumerate(BREAKS):
+        broken(folder / f"broken-{k}.csv", lines)
     return folder
 
 

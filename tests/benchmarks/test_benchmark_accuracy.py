@@ -99,7 +99,7 @@ def test_weighted_least_squares_reaches_the_bound_where_the_motion_is_known():
     1/sqrt(4,000), 1.6 %; four of these are allowed. In no direction do variances differ
     by 25 %: chance makes 14 % (Marchenko and Pastur)."""
     runs, body = 2000, hammer().parameters
-    estimator = OLS(noise=Noise(NOISE.force, NOISE.torque))
+    estimator = OLS(noise=Noise(NOISE.force, NOISE.torque), intervals=False)
     wrench = Noise(NOISE.force, NOISE.torque)
     found = np.array(
         [

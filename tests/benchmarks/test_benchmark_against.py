@@ -1,11 +1,15 @@
 """`benchmarks.against`: every party is set up rightly, and what is said of it is what
 was measured."""
 
+import importlib
 import json
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
 from importlib.metadata import version
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +38,7 @@ PARTIES = {party.name: party for party in parties()}
 PEERS = [name for name, party in PARTIES.items() if party.peer]
 
 
+@cache
 def answer(name, recorded):
     party = PARTIES[name]
     return party.identify(recorded.task, party.prepare(recorded.task))
@@ -51,20 +56,22 @@ def exact():
 
 @pytest.fixture(scope="module")
 def quick_run(tmp_path_factory):
-    """What was printed and said, the JSON and the figure of a quick run."""
+    """What was printed and said, the JSON and the figure of a quick run, in this
+    process: what it loads is loaded already."""
     folder = tmp_path_factory.mktemp("against")
     words = ("--quick", "--json", folder / "a.json", "--figure", folder / "a.svg")
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.against", *map(str, words)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src"), "HEFTING_DATA": ""},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    with (
+        pytest.MonkeyPatch.context() as monkeypatch,
+        redirect_stdout(StringIO()) as out,
+        redirect_stderr(StringIO()) as err,
+    ):
+        monkeypatch.setenv("HEFTING_DATA", "")
+        for library in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+            monkeypatch.setenv(f"{library}_NUM_THREADS", "1")  # as it sets them
+        monkeypatch.setattr(sys, "argv", ["against", *map(str, words)])
+        importlib.import_module("benchmarks.against.__main__").main()
     values = json.loads((folder / "a.json").read_text())
-    return done, values, (folder / "a.svg").read_text()
+    return out.getvalue(), err.getvalue(), values, (folder / "a.svg").read_text()
 
 
 # the parties
@@ -200,14 +207,14 @@ def test_ratios_of_peers_are_kept_in_place_of_the_earlier_ones():
 
 
 def test_a_quick_run_compares_all(quick_run):
-    done, values, picture = quick_run
+    out, err, values, picture = quick_run
     names = [each["party"] for each in values["sets"][0]["parties"]]
     assert names == list(PARTIES)
     assert values["versions"] == {name: version(name) for name in versions.PEERS}
     for line in versions.differences():
-        assert line in done.stderr
+        assert line in err
     for name in PEERS:
-        assert name in done.stdout
+        assert name in out
     assert {row["source"] for row in values["published"]} == {
         "published",
         "warm",
@@ -215,3 +222,17 @@ def test_a_quick_run_compares_all(quick_run):
     }
     assert set(values["cost"]) == {"samples", "points", "recordings"}
     assert picture.startswith("<?xml")
+
+
+def test_a_quick_run_is_not_kept():
+    """Said by a process of its own, before anything is loaded."""
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks.against", "--quick", "--keep"],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "a quick run is not kept" in done.stderr

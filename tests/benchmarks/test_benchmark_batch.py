@@ -4,7 +4,6 @@ import sys
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
@@ -12,15 +11,17 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT))
 
 from benchmarks import batch, batch_memory  # noqa: E402
+from jobs_here import do_jobs_here  # noqa: E402
 
-COUNT = 5
+COUNT = 3
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A folder after the benchmark, and what that printed."""
+    """A folder after the benchmark, in this process, and what that printed."""
     folder, told = tmp_path_factory.mktemp("batch"), StringIO()
-    with redirect_stdout(told), patch("os.cpu_count", return_value=1):
+    with pytest.MonkeyPatch.context() as monkeypatch, redirect_stdout(told):
+        do_jobs_here(monkeypatch)
         batch.run(folder, COUNT, kills=0)
     return folder, told.getvalue()
 
@@ -32,7 +33,7 @@ def test_whole_and_broken_recordings(done):
 
 
 def test_a_missing_answer_is_seen(done):
-    """The table of five recordings where there should be seven."""
+    """The table of three recordings where there should be five."""
     outputs = {path.parent for path in done[0].glob("*/*.parquet")}
     assert len(outputs) == 2
     for output in outputs:
@@ -45,5 +46,6 @@ def test_a_missing_answer_is_seen(done):
 
 def test_memory_over_rows(monkeypatch):
     """Of so few rows it says nothing; all are there."""
+    do_jobs_here(monkeypatch)
     monkeypatch.setattr(batch_memory, "FIRST", 100)
     assert batch_memory.grown(300)["rows"] == 300

@@ -1,12 +1,19 @@
 """Quick runs of the mistakes and of clean recordings."""
 
+from functools import cache
+
 from benchmarks.mistaken import mistakes as catalogue
 
-from benchmarks import clean, mistakes
+from benchmarks import clean, mistake_runs, mistakes
 
 
-def test_half_a_turn_is_named_and_not_to_be_used():
-    """One recording of each strength, with and without a shape."""
+def test_half_a_turn_is_named_and_not_to_be_used(monkeypatch):
+    """One recording of each strength, with and without a shape; of four seconds, which
+    tell as much of a turn as ten."""
+    monkeypatch.setattr("benchmarks.given.DURATION", 4.0)
+    # what is kept of recordings of ten seconds, and for them
+    again = cache(mistake_runs._answer_to_correct.__wrapped__)
+    monkeypatch.setattr(mistake_runs, "_answer_to_correct", again)
     said = mistakes.run(1, "turned about x")
     assert len(said) == 4
     assert all(each.named for each in said)

@@ -8,7 +8,9 @@ import re
 import shutil
 import subprocess
 import sys
+from base64 import b64decode
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
 from html.parser import HTMLParser
 from io import StringIO
 from pathlib import Path
@@ -21,6 +23,7 @@ from clusters import local_cluster
 from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
 from hefting.jobs import Jobs, Lost
+from hefting.plots.style import picture_of
 from hefting.reproduction import EXPERIMENTS, reproduce
 from hefting.reproduction.experiment import Table, shown
 from hefting.reproduction.runner import run_experiments
@@ -39,16 +42,40 @@ def tables(folder: Path) -> dict[str, str]:
     return {name: text for name, text in found.items() if name != "density/times.csv"}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def one_object():
+    """The experiment that takes longest has jobs of one object only; with all of those
+    of a quick run it is tested beside."""
+    whole = EXPERIMENTS["observations"]
+    few = [job for job in whole.jobs(True) if job["object"] == "tee"]
+    assert len(few) == 3
+    short = replace(whole, jobs=lambda quick: few)
+    with patch.dict(EXPERIMENTS, observations=short):
+        yield
+
+
+def drawn_once(figure, suffix):
+    """In place of `picture_of`: each figure is drawn for one of its two files, the
+    other is of one pixel. That both hold what is drawn is tested in plots/."""
+    return PIXEL if suffix == ".png" else picture_of(figure, suffix)
+
+
+PIXEL = b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAQAAAC1HAwCAAAAC0lEQVR42mNk+A8AAQUBAScY42YAAAAA"
+    "SUVORK5CYII="
+)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A quick run of everything, by the command, in this process; its pictures are of
-    few pixels and not laid out, which takes most of the time and is tested beside."""
+    """A quick run of everything, by the command, in this process; its pictures are not
+    laid out, which takes most of the time and is tested beside."""
     folder = tmp_path_factory.mktemp("reproduction")
     words = ["reproduce", "--quick", "--jobs", "2", "--output", str(folder)]
     out, err = StringIO(), StringIO()
     with (
         patch("sys.argv", ["hefting", *words]),
-        patch("hefting.plots.style.DPI", 60),
+        patch("hefting.plots.style.picture_of", drawn_once),
         patch("matplotlib.figure.Figure.draw_without_rendering"),
         pytest.MonkeyPatch.context() as monkeypatch,
         redirect_stdout(out),
@@ -199,7 +226,7 @@ def test_a_killed_worker_costs_nothing_but_time(folder, tmp_path):
 
 
 def test_a_cluster_gives_the_same_tables(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("hefting.plots.style.DPI", 60)
+    monkeypatch.setattr("hefting.plots.style.picture_of", drawn_once)
     pytest.importorskip("distributed", reason="distributed is not installed")
     # of several jobs and tables each, and quick: their pictures are drawn anew
     names = ("condition", "gravity", "stop-and-go")
@@ -246,7 +273,7 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path, monkeypatch, taken):
 def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(
     tmp_path, capfd, monkeypatch
 ):
-    monkeypatch.setattr("hefting.jobs.cluster.PATIENCE", "2s")
+    monkeypatch.setattr("hefting.jobs.cluster.PATIENCE", "1s")
     distributed = pytest.importorskip(
         "distributed", reason="distributed is not installed"
     )

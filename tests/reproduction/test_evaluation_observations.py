@@ -3,6 +3,7 @@ windows, the objects."""
 
 import json
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.regressor import full_regressor
 from hefting.estimators import OLS
 from hefting.reproduction import (
+    EXPERIMENTS,
     objects,
     observations,
     observations_notes,
@@ -68,6 +70,12 @@ def done():
             module.EXPERIMENT for module in (observations, robot, prediction, objects)
         )
     }
+
+
+@pytest.fixture(scope="module")
+def report_of(done):
+    """Report of an experiment by its name, made once."""
+    return cache(lambda name: EXPERIMENTS[name].report(done[name]))
 
 
 def changed(observed, samples):
@@ -419,8 +427,8 @@ def test_true_parameters_of_the_objects(done):
 
 
 @pytest.mark.parametrize("module", [observations, robot, prediction, objects])
-def test_reports_have_whole_tables_and_labelled_figures(module, done):
-    report = module.EXPERIMENT.report(done[module.EXPERIMENT.name])
+def test_reports_have_whole_tables_and_labelled_figures(module, report_of):
+    report = report_of(module.EXPERIMENT.name)
     for table in report.tables:
         assert len(table.rows) > 0
         assert {len(row) for row in table.rows} == {len(table.columns)}
@@ -437,8 +445,8 @@ def test_reports_have_whole_tables_and_labelled_figures(module, done):
         assert figure.legends
 
 
-def test_the_table_stands_beside_the_published_rows(done):
-    report = observations.EXPERIMENT.report(done["observations"])
+def test_the_table_stands_beside_the_published_rows(report_of):
+    report = report_of("observations")
     main = report.tables[0]
     published = [row for row in main.rows if row[0] == "published"]
     assert [row[1] for row in published] == ["OLS", "RTLS", "GEO", "PMD"]
