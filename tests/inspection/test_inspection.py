@@ -28,6 +28,8 @@ from hefting.motion import measure
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from recordings import DATA, needs_recordings
 
+pytestmark = pytest.mark.usefixtures("same_poses")
+
 RATE, DURATION = 50.0, 8.0
 NOISE = Noise(force=0.1, torque=0.005)
 BODY = hammer().parameters

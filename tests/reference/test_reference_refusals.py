@@ -5,6 +5,8 @@ import pytest
 from reference.kept import check
 from reference.refusal_cases import CASES
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 
 @pytest.mark.parametrize("name", CASES)
 def test_results_are_the_reference_values(name: str):
