@@ -65,19 +65,20 @@ def forked_peers() -> Iterator[Callable[..., Peer]]:
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert server.stdin is not None
-    assert server.stdout is not None
+    asked, said = server.stdin, server.stdout
+    assert asked is not None
+    assert said is not None
 
     def start(name: str, port: int, seconds: float, bad: int = 0) -> Peer:
-        print(name, port, seconds, bad, file=server.stdin, flush=True)
-        process, said = (server.stdout.readline().strip() for _ in range(2))
-        if said != "ready":
+        print(name, port, seconds, bad, file=asked, flush=True)
+        process, state = (said.readline().strip() for _ in range(2))
+        if state != "ready":
             raise RuntimeError(f"the peer of {name} did not start")
         return Peer(server, int(process))
 
     try:
         yield start
     finally:
-        server.stdin.close()
-        server.stdout.close()
+        asked.close()
+        said.close()
         server.wait()
