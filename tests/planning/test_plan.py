@@ -16,6 +16,7 @@ pytest.importorskip("mujoco")
 
 from benchmarks.planning_limits import Case, broken, kept
 from benchmarks.planning_runs import Bench, bodies, width_ratios
+
 from plans import search_briefly
 
 ARM = TORQUE_ARMS["ur5e"].arm
