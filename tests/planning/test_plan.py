@@ -17,6 +17,8 @@ pytest.importorskip("mujoco")
 from benchmarks.planning_limits import Case, broken, kept
 from benchmarks.planning_runs import Bench, bodies, width_ratios
 
+from plans import search_briefly
+
 ARM = TORQUE_ARMS["ur5e"].arm
 
 
@@ -30,6 +32,12 @@ def quick(bench):
     return bench.plan(duration=4.0, effort="quick", seed=3)[0]
 
 
+@pytest.fixture
+def _briefly(monkeypatch):
+    """Where it does not matter how good a plan is."""
+    search_briefly(monkeypatch)
+
+
 def refused(bench, **arguments):
     given = {"start": ARM.start, "effort": "quick", "duration": 4.0} | arguments
     with pytest.raises(InputError) as error:
@@ -38,7 +46,7 @@ def refused(bench, **arguments):
     return str(error.value)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 5])
+@pytest.mark.parametrize("seed", [3, 5, 10])
 def test_no_random_limit_is_broken_by_mujocos_own_account(seed, tmp_path):
     """With cylinders for links, a table and a wall; MuJoCo reads the URDF itself."""
     pytest.importorskip("coal")
@@ -47,12 +55,19 @@ def test_no_random_limit_is_broken_by_mujocos_own_account(seed, tmp_path):
     assert not {name: own for name, own in uses.items() if not kept(name, own)}
 
 
-def test_the_same_seed_gives_the_same_plan_and_another_another(bench, quick):
-    again, other = (bench.plan(duration=4.0, effort="quick", seed=s)[0] for s in (3, 4))
-    own = quick.trajectory.points
-    np.testing.assert_array_equal(again.trajectory.points, own)
-    assert np.abs(other.trajectory.points - own).max() > 0.1
+def test_the_same_seed_gives_the_same_plan(bench, quick):
+    again, _ = bench.plan(duration=4.0, effort="quick", seed=3)
+    np.testing.assert_array_equal(again.trajectory.points, quick.trajectory.points)
     assert again.to_dict() == quick.to_dict()
+
+
+@pytest.mark.usefixtures("_briefly")
+def test_another_seed_gives_another_plan(bench):
+    one, other = (
+        bench.plan(duration=4.0, effort="quick", seed=seed)[0].trajectory.points
+        for seed in (3, 4)
+    )
+    assert np.abs(other - one).max() > 0.1
 
 
 def test_it_starts_where_it_is_told_and_ends_at_rest(quick):
@@ -94,6 +109,7 @@ def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench)
     assert 0.7 < np.median(width_ratios(plan, found)) < 1.4
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_what_is_asked_is_reached_and_told_when(bench):
     plan, _ = bench.plan(until="inertia=20%,com=3mm", duration=4.0, effort="quick")
     assert plan.reached
@@ -101,12 +117,14 @@ def test_what_is_asked_is_reached_and_told_when(bench):
     assert 0.0 < plan.time_needed < 4.0
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_out_of_reach_says_how_long_it_would_take(bench):
     text = refused(bench, until="inertia=1%", duration=1.0)
     assert "out of reach within 1 s" in text
     assert "plan for about" in text
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_what_no_motion_tells_is_said(bench):
     text = refused(bench, until="mass=0.05%", duration=1.0)
     assert "nor by any longer motion" in text
@@ -123,6 +141,7 @@ def test_a_start_that_touches_is_refused(bench):
     assert "z>=1.0" in text
 
 
+@pytest.mark.usefixtures("_briefly")
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
@@ -145,17 +164,20 @@ def test_an_unknown_tip_is_named(bench):
         hefting.plan(bench.urdf, "flanje")
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_a_sensor_too_weak_for_the_object_says_so(bench):
     text = refused(bench, force=5.0)
     assert "range of force" in text
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_a_sensors_range_is_kept(bench):
     # 1 kg is expected: 9.8 N at rest, and up to 10.2 N where nothing holds it back
     plan, _ = bench.plan(duration=2.0, effort="quick", force=10.0)
     assert plan.usage["force"] <= 1.0
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_without_a_start_it_chooses_one_that_is_free(bench):
     plan = hefting.plan(
         bench.urdf, "flange", duration=2.0, effort="quick", keep=["z>=0.05"]

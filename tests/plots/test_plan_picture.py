@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from folding_arm import folding_arm
+from hasty_pictures import draw_hastily
 from hefting.core.accuracy import Accuracy
 from hefting.core.spatial import rotation_matrices
 from hefting.planning.corner_speed import corner_speeds
@@ -101,7 +102,8 @@ def test_names_of_any_length_stay_in_the_picture(plan, length):
     assert box.x1 <= figure.bbox.width
 
 
-def test_the_same_plan_is_drawn_with_the_same_bytes(plan):
+def test_the_same_plan_is_drawn_with_the_same_bytes(plan, monkeypatch):
+    draw_hastily(monkeypatch)
     figures = [plot_plan(plan) for _ in range(2)]
     for suffix in (".png", ".svg", ".pdf"):
         first, second = (picture_of(figure, suffix) for figure in figures)

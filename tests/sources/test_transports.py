@@ -2,12 +2,14 @@
 is malformed is counted, and a source that dies is found again."""
 
 import math
+import os
 
 import numpy as np
 import pytest
 from benchmarks.interruptions import run as interrupt
 from benchmarks.peers import ORIENTATION, RATIO, count, position_of, wrench_of
 from benchmarks.transports import ADDRESSES, run
+from forked_peers import forked_peers
 
 from hefting.sources.limits import UNREADABLE
 
@@ -22,6 +24,18 @@ def needs(name: str) -> None:
     for module in (PEERS.get(name), CLIENTS.get(name)):
         if module is not None:
             pytest.importorskip(module, reason=f"{name}:// needs {module}")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _peers():
+    """Peers that start soon, where processes can be forked."""
+    if not hasattr(os, "fork"):
+        yield
+        return
+    with forked_peers() as start, pytest.MonkeyPatch.context() as patch:
+        for module in ("transports", "interruptions"):
+            patch.setattr(f"benchmarks.{module}.start_peer", start)
+        yield
 
 
 @pytest.mark.parametrize("name", ADDRESSES)

@@ -103,7 +103,7 @@ def test_the_covariance_is_that_of_many_draws():
     """Of noise that is slow, by least squares over 200 draws: 10 % is twice the
     standard error of a standard deviation of them; the columns are drawn once."""
     rng = np.random.default_rng(4)
-    count, draws = 2048, 200
+    count, draws = 1024, 200
     x = np.cumsum(rng.standard_normal((count, 7, 10)), axis=0) / 30.0
     values = np.zeros((count, 7, len(OWN) + 11))
     values[..., 0], values[..., -11:-1] = 1.0, x
