@@ -21,19 +21,23 @@ import numpy as np
 
 from benchmarks.long_recording import written
 from benchmarks.parties import HERE, NOW, MissingError, Party, Took, before, naive
+from benchmarks.process_inputs import (
+    HEAVY,
+    LIGHT,
+    MASSES,
+    Shaped,
+    box_recordings,
+)
 from benchmarks.report import Row, Section, saved, show
 from benchmarks.timing import Timing
 
-PANDA_GRAVITY, GRAVITY = "0,0,-9.81", "0,0,-9.80665"
+PANDA_GRAVITY = "0,0,-9.81"
 PANDA_BOX = "box:-0.15,0.15,-0.15,0.15,-0.05,0.3"
 DEMO_POSE = "0,-0.08,0.06,-0.7071068,0,0,0.7071068"
 ROUNDS, ROWS, SAMPLES = 5, 1_000_000, 1000
 QUICK_ROWS, QUICK_SAMPLES = 20_000, 100
 MOST_MEMORY = 450.0
 """Of a million rows [MiB]."""
-LIGHT, HEAVY = "60 g", "1 kg"
-MASSES = {LIGHT: 0.06, HEAVY: 1.0}
-"""Objects of the same shape, moved alike [kg]."""
 
 
 def main() -> None:
@@ -137,9 +141,7 @@ class Processes:
                 yield title, partial(self._panda, title, data / f"{run}.csv", run)
             if not self.quick:
                 title = "identify, Panda run1, box"
-                panda = _Shaped(
-                    str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY
-                )
+                panda = Shaped(str(data / "run1.csv"), PANDA_BOX, gravity=PANDA_GRAVITY)
                 yield title, partial(self._shaped, title, panda, 0.2, 0.06)
         else:
             print(
@@ -200,13 +202,13 @@ class Processes:
             # the command's files, without its pictures
             code = "import sys; from hefting.simulation.demo import run; run(sys.argv[1], False)"
             NOW.run("-c", code, str(demo))
-        shaped = _Shaped(
+        shaped = Shaped(
             str(demo / "log.csv"), str(demo / "hammer.stl"), "mm", DEMO_POSE
         )
         return self._shaped(title, shaped, 0.35, 0.06)
 
     def _shaped(
-        self, title: str, shaped: "_Shaped", at_most: float, second_at_most: float
+        self, title: str, shaped: Shaped, at_most: float, second_at_most: float
     ) -> Section:
         works = self._works("identify", *shaped.command) | self._works(
             "a second", *shaped.twice, prints=True
@@ -238,10 +240,10 @@ class Processes:
 
     def _light(self, title: str) -> Section:
         works: dict[str, Work] = {}
-        box = _box_recordings(self.folder)
+        box = box_recordings(self.folder)
         for mass in MASSES:
             works |= self._works(
-                mass, *_Shaped(str(self.folder / f"{mass}.csv"), box).command
+                mass, *Shaped(str(self.folder / f"{mass}.csv"), box).command
             )
         ratios = [
             Ratio(
@@ -314,57 +316,6 @@ class Processes:
                 )
             )
         return Section(title, (*section.rows, *more))
-
-
-@dataclass(frozen=True)
-class _Shaped:
-    """A recording and the shape of its object, as the command takes them."""
-
-    log: str
-    shape: str
-    unit: str = "-"
-    pose: str = "-"
-    gravity: str = GRAVITY
-
-    @property
-    def command(self) -> tuple[str, ...]:
-        more = (
-            ("--unit", self.unit),
-            ("--object-pose", self.pose),
-            ("--gravity", self.gravity),
-        )
-        given = (word for pair in more if pair[1] != "-" for word in pair)
-        return ("-m", "hefting", "identify", self.log, "--shape", self.shape, *given)
-
-    @property
-    def twice(self) -> tuple[str, ...]:
-        return (
-            str(HERE / "second.py"),
-            self.log,
-            self.shape,
-            self.unit,
-            self.pose,
-            self.gravity,
-        )
-
-
-def _box_recordings(folder: Path) -> str:
-    """Write the logs of a light and a heavy box, and say where the box is."""
-    from hefting.core.inertia import InertialParameters
-    from hefting.core.measurements import NOISE_LEVELS
-    from hefting.logs import write_log
-    from hefting.simulation import UR5, random_smooth, simulate
-
-    motion = UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=5))
-    square = np.square((0.1, 0.06, 0.12))
-    for name, mass in MASSES.items():
-        inertia = np.diag(mass / 12.0 * (square.sum() - square))
-        body = InertialParameters.from_com(mass, (0.0, 0.01, 0.08), inertia)
-        write_log(
-            simulate(motion, body, noise=NOISE_LEVELS["moderate"], seed=6),
-            folder / f"{name}.csv",
-        )
-    return "box:-0.05,0.05,-0.02,0.04,0.02,0.14"
 
 
 def _printed(party: Party, *arguments: str) -> float:

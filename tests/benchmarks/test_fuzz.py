@@ -15,11 +15,11 @@ from benchmarks.fuzzing.workers import Fuzzer, run_case
 
 from hefting.planning.search import EFFORTS, Effort
 
-COUNT = 12
+COUNT = 8
 """Files of each reader."""
 FEW = 3
 """Files of those that take seconds."""
-COUNTS = {"mapped": 3, "toml": 8}
+COUNTS = {"mapped": 3}
 """Files of those that take tenths of a second, as all of them can be identified."""
 
 
