@@ -47,6 +47,15 @@ TENSOR_ROWS = np.array([0, 0, 0, 1, 1, 2])
 TENSOR_COLUMNS = np.array([0, 1, 2, 1, 2, 2])
 """Row and column of each of the six tensor entries xx, xy, xz, yy, yz, zz."""
 
+STEINER: Array = np.array(
+    [
+        (a == b) * np.eye(3) - 0.5 * (np.outer(e_a, e_b) + np.outer(e_b, e_a))
+        for a, b in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)
+        for e_a, e_b in [np.eye(3)[[a, b]]]
+    ]
+)
+"""(6, 3, 3): h' STEINER[s] h is entry s of the tensor |h|² I - h h'."""
+
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Order of a wrench's components [N (3), N m (3)]."""
 

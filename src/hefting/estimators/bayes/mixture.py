@@ -11,7 +11,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array, frozen, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import STEINER, Array, frozen, vector_to_tensor
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
@@ -154,7 +154,7 @@ class Mixture:
         c = h / m
         means, J = np.empty((len(phi), 16)), np.zeros((len(phi), 16, 10))
         means[:, 0], means[:, 1:4], means[:, 4:10] = phi[:, 0], c, phi[:, 4:]
-        moment = h @ _STEINER  # (6, j, 3): the tensor |h|² I - h h' is h . moment
+        moment = h @ STEINER  # (6, j, 3): the tensor |h|² I - h h' is h . moment
         square = (moment * h).sum(axis=2).T
         means[:, 10:] = phi[:, 4:] - square / m
         J[:, 0, 0] = 1.0
@@ -231,20 +231,6 @@ def _cholesky(M: Array) -> Array:
 def _standard_normal_draws(number: int) -> Array:
     """(number, 10)"""
     return np.random.default_rng(0).standard_normal((number, 10))
-
-
-def _steiner() -> Array:
-    e = np.eye(3)
-    tensors = np.eye(3)[:, :, None, None] * np.eye(3) - 0.5 * (
-        np.einsum("ik,jl->ijkl", e, e) + np.einsum("il,jk->ijkl", e, e)
-    )
-    return np.ascontiguousarray(
-        np.moveaxis(tensor_to_vector(tensors.transpose(2, 3, 0, 1)), -1, 0)
-    )
-
-
-_STEINER = _steiner()
-"""(6, 3, 3): h'_STEINER[s] h is entry s of |h|² I - h h'."""
 
 
 def _normal_cdf(t: Array, bell: Array) -> Array:

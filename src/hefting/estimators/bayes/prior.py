@@ -10,12 +10,12 @@ Gaussians.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array, tensor_to_vector
+from hefting.core.spatial import STEINER, Array
 from hefting.estimators.bayes import bounds
 from hefting.estimators.bayes.densities import (
     MEMBERS,
@@ -205,19 +205,24 @@ class Prior:
         )
         return Placed(prior, move, scores, effects)
 
+    @cached_property
+    def _to_and_from_com(self) -> tuple[Array, Array]:
+        """(10, 6) what inertia about the homogeneous COM adds to the parameters, and (3,
+        10) the first moment about it."""
+        away = affine(np.eye(3), self.mean[1:4])
+        back = affine(np.eye(3), -self.mean[1:4])
+        return away[:, 4:], back[1:4]
+
     def _bent(self, com: Array | None) -> tuple[Array, Array]:
         """`mean` and `spread` where the second moment grows with the square of the
         COM's way from the homogeneous one, linear about `com` (3,) [m]."""
         if com is None:
             return self.mean, self.spread
         c = com - self.mean[1:4]
-        square = float(c @ c) * np.eye(3) - np.outer(c, c)
-        slopes = np.zeros((10, 10))
-        slopes[4:, 1:4] = parallel_axis_slopes(c)
-        away = affine(np.eye(3), self.mean[1:4])
-        back = affine(np.eye(3), -self.mean[1:4])
+        slopes = parallel_axis_slopes(c)
         mean = self.mean.copy()
-        mean[4:] -= self.growth * tensor_to_vector(square)
+        mean[4:] -= self.growth * 0.5 * (slopes @ c)
+        away, back = self._to_and_from_com
         spread = self.spread + self.growth * (away @ slopes @ back) @ self.spread
         own = mean if self.offsets is None else mean + self.offsets
         spread[:, :, 0] = MASS_STD * own
@@ -277,11 +282,7 @@ def _most_likely(prior: Prior, effects: Array, weights: Array, means: Array) -> 
 
 def parallel_axis_slopes(c: Array) -> Array:
     """(6, 3) derivative of |c|² 1 - c c', as xx, xy, xz, yy, yz, zz, by c (3,)."""
-    slopes = np.empty((6, 3))
-    for k, unit in enumerate(np.eye(3)):
-        both = np.outer(c, unit)
-        slopes[:, k] = tensor_to_vector(2.0 * c[k] * np.eye(3) - both - both.T)
-    return slopes
+    return 2.0 * STEINER @ c
 
 
 def vector_second(vector: Array) -> Array:
