@@ -12,6 +12,8 @@ SMOOTHING = "hefting.motion.smoothing", "fit_poses"
 """What `hefting.motion.smooth_poses` calls of poses."""
 CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""
+INGESTING = "hefting.ingest.several", "ingest"
+"""What `hefting.identify` calls of a recording."""
 SAMPLING = "hefting.shapes.shape", "sample"
 """What `hefting.shapes.Shape` calls of a solid."""
 

@@ -7,7 +7,13 @@ from importlib import import_module
 import pytest
 
 from browser import chromium
-from computed_once import CONDITIONING, SAMPLING, SMOOTHING, computed_once
+from computed_once import (
+    CONDITIONING,
+    INGESTING,
+    SAMPLING,
+    SMOOTHING,
+    computed_once,
+)
 from hefting.cli import main
 
 LONG = (
@@ -89,6 +95,13 @@ def nothing_looked_for(monkeypatch):
     ingest = import_module("hefting.ingest.ingest")
     monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
     monkeypatch.setattr(ingest, "doubt_of", lambda case: None)
+
+
+@pytest.fixture(scope="module")
+def same_commands():
+    """A recording that commands of a file identify is understood once."""
+    with computed_once(SMOOTHING, INGESTING):
+        yield
 
 
 @pytest.fixture

@@ -197,13 +197,13 @@ def test_memory_does_not_grow(quick_run):
 
 
 def test_a_long_recording_takes_bounded_memory(quick_run):
-    """20,000 rows take 300 MiB, 50,000 take 490, a million 870: what is worked on does
-    not grow beyond 50,000 samples."""
+    """20,000 rows take 130 MiB, 50,000 take 155, and the process alone some 100; room
+    for other libraries."""
     _, report = quick_run
     found = {
         row["what"]: row["figure"] for row in rows(report, "poses and wrench as CSV")
     }
-    assert found["peak memory"] < 400.0
+    assert found["peak memory"] < 200.0
     assert found["error of the mass"] < 0.1  # ten times its standard deviation
 
 

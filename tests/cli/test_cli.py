@@ -17,6 +17,8 @@ from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 POSE = np.array([[1.0, 0, 0, 0], [0, 0, 1, -0.08], [0, -1, 0, 0.06], [0, 0, 0, 1]])
 POSE_TEXT = "0,-0.08,0.06,-0.7071067811865476,0,0,0.7071067811865476"
 JSON_KEYS = {

@@ -13,6 +13,8 @@ from hasty_pictures import draw_hastily
 from jobs_here import understand_here
 from plans import search_briefly
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 FOLDER = Path(__file__).parents[2] / "docs"
 ELSEWHERE = {"batch", "extending", "tutorial"}
 """Pages with tests of their own that run their commands."""
