@@ -145,10 +145,13 @@ class Pipeline:
             self._obstacle = found.obstacle
             return
         self._obstacle, self._new_clock = None, False
-        self._known.append(found)
         if found.changed is not None:
+            # the last estimate may be of samples of both objects
+            before = [each for each in self._known if each.end <= found.changed]
+            self._estimate = before[-1].estimate if before else self._estimate
             self._begin_object(found.changed)
             return
+        self._known.append(found)
         follows = found.found is not None and found.found.source in FOLLOWED
         if follows and self._follower is None and found.pose_filter is not None:
             self._follower = Follower.of(found.pose_filter)
