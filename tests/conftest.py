@@ -89,9 +89,9 @@ def same_shapes():
 
 @pytest.fixture
 def nothing_looked_for(monkeypatch):
-    """Neither changes of the object nor mistakes are looked for in a recording, which
-    alter no number of one that has none (`ingest/test_changes.py`): for statistics of
-    many such recordings."""
+    """Neither changes of the object nor mistakes are looked for: for statistics of many
+    recordings that have none. The search for changes alters no other number
+    (`ingest/test_changes.py`); a mistake that is named widens intervals."""
     ingest = import_module("hefting.ingest.ingest")
     monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
     monkeypatch.setattr(ingest, "doubt_of", lambda case: None)

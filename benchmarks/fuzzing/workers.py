@@ -171,6 +171,8 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
     """Read the files of some jobs, in a process of its own."""
     import pickle
 
+    from benchmarks.memory import peak
+
     folder, run = fuzzer.folder, fuzzer.run or run_case
     seeds = pickle.loads((folder / "seeds.pickle").read_bytes())
     if run is run_case:
@@ -185,8 +187,7 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
         outcome = run(name, seeds[name], fuzzer.seed, index, folder, place)
         if os.fstat(2).st_size > said and not outcome[1]:  # by a library in C
             outcome = (outcome[0], "more on standard error", "")
-        peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        connection.send((*outcome, time.monotonic() - began, peak))
+        connection.send((*outcome, time.monotonic() - began, peak()))
     connection.close()
 
 

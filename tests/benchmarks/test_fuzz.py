@@ -23,9 +23,9 @@ COUNTS = {"mapped": 3}
 """Files of those that take tenths of a second, as all of them can be identified."""
 
 
-@pytest.fixture(autouse=True)
-def short_searches(monkeypatch):
-    """A plan is searched in 20 steps of 240: what is read shows in the first."""
+@pytest.fixture
+def _short_searches(monkeypatch):
+    """A plan is searched in 20 steps, not 240: files are read before the first."""
     monkeypatch.setitem(EFFORTS, "quick", Effort(10, 1, 2, 10, 0))
 
 
@@ -67,6 +67,7 @@ def test_files_that_failed_once_do_not(name, seed, index, folder, seeds, tmp_pat
     assert status in (0, 1, 2, 3)
 
 
+@pytest.mark.usefixtures("_short_searches")
 @pytest.mark.parametrize("name", READERS)
 def test_mutated_files_are_read_or_refused_in_one_line(name, folder, seeds, tmp_path):
     place = tmp_path / "place"
@@ -92,6 +93,7 @@ def first_of(name, number, files):
 WHOLE = [name for name in READERS if name not in ("options", "toml")]
 
 
+@pytest.mark.usefixtures("_short_searches")
 @pytest.mark.parametrize("name", WHOLE)
 def test_whole_files_are_read(name, folder, seeds, tmp_path):
     """Else mutated ones would say nothing: they are refused before anything is read. A

@@ -173,10 +173,8 @@ def test_an_estimate_is_inside_its_own_intervals(kind, known):
         estimator = Bayes(shape, noise=NOISE_LEVELS["moderate"])
         for count in (40, 600):
             state = estimator.update(estimator.start(), z[:count])
-            posterior = estimator.posterior(state)
-            low, high = ends(posterior.mixture.intervals())
-            estimate, _ = estimator._summary(state, posterior, None)
-            found = sixteen(estimate.parameters)[:10]
+            low, high = ends(estimator.posterior(state).mixture.intervals())
+            found = sixteen(estimator.estimate(state).parameters)[:10]
             assert ((low <= found) & (found <= high)).all(), (seed, count)
 
 

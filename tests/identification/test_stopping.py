@@ -160,22 +160,22 @@ def test_when_it_looks(kind):
 
 
 def test_what_was_asked_for_holds():
-    """In 12 streams of which none is like another, for each of the three.
+    """In 20 streams of which none is like another, for each of the three.
 
-    With 95 % for each stream, fewer than 9 of 12 are a matter of 0.2 %; stopping when
+    With 95 % for each stream, fewer than 16 of 20 are a matter of 0.3 %; stopping when
     the claim is at its most optimistic costs some. Nor is it too late: the errors are
     no small part of what is allowed.
     """
     limits = np.array((0.003, 0.001, 0.3))
     bayes = Bayes(shape(), noise=NOISE, until=UNTIL)
     # in 4 s the poorest motion falls short
-    found = [first_sufficient(bayes, stream(seed, 6.0)) for seed in range(12)]
+    found = [first_sufficient(bayes, stream(seed, 6.0)) for seed in range(20)]
     assert all(estimate.sufficient for estimate, _ in found)
     assert np.ptp([used for _, used in found]) > 50
     shares = np.array([errors(estimate.parameters) for estimate, _ in found]) / limits
     held = (shares <= 1.0).sum(axis=0)
     print(held, np.median(shares, axis=0))
-    assert (held >= 9).all(), held
+    assert (held >= 16).all(), held
     assert (np.median(shares, axis=0) > 0.1).all()
 
 

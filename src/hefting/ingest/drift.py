@@ -107,6 +107,11 @@ class HatFunctions:
         """Number of functions."""
         return len(self.knots)
 
+    @property
+    def values(self) -> Array:
+        """(K, n) of all functions, those that are zero included."""
+        return self.combine(np.eye(self.n))
+
     def part(self, rows: slice) -> "HatFunctions":
         """At some of the samples, in a row."""
         start, stop, _ = rows.indices(len(self.functions))

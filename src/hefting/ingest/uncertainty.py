@@ -78,8 +78,8 @@ class Uncertainty:
         q, segments = self.layout.core, _segments(len(self.fit.weights))
         covariance = np.zeros((q, q))
         for segment in segments:
-            length = segment.stop - segment.start
-            influences = _influences(self.fit, segment, np.ones(length))
+            weights = np.sqrt(self.fit.weights[segment])
+            influences = _influences(self.fit, segment, weights)
             covariance += _weighted_gram(self.spectrum, influences)
         covariance *= _inverse_coverage(self.fit, segments)
         undetermined = np.isinf(self.naive)
@@ -240,25 +240,25 @@ class _Transforms:
             (length // 2 + 1, 6), 2.0 * float(np.sum(taper[used] ** 2)) / length
         )
         count[0] *= 0.5
-        weights = (np.sqrt(fit.weights[segment]) * taper)[:, None]
-        whitened = fit.residual[segment] * weights / np.repeat(fit.scale, 3)
-        return cls(_transform(whitened), _influences(fit, segment, taper), count)
+        weights = np.sqrt(fit.weights[segment]) * taper
+        whitened = fit.residual[segment] * weights[:, None] / np.repeat(fit.scale, 3)
+        return cls(_transform(whitened), _influences(fit, segment, weights), count)
 
 
-def _influences(fit: Fit, segment: slice, taper: Array) -> Array:
+def _influences(fit: Fit, segment: slice, weights: Array) -> Array:
     """Fourier transform (2, F, 6, q) of the influences Z (K, 6, q): change of the q
-    unknowns per unit of each whitened sample of a segment, tapered by (K,).
+    unknowns per unit of each whitened sample of a segment, which are multiplied by
+    `weights` (K,), the square roots of the samples', tapered or not.
 
     Z is linear in the known row of a sample and in its hat functions: these few are
     transformed.
     """
     model, q, n = fit.model, fit.model.layout.core, fit.hats.n
     own, bias = fit.solution.inverse[:q, :q], fit.solution.inverse[q:, :q]
-    hats = fit.hats.part(segment).combine(np.eye(n))
+    hats = fit.hats.part(segment).values
     present = hats.any(axis=0)
-    weights = (np.sqrt(fit.weights[segment]) * taper)[:, None]
     # the wrench, at the end of the known rows, is in no column
-    rows = np.hstack((model.known[segment, :-6], hats[:, present])) * weights
+    rows = np.hstack((model.known[segment, :-6], hats[:, present])) * weights[:, None]
     maps = np.concatenate(
         (model.maps(fit.phi)[:-6] @ own, bias.reshape(n, 6, q)[present])
     )

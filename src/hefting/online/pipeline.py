@@ -147,8 +147,8 @@ class Pipeline:
         self._obstacle, self._new_clock = None, False
         if found.changed is not None:
             # the last estimate may be of samples of both objects
-            before = [each for each in self._known if each.end <= found.changed]
-            self._estimate = before[-1].estimate if before else self._estimate
+            if (before := self._understood_by(found.changed)) is not None:
+                self._estimate = before.estimate
             self._begin_object(found.changed)
             return
         self._known.append(found)
@@ -180,7 +180,8 @@ class Pipeline:
 
     def _look_for_change(self) -> None:
         """See whether new samples are of the object that was understood."""
-        reference = self._reference()
+        # by which a change is judged
+        reference = self._understood_by(self.history.latest - REFERENCE_AGE)
         if reference is None or reference.expected is None:
             return
         z = self._new_samples(reference)
@@ -207,10 +208,9 @@ class Pipeline:
         said = f"{what}: object {self.object} since {since:.2f} s"
         self._messages.append(warning("new-object", said))
 
-    def _reference(self) -> Understanding | None:
-        """The understanding by which a change is judged."""
-        old = self.history.latest - REFERENCE_AGE
-        known = [each for each in self._known if each.end <= old]
+    def _understood_by(self, end: float) -> Understanding | None:
+        """The last understanding of samples no later than `end` [s]."""
+        known = [each for each in self._known if each.end <= end]
         return known[-1] if known else None
 
     def _new_samples(self, known: Understanding) -> Measurements | None:

@@ -153,8 +153,7 @@ class Case:
         if not self.biased:
             return np.zeros((len(self.time), 0))
         long = self.path.moves and np.ptp(self.time) >= SHORTEST_DRIFTING_RECORDING
-        hats = HatFunctions.over(self.time, 2 if long else 1)
-        return hats.combine(np.eye(hats.n))
+        return HatFunctions.over(self.time, 2 if long else 1).values
 
 
 def _averaged_together(time: Array) -> int:
