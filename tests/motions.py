@@ -156,3 +156,12 @@ def normalised_errors(motion, truth: Truth):
                 np.nanmean(((value - getattr(truth, name)[at]) / std[:, None]) ** 2)
             )
     return means
+
+
+def noisy(
+    seed, duration=3.0, rate=100.0, make=random_smooth, **options
+) -> tuple[Truth, np.ndarray, np.ndarray]:
+    """A motion, and positions (K, 3) and quaternions (K, 4) of it with noise."""
+    rng = np.random.default_rng(seed)
+    truth = make(np.arange(0, duration, 1 / rate), rng, **options)
+    return truth, *truth.poses(rng)

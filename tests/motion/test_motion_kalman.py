@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.errors import InputError
 from hefting.motion.fixed_lag import steady_filter
 from hefting.motion.kalman import PoseFilter
-from motions import POSITION_NOISE, ROTATION_NOISE, normalised_errors, random_smooth
+from motions import POSITION_NOISE, ROTATION_NOISE, noisy, normalised_errors
 
 LIVE = PoseFilter(
     0.01,
@@ -34,12 +34,6 @@ VARIANTS = [
     ),
     replace(LIVE, cold_start=True, lag=0.0),
 ]
-
-
-def noisy(seed, duration=4.0, rate=100.0):
-    rng = np.random.default_rng(seed)
-    truth = random_smooth(np.arange(0, duration, 1 / rate), rng)
-    return truth, *truth.poses(rng)
 
 
 def run(pose_filter, time, position, orientation, cuts=()):
@@ -104,7 +98,7 @@ def test_variances_are_believable(rate):
 def test_lag_pays():
     errors = {}
     for lag in (0.0, 0.1):
-        truth, p, q = noisy(3)
+        truth, p, q = noisy(3, 4.0)
         live = replace(LIVE, lag=lag)
         _, m = live.update(live.start(), truth.time, p, q)
         at = np.searchsorted(truth.time, m.time - 1e-9)
@@ -166,7 +160,7 @@ def test_steady_filter_solves_its_equations():
 
 
 def test_nothing_is_given_out_before_it_is_known():
-    truth, p, q = noisy(5)
+    truth, p, q = noisy(5, 4.0)
     _, m = LIVE.update(LIVE.start(), truth.time, p, q)
     # given out 0.1 s later: usable 0.12 to 0.25 s after the start
     assert 0.02 < m.time[0] <= 0.15
@@ -179,7 +173,7 @@ def test_nothing_is_given_out_before_it_is_known():
 
 
 def test_cold_start_gives_everything_and_errs():
-    truth, p, q = noisy(6)
+    truth, p, q = noisy(6, 4.0)
     cold = replace(LIVE, cold_start=True, lag=0.0)
     _, m = cold.update(cold.start(), truth.time, p, q)
     assert len(m.time) == len(truth.time)
@@ -214,7 +208,7 @@ def test_frame_sign_and_time_shift_change_nothing():
 
 
 def test_orientation_alone():
-    truth, p, q = noisy(9)
+    truth, p, q = noisy(9, 4.0)
     state, m = LIVE.update(LIVE.start(), truth.time[:200], None, q[:200])
     both = LIVE.update(LIVE.start(), truth.time[:200], p[:200], q[:200])[1]
     assert m.linear_acceleration is None
@@ -224,7 +218,7 @@ def test_orientation_alone():
 
 
 def test_state_is_a_value():
-    truth, p, q = noisy(10)
+    truth, p, q = noisy(10, 4.0)
     state, _ = LIVE.update(LIVE.start(), truth.time[:150], p[:150], q[:150])
     rest = truth.time[150:], p[150:], q[150:]
     one, other = LIVE.update(state, *rest)[1], LIVE.update(state, *rest)[1]
