@@ -6,7 +6,7 @@ import sys
 import time
 from collections import Counter
 
-from benchmarks.transports import ADDRESSES, DOMAIN, free_port, start_peer
+from benchmarks.transports import ADDRESSES, NAMES, port_for, start_peer
 from hefting.core.messages import Message
 from hefting.online.samples import Samples
 from hefting.sources.pump import Pump
@@ -40,7 +40,7 @@ class Lives:
 
 def run(name: str, lives: int, life: float = LIFE) -> tuple[Lives, Pump]:
     """Samples through a transport whose other end is killed `lives` times."""
-    port = DOMAIN if name == "dds" else free_port()
+    port = port_for(name)
     found = Lives()
     pump = Pump(source_of(ADDRESSES[name].format(port)), found.add, found.tell)
     for k in range(lives):
@@ -70,7 +70,7 @@ def main() -> None:
     """Print a table."""
     lives = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     print("transport  wrenches of each life: fewest, most  lost  back  skipped")
-    for name in sys.argv[2:] or list(ADDRESSES):
+    for name in sys.argv[2:] or NAMES:
         found, pump = run(name, lives)
         fewest, most = min(found.wrenches), max(found.wrenches)
         lost, back = (found.said[f"source-{what}"] for what in ("lost", "back"))

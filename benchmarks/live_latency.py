@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from benchmarks.peers import RATE
-from benchmarks.transports import ADDRESSES, DOMAIN, free_port, start_peer
+from benchmarks.transports import ADDRESSES, NAMES, port_for, start_peer
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.online import LiveIdentifier
@@ -55,7 +55,7 @@ class Wielded:
 
 def delays(name: str, seconds: float) -> list[float]:
     """[s] From the newest sample of each estimate to when that is told."""
-    port = DOMAIN if name == "dds" else free_port()
+    port = port_for(name)
     wielded, found, newest = Wielded(seconds), list[float](), 0.0
     peer = start_peer(name, port, seconds)
     gc.collect()
@@ -86,7 +86,7 @@ def main() -> None:
     """Print a table."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
     print("transport  estimates  median  90 %  99 %  most [ms]")
-    for name in sys.argv[2:] or list(ADDRESSES):
+    for name in sys.argv[2:] or NAMES:
         found = delays(name, seconds)
         if not found:
             raise SystemExit(f"{name}: there was no estimate: send for longer")

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.fast_dds import FastDds
 from hefting.logs.ros.serialising import Messages, serialise
 
 RATE, RATIO = 500, 5
@@ -212,7 +213,7 @@ def dds(port: int, seconds: float, bad: int) -> None:
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
 
-    from hefting.sources.dds_types import _struct_for as struct_for
+    from hefting.sources.dds_types import struct_for
 
     participant = DomainParticipant(port)
     qos = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll)
@@ -236,6 +237,21 @@ def dds(port: int, seconds: float, bad: int) -> None:
     time.sleep(1.0)
 
 
+def fast_dds(port: int, seconds: float, bad: int) -> None:
+    """The same by Fast DDS; what is malformed is cut short, but has the first bytes of a
+    message, by which middleware tells what comes."""
+    peer = FastDds(port, {"/wrench": WRENCH, "/pose": POSE})
+    print("ready", flush=True)
+    peer.wait_for_readers()
+    time.sleep(0.2)
+
+    def send(topic: str, data: bytes, stamp: int) -> None:
+        peer.send(topic, bytes((0, 1, 0, 0, *range(8))) if data is GARBAGE else data)
+
+    send_ros(seconds, bad, send)
+    time.sleep(1.0)
+
+
 def rtde(port: int, seconds: float, bad: int) -> None:
     """A controller of Universal Robots."""
     from benchmarks.fake_controller import Controller
@@ -250,6 +266,7 @@ PEERS = {
     "ws": websocket,
     "zenoh": zenoh,
     "dds": dds,
+    "fastdds": fast_dds,
     "rtde": rtde,
 }
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks import fast_dds
 from benchmarks.peers import count
 from hefting.online.samples import Samples
 from hefting.sources.pump import Pump
@@ -21,9 +22,12 @@ ADDRESSES = {
     "ws": "ws://127.0.0.1:{}",
     "zenoh": "zenoh://127.0.0.1:{}/0",
     "dds": "dds://{}",
+    "fastdds": "dds://{}",
     "rtde": "rtde://127.0.0.1:{}",
 }
-"""What each transport's source is called."""
+"""What each transport's source is called; `fastdds` is ``dds`` with another sender."""
+NAMES = [name for name in ADDRESSES if name != "fastdds" or fast_dds.is_installed()]
+"""Of those whose sender is here."""
 
 DOMAIN = 50 + os.getpid() % 150
 """Of DDS; another one for each run."""
@@ -74,6 +78,11 @@ def free_port() -> int:
         return server.getsockname()[1]
 
 
+def port_for(name: str) -> int:
+    """A free port, or the domain."""
+    return DOMAIN if ADDRESSES[name].startswith("dds") else free_port()
+
+
 def start_peer(name: str, port: int, seconds: float, bad: int = 0) -> subprocess.Popen:
     """A peer that is ready."""
     words = (name, str(port), str(seconds), str(bad))
@@ -91,7 +100,7 @@ def start_peer(name: str, port: int, seconds: float, bad: int = 0) -> subprocess
 
 def run(name: str, seconds: float, bad: int = 0) -> tuple[Received, Counter[str]]:
     """What comes through a transport, and what was skipped."""
-    port = DOMAIN if name == "dds" else free_port()
+    port = port_for(name)
     peer = start_peer(name, port, seconds, bad)
     received = Received()
     source = source_of(ADDRESSES[name].format(port))
@@ -116,7 +125,7 @@ def run(name: str, seconds: float, bad: int = 0) -> tuple[Received, Counter[str]
 def main() -> None:
     """Print a table."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
-    names = sys.argv[2:] or list(ADDRESSES)
+    names = sys.argv[2:] or NAMES
     print("transport  wrenches  lost  poses  lost  median  99 %  most [ms]  processor")
     for name in names:
         begin = time.process_time()

@@ -10,14 +10,16 @@ from collections.abc import Callable, Iterator
 
 SERVER = """
 import contextlib, os, sys
-from benchmarks import fake_controller, peers
+from benchmarks import fake_controller, fast_dds, peers
 
 ros = peers.Ros()
 ros.wrench(0, 0), ros.pose(0, 0)
 with contextlib.suppress(ImportError):  # without cyclonedds
-    from hefting.sources.dds_types import _struct_for
+    from hefting.sources.dds_types import struct_for
 
-    _struct_for(peers.WRENCH), _struct_for(peers.POSE)
+    struct_for(peers.WRENCH), struct_for(peers.POSE)
+if fast_dds.is_installed():
+    fast_dds.library()
 while line := sys.stdin.readline():
     process = os.fork()
     if not process:

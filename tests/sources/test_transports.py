@@ -6,8 +6,17 @@ import os
 
 import numpy as np
 import pytest
+from benchmarks.fast_dds import is_installed
 from benchmarks.interruptions import run as interrupt
-from benchmarks.peers import ORIENTATION, RATIO, count, position_of, wrench_of
+from benchmarks.peers import (
+    ORIENTATION,
+    POSE,
+    RATIO,
+    WRENCH,
+    count,
+    position_of,
+    wrench_of,
+)
 from benchmarks.transports import ADDRESSES, run
 from forked_peers import forked_peers
 
@@ -15,8 +24,9 @@ from hefting.sources.limits import UNREADABLE
 
 SECONDS = 0.4
 MALFORMED = 40
-PEERS = {"ws": "foxglove", "zenoh": "zenoh", "dds": "cyclonedds"}
-CLIENTS = {"ws": "websockets"}
+PEERS = {"ws": "foxglove", "zenoh": "zenoh"}
+CLIENTS = {"ws": "websockets", "dds": "cyclonedds", "fastdds": "cyclonedds"}
+DDS = ("dds", "fastdds")
 
 
 def needs(name: str) -> None:
@@ -24,6 +34,8 @@ def needs(name: str) -> None:
     for module in (PEERS.get(name), CLIENTS.get(name)):
         if module is not None:
             pytest.importorskip(module, reason=f"{name}:// needs {module}")
+    if name == "fastdds" and not is_installed():
+        pytest.skip("Fast DDS is not installed")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -57,9 +69,9 @@ def test_nothing_is_lost(name):
     orientation = np.concatenate(received.values["orientation"])
     assert np.array_equal(orientation, np.tile(ORIENTATION, (poses, 1)))
     # DDS hands out only what has the topic's type
-    bad = 0 if name == "dds" else math.ceil(wrenches / MALFORMED)
+    bad = 0 if name in DDS else math.ceil(wrenches / MALFORMED)
     assert sum(skipped.values()) == bad
-    if name not in ("dds", "tcp"):
+    if name not in (*DDS, "tcp"):
         assert list(skipped) == [UNREADABLE]
 
 
@@ -71,6 +83,18 @@ def test_a_source_that_dies_is_found_again(name):
     assert pump.error is None
     assert min(found.wrenches) > 0
     # DDS has no connection that could be lost
-    lost = 0 if name == "dds" else 1
+    lost = 0 if name in DDS else 1
     assert found.said["source-back"] == lost
     assert found.said["source-lost"] in (lost, 2 * lost)
+
+
+@pytest.mark.parametrize("kind", [WRENCH, POSE, "tf2_msgs/msg/TFMessage"])
+def test_dds_types_have_the_names_that_ros_gives_them(kind):
+    # publishers of ROS tell nothing else of a type, so that no other name is matched
+    pytest.importorskip("cyclonedds")
+    from hefting.sources.dds_types import type_for
+
+    package, name = kind.split("/msg/")
+    named = f"{package}::msg::dds_::{name}_"
+    assert type_for(kind).__idl_typename__ == named
+    assert type_for(kind).__idl__.idl_transformed_typename == named

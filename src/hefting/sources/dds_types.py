@@ -11,21 +11,18 @@ from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 @lru_cache
 def type_for(name: str) -> Any:
     """A class for ``pkg/msg/Name`` that `cyclonedds` takes as the type of a topic, and
-    whose `deserialize` gives a `RawMessage`."""
-    from cyclonedds.idl import IdlStruct
+    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond for
+    each. Publishers of ROS tell nothing of their type but its name, which is therefore
+    the same."""
+    made = _struct(name)
 
-    class Raw(_struct_for(name), IdlStruct):
-        """Not decoded by cyclonedds, which takes a millisecond for each."""
+    def deserialize(
+        cls: Any, data: bytes, has_header: bool = True, use_version_2: Any = None
+    ) -> RawMessage:
+        return RawMessage(data)
 
-        __idl__ = _struct_for(name).__idl__
-
-        @classmethod
-        def deserialize(  # pyright: ignore
-            cls, data: bytes, has_header: bool = True, use_version_2: Any = None
-        ) -> "RawMessage":
-            return RawMessage(data)
-
-    return Raw
+    made.deserialize = classmethod(deserialize)
+    return made
 
 
 class RawMessage:
@@ -38,7 +35,12 @@ class RawMessage:
 
 
 @lru_cache
-def _struct_for(name: str) -> Any:
+def struct_for(name: str) -> Any:
+    """A class for ``pkg/msg/Name`` by `cyclonedds`, which it decodes."""
+    return _struct(name)
+
+
+def _struct(name: str) -> Any:
     from cyclonedds.idl import annotations, make_idl_struct
 
     definitions = standard_definitions("cdr")
@@ -65,7 +67,7 @@ def _type_of(node: int, detail: Any) -> Any:
         plain = {"bool": bool, "byte": types.uint8, "char": types.uint8}
         return plain.get(detail[0]) or getattr(types, detail[0])
     if int(node) == 2:
-        return _struct_for(detail)
+        return struct_for(detail)
     (element, content), count = detail
     inner = _type_of(element, content)
     return types.array[inner, count] if int(node) == 3 else types.sequence[inner]
