@@ -27,6 +27,8 @@ INITIAL_DERIVATIVE_STD = 1e4
 are unknown."""
 OUTPUT_STATES = 3
 """Number of states that are returned: value, velocity, acceleration."""
+BLOCK = 64
+"""Number of samples whose states are found by one matrix product."""
 
 
 @lru_cache
@@ -60,12 +62,10 @@ class Steady(NamedTuple):
     """(n, n) Covariance of the present state."""
     surplus: float
     """S/R: ratio of innovation to residual."""
-    modes: Array
-    """(n,) Eigenvalues of the closed loop."""
-    drive: Array
-    """(n,) Gain in modal coordinates."""
-    shapes: Array
-    """(n, n) From modal to state coordinates."""
+    decay: Array
+    """(BLOCK * n, n) What is left of a state, sample after sample."""
+    response: Array
+    """(BLOCK * n, BLOCK) What the samples of a block make of the states at each."""
     gains: Array
     """(lag + 1, 3) Gain of the innovation i samples later; row 0 is zero."""
     cross: Array
@@ -90,7 +90,7 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         covariance = predicted - surplus * np.outer(gain, gain)
         predicted = transition @ covariance @ transition.T + step * noise
         predicted = 0.5 * (predicted + predicted.T)
-    modes, shapes = np.linalg.eig(transition - np.outer(gain, transition[0]))
+    decay, response = _block_matrices(transition - np.outer(gain, transition[0]), gain)
     gains = [np.zeros(OUTPUT_STATES)]
     cross = [covariance[:OUTPUT_STATES]]
     variances = [np.diag(covariance)[:OUTPUT_STATES]]
@@ -99,17 +99,29 @@ def steady_filter(n: int, step: float, lag: int) -> Steady:
         gains.append(c[:, 0] / surplus)
         cross.append(c - np.outer(c[:, 0], gain))
         variances.append(variances[-1] - surplus * gains[-1] ** 2)
-    drive = np.linalg.solve(shapes, gain.astype(complex))
     return Steady(
         covariance,
         surplus,
-        modes,
-        drive,
-        shapes,
+        decay,
+        response,
         np.array(gains),
         np.array(cross),
         np.array(variances),
     )
+
+
+def _block_matrices(loop: Array, gain: Array) -> tuple[Array, Array]:
+    """`Steady.decay` and `Steady.response` of the recursion x <- loop x + gain v, with
+    `loop` (n, n) and `gain` (n,)."""
+    n = len(gain)
+    powers = [np.eye(n)]
+    for _ in range(BLOCK):
+        powers.append(loop @ powers[-1])
+    impulse = np.array(powers[:-1]) @ gain
+    response = np.zeros((BLOCK, n, BLOCK))
+    for k in range(BLOCK):
+        response[k:, :, k] = impulse[: BLOCK - k]
+    return np.concatenate(powers[1:]), response.reshape(BLOCK * n, BLOCK)
 
 
 @dataclass(frozen=True)
@@ -211,29 +223,16 @@ class Track:
         )
 
     def _filtered_states(self, values: Array, steady: Steady) -> Array:
-        """(K, n, d) state after each of the samples (K, d), given no later sample.
-
-        In modal coordinates the closed loop is n independent first-order recursions.
-        """
-        # slow to import, and not needed for finished recordings
-        from scipy.signal import lfilter
-
-        initial = np.linalg.solve(steady.shapes, self.mean.astype(complex))
-        states = np.zeros((len(values), *self.mean.shape))
-        for mode, drive, shape, last in zip(
-            steady.modes, steady.drive, steady.shapes.T, initial, strict=True
-        ):
-            if mode.imag < 0:  # accounted for by its conjugate
-                continue
-            amplitude = lfilter(
-                [drive],
-                [1.0, -mode],
-                values.astype(complex),
-                axis=0,
-                zi=(mode * last)[None],
-            )[0]
-            multiplicity = 1.0 if mode.imag == 0 else 2.0
-            states += multiplicity * np.real(shape[:, None] * amplitude[:, None, :])
+        """(K, n, d) state after each of the samples (K, d), given no later sample."""
+        mean = self.mean
+        n, d = mean.shape
+        states = np.empty((len(values), n, d))
+        for first in range(0, len(values), BLOCK):
+            v = values[first : first + BLOCK]
+            k = len(v)
+            found = steady.decay[: k * n] @ mean + steady.response[: k * n, :k] @ v
+            states[first : first + k] = found.reshape(k, n, d)
+            mean = states[first + k - 1]
         return states
 
     def is_steady(self, steady: Steady) -> bool:
