@@ -240,11 +240,9 @@ class Track:
         equivalent to `step`."""
         if len(self.past) != len(steady.gains) - 1:
             return False
-        if not np.allclose(self.covariance, steady.covariance, rtol=1e-5, atol=1e-8):
+        if not _close(self.covariance, steady.covariance):
             return False
-        return len(self.past) == 0 or np.allclose(
-            self.cross[0], steady.cross[-2], rtol=1e-5, atol=1e-8
-        )
+        return len(self.past) == 0 or _close(self.cross[0], steady.cross[-2])
 
     def drop(self, count: int) -> "Track":
         """The state without its `count` oldest past states."""
@@ -254,6 +252,12 @@ class Track:
             cross=self.cross[count:],
             variances=self.variances[count:],
         )
+
+
+def _close(found: Array, settled: Array) -> bool:
+    """Whether covariances are settled to five digits; `numpy.allclose` takes six times
+    as long."""
+    return bool((np.abs(found - settled) <= 1e-8 + 1e-5 * np.abs(settled)).all())
 
 
 def _add_later_innovations(past: Array, innovations: Array, gains: Array) -> None:

@@ -29,8 +29,9 @@ LARGEST_STD_RATIO = 3.0
 multiple of its steady value."""
 LONGEST_GAP = 20.0
 """[1/bandwidth] After a longer gap between samples the filter is restarted."""
-SMALLEST_BLOCK = 16
-"""Smallest number of regular samples that are filtered together."""
+SMALLEST_BLOCK = 2
+"""Smallest number of regular samples that are filtered together, which is faster from
+two on."""
 LARGEST_BLOCK = 50_000
 """Largest number of regular samples that are filtered together; it bounds the
 memory."""
