@@ -17,7 +17,7 @@ import numpy as np
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array, Mask
-from hefting.estimators.bayes.mixture import Mixture, holding, shaped
+from hefting.estimators.bayes.mixture import Mixture, holding
 from hefting.estimators.bayes.passes import LARGEST_PRIOR_SCALE, SMALLEST_PRIOR_SCALE
 from hefting.estimators.bayes.weighed import with_reading
 from hefting.estimators.body_posterior import Root, posterior
@@ -109,7 +109,7 @@ def intervals_of(
                 known = alone
         ends[0] = np.where(np.isnan(ends[0]), -np.inf, ends[0])
         ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
-        return holding(shaped(ends), body), known.covariance_about(body.vector)
+        return holding(ends, body), known.covariance_about(body.vector)
 
 
 def _known(

@@ -290,7 +290,7 @@ class Bayes(Estimator):
             samples=state.samples,
             duration=state.duration,
             covariance=mixture.covariance,
-            intervals=holding(mixture.intervals(INTERVAL_LEVEL), body),
+            intervals=holding(mixture.ends(INTERVAL_LEVEL), body),
             accuracy=accuracy,
             sufficient=sufficient,
             bias=posterior.bias,

@@ -164,7 +164,8 @@ def affine(A: Array, t: Array) -> Array:
     """(10, 10) takes the parameters of a body to those of the same masses at A x + t
     instead of x."""
     X = Move(A, t).transform
-    return _parameters(X @ _PSEUDO_INERTIAS @ X.T).T
+    both = (X[:, None, :, None] * X[None, :, None, :]).reshape(16, 16)
+    return np.asarray(_TO_PARAMETERS @ both @ _TO_PSEUDO_INERTIA, dtype=float)
 
 
 def _parameters(pseudo_inertias: Array) -> Array:
@@ -175,7 +176,9 @@ def _parameters(pseudo_inertias: Array) -> Array:
     return np.column_stack((pseudo_inertias[:, 3, 3], h, tensor_to_vector(J)))
 
 
-_PSEUDO_INERTIAS = np.array(
-    [InertialParameters(unit).pseudo_inertia for unit in np.eye(10)]
+_TO_PSEUDO_INERTIA = np.column_stack(
+    [InertialParameters(unit).pseudo_inertia.ravel() for unit in np.eye(10)]
 )
-"""(10, 4, 4) those of unit parameters"""
+"""(16, 10) pseudo-inertia, row by row, of parameters"""
+_TO_PARAMETERS = _parameters(np.eye(16).reshape(16, 4, 4)).T
+"""(10, 16) the reverse, of a symmetric pseudo-inertia"""

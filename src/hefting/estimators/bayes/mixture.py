@@ -11,7 +11,13 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.lapack import lapack
-from hefting.core.spatial import STEINER, Array, frozen, vector_to_tensor
+from hefting.core.spatial import (
+    STEINER,
+    Array,
+    frozen,
+    tensor_to_vector,
+    vector_to_tensor,
+)
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
@@ -190,26 +196,40 @@ def shaped(ends: Array) -> dict[str, Array]:
     Mass and moments are not negative. Where nearly all of an interval is below zero, it
     still reaches `LEAST_ABOVE_ZERO` of its width above.
     """
+    return _by_quantity(_above_zero(ends))
+
+
+def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
+    """Intervals of the `ends` (2, 16), as `shaped`, that hold the body as well: it may
+    be a little outside where no mass distribution in the shape has the posterior's
+    mean."""
+    low, high = _above_zero(ends)
+    numbers = np.concatenate(
+        (
+            body.vector[:1],
+            body.center_of_mass,
+            body.vector[4:],
+            tensor_to_vector(body.inertia_at_com),
+        )
+    )
+    return _by_quantity(np.stack((np.fmin(low, numbers), np.fmax(high, numbers))))
+
+
+def _above_zero(ends: Array) -> Array:
+    """Ends (2, 16) of which those of mass and moments are not negative; see
+    `shaped`."""
     ends = np.array(ends)
     low, high = ends[:, NON_NEGATIVE_NUMBERS]
-    least = np.stack((np.zeros_like(low), LEAST_ABOVE_ZERO * (high - low)))
-    ends[:, NON_NEGATIVE_NUMBERS] = np.maximum((low, high), least)
-    found = {name: ends[:, part] for name, part in INTERVAL_QUANTITIES.items()}
-    found["mass"] = found["mass"][:, 0]
-    return {
-        name: frozen(v if name in ("mass", "center_of_mass") else vector_to_tensor(v))
-        for name, v in found.items()
-    }
+    ends[0, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0)
+    ends[1, NON_NEGATIVE_NUMBERS] = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
+    return ends
 
 
-def holding(intervals: dict[str, Array], body: InertialParameters) -> dict[str, Array]:
-    """Intervals that hold the body as well: it may be a little outside where no mass
-    distribution in the shape has the posterior's mean."""
-    found: dict[str, Array] = {}
-    for name, (low, high) in intervals.items():
-        value = np.asarray(getattr(body, name), dtype=float)
-        found[name] = frozen(np.stack((np.fmin(low, value), np.fmax(high, value))))
-    return found
+def _by_quantity(ends: Array) -> dict[str, Array]:
+    """Ends (2, 16) by the name of each quantity."""
+    tensors = vector_to_tensor(ends[:, 4:].reshape(2, 2, 6))
+    found = (ends[:, 0], ends[:, 1:4], tensors[:, 0], tensors[:, 1])
+    return dict(zip(INTERVAL_QUANTITIES, map(frozen, found), strict=True))
 
 
 def _cholesky(M: Array) -> Array:

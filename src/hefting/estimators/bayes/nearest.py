@@ -2,7 +2,7 @@
 or voxels, where the shape most likely is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -136,8 +136,7 @@ def _slipped(prior: Prior, scores: Array) -> tuple[Prior, Move]:
     """Cells and voxels where errors of the pose of so many standard deviations (d,) have
     them."""
     move = prior.slips.by(scores)
-    M = move.parameters
-    return replace(prior, cells=M @ prior.cells, voxels=M @ prior.voxels), move
+    return prior.placed_by(move.parameters), move
 
 
 def _nearer(prior: Prior, scores: Array, found: Array, mean: Array, C: Array) -> Array:
@@ -166,5 +165,4 @@ def _drawn_together(prior: Prior, phi: Array) -> Prior:
     if (lower >= upper).any():
         return prior
     A = np.diag((upper - lower) / (high - low))
-    M = affine(A, lower - A @ low)
-    return replace(prior, cells=M @ prior.cells, voxels=M @ prior.voxels)
+    return prior.placed_by(affine(A, lower - A @ low))

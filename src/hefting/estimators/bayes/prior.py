@@ -61,8 +61,9 @@ class Prior:
     """(10, n) parameters of 1 kg at each of the shape's points, spread over its cell"""
     shares: Array
     """(n,) of the homogeneous body's mass at each point"""
-    voxels: Array
-    """(10, n k) the same of smaller pieces: k to each point, one after the other"""
+    stated_voxels: Array
+    """(10, n k) the same of smaller pieces: k to each point, one after the other; as the
+    shape states them"""
     voxel_shares: Array
     """(n k,)"""
     distortions: Distortions
@@ -74,6 +75,8 @@ class Prior:
     `OFF_CENTRE_GROWTH`"""
     offsets: Array | None = None
     """(j, 10) of the members' means from `mean`; None where they have the same"""
+    placement: Array | None = None
+    """(10, 10) takes the voxels to where they are; None where they are as stated"""
 
     @classmethod
     def of(
@@ -200,10 +203,21 @@ class Prior:
         spread = np.zeros_like(self.spread)
         spread[:, :, 0] = MASS_STD * mean
         spread[:, 1:, 1:] = L
-        prior = replace(
-            self, mean=mean, spread=spread, cells=M @ self.cells, voxels=M @ self.voxels
-        )
+        prior = replace(self.placed_by(M), mean=mean, spread=spread)
         return Placed(prior, move, scores, effects)
+
+    def placed_by(self, M: Array) -> "Prior":
+        """With cells and voxels where the linear map M (10, 10) takes them."""
+        placement = M if self.placement is None else M @ self.placement
+        return replace(self, cells=M @ self.cells, placement=placement)
+
+    @cached_property
+    def voxels(self) -> Array:
+        """(10, n k) parameters of 1 kg in each voxel, where they are. Most estimates do
+        not need them."""
+        if self.placement is None:
+            return self.stated_voxels
+        return self.placement @ self.stated_voxels
 
     @cached_property
     def _to_and_from_com(self) -> tuple[Array, Array]:

@@ -62,20 +62,20 @@ def spectrum(
         seems constant.
     """
     J = len(energies)
-    log_table, table, log_prior = _family(
+    table, inverse, log_table, log_prior = _family(
         J, max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0), free_bias
     )
     d = np.minimum(degrees, MOST_LIKELIHOOD_DEGREES)
     some = d > 0.0
     E = np.where(some, energies * d / np.where(some, degrees, 1.0), 0.0)
     total = float(d.sum())
-    scale = ((1.0 / table[:, :J]) @ E + SCALE_DEGREES) / (total + SCALE_DEGREES)
+    scale = (E @ inverse[:J] + SCALE_DEGREES) / (total + SCALE_DEGREES)
     log = log_prior - 0.5 * (
-        log_table[:, :J] @ d + (total + SCALE_DEGREES) * np.log(scale)
+        d @ log_table[:J] + (total + SCALE_DEGREES) * np.log(scale)
     )
     weights = np.exp(log - log.max())
     weights *= scale / weights.sum()
-    variances, white = weights @ table, float(weights.sum())
+    variances, white = table @ weights, float(weights.sum())
     variances[:J] = (energies + PRIOR_DEGREES * variances[:J]) / (
         degrees + PRIOR_DEGREES
     )
@@ -83,11 +83,13 @@ def spectrum(
 
 
 @lru_cache(maxsize=64)
-def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, Array]:
-    """Log variances and variances (n, levels + 1) of the family's spectra, and their
-    log prior probabilities (n,).
+def _family(
+    levels: int, longest: int, free_bias: bool
+) -> tuple[Array, Array, Array, Array]:
+    """Variances (levels + 1, n) of the family's spectra, their inverses and logarithms,
+    and the log prior probabilities (n,).
 
-    Processes last 1, 2, .. 2^longest samples. The last column is that of a level beyond
+    Processes last 1, 2, .. 2^longest samples. The last row is that of a level beyond
     all others or, without a free bias, of sums over 2^levels samples.
     """
     times = 2.0 ** np.arange(longest + 1)
@@ -118,8 +120,8 @@ def _family(levels: int, longest: int, free_bias: bool) -> tuple[Array, Array, A
                 (1.0 - PROBABILITY_WHITE - PROBABILITY_ONE_PROCESS) / len(both),
             )
         )
-    table = np.concatenate(parts)
-    return np.log(table), table, np.log(np.concatenate(prior))
+    table = np.ascontiguousarray(np.concatenate(parts).T)
+    return table, 1.0 / table, np.log(table), np.log(np.concatenate(prior))
 
 
 def first_order(rho: float, levels: int) -> Array:
