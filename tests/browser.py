@@ -36,8 +36,19 @@ other is."""
 COARSE = "?fixedDpr=0.25"
 """Lets viser draw a quarter of the pixels each way: a processor is as many times
 faster."""
+LONGEST = 60_000
+"""[ms] A busy processor draws what a graphics card draws at once."""
 OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1")
 """How addresses begin that stay on the machine."""
+
+
+def lit_plainly(server: Any) -> Any:
+    """A server of viser whose scene has no picture of surroundings, from which a
+    processor takes many seconds to find the light. The picture comes with the scene,
+    and the same script reads it in all pages: the player of `viewer/test_pages.py` has
+    it."""
+    server.scene.configure_environment_map(hdri=None)
+    return server
 
 
 @dataclass
@@ -85,6 +96,7 @@ def browsing(
         offline=offline,
         has_touch=size == PHONE,
     )
+    context.set_default_timeout(LONGEST)
     visit = Visit(context.new_page())
 
     def on_console(message: Any) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree
@@ -61,13 +62,14 @@ def random_robot(rng: np.random.Generator, kinds: list[str]) -> str:
     return "\n".join([*text, "</robot>\n"])
 
 
-def published_robots() -> list[Path]:
+@cache
+def published_robots() -> tuple[Path, ...]:
     """The URDFs of `example-robot-data`; none where it is not installed."""
     try:
         files = metadata.files("example-robot-data") or []
     except metadata.PackageNotFoundError:
-        return []
-    return sorted(Path(str(f.locate())) for f in files if f.suffix == ".urdf")
+        return ()
+    return tuple(sorted(Path(str(f.locate())) for f in files if f.suffix == ".urdf"))
 
 
 def parsed(text: bytes) -> Iterator[tuple[str, ElementTree.Element]]:

@@ -84,8 +84,10 @@ class Environment:
         )
 
 
+@cache
 def entries(name: str) -> set[Path]:
-    """The files and folders of a distribution at the top of where packages are."""
+    """The files and folders of a distribution at the top of where packages are, which
+    thousands of lines of its record tell."""
     own = distribution(name)
     place = Path(str(own.locate_file("")))
     tops = {file.parts[0] for file in own.files or ()} - {"..", "__pycache__"}

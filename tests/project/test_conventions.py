@@ -71,10 +71,10 @@ def part(path: Path) -> str:
     return "" if name == "__init__" else name
 
 
-FILES_OF = {
-    name: [path for path in FILES if part(path) == name] for name in {*map(part, FILES)}
-}
+FILES_OF: dict[str, list[Path]] = {}
 """The files of each part."""
+for file in FILES:
+    FILES_OF.setdefault(part(file), []).append(file)
 
 
 @cache

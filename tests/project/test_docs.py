@@ -14,6 +14,8 @@ from hefting.simulation import demo
 from jobs_here import understand_here
 from plans import search_briefly
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 FOLDER = Path(__file__).parents[2] / "docs"
 DOCS = sorted(
     path for part in (".", "howto", "concepts") for path in FOLDER.glob(f"{part}/*.md")

@@ -13,6 +13,8 @@ from hefting.simulation import demo
 from jobs_here import do_jobs_here, understand_here
 from plans import search_briefly
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 LONGEST_SIGNATURE = 1200
 """Characters: NumPy's ArrayLike spelled out in each of its arguments makes 6,000 of
 `hefting.identify`."""

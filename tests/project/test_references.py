@@ -5,8 +5,6 @@ import importlib
 import re
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[2]
 FILES = sorted(
     [
@@ -47,10 +45,16 @@ def resolves(dotted: str) -> bool:
     return False
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_references_lead_somewhere(path):
-    names = set(REFERENCE.findall(path.read_text()))
-    assert not {name for name in names if not resolves(name)}
+def test_references_lead_somewhere():
+    named = {
+        (str(path.relative_to(ROOT)), name)
+        for path in FILES
+        for name in REFERENCE.findall(path.read_text())
+    }
+    led = {name: resolves(name) for name in {name for _, name in named}}
+    wrong = sorted((path, name) for path, name in named if not led[name])
+    assert len(FILES) > 700
+    assert wrong == []
 
 
 def test_a_wrong_reference_is_seen():

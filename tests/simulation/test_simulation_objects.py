@@ -27,11 +27,13 @@ STEP = 0.5e-3
 
 def disc(x, y, center, radius):
     """Share of each pixel that a circle covers, as if its rim were straight there."""
-    return np.clip(
-        (radius - np.hypot(x - 1e-3 * center[0], y - 1e-3 * center[1])) / STEP + 0.5,
-        0.0,
-        1.0,
+    dx, dy = x - 1e-3 * center[0], y - 1e-3 * center[1]
+    near = np.flatnonzero((np.abs(dx) < radius + STEP) & (np.abs(dy) < radius + STEP))
+    share = np.zeros(len(x))
+    share[near] = np.clip(
+        (radius - np.hypot(dx[near], dy[near])) / STEP + 0.5, 0.0, 1.0
     )
+    return share
 
 
 def density_at(name, p, pockets):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browser import COARSE, DESKTOP, PHONE, browsing, needs_browser
+from browser import COARSE, DESKTOP, PHONE, browsing, lit_plainly, needs_browser
 from hefting.core.regressor import predict_wrench
 from hefting.robots import Arm
 from hefting.scene import headline_of
@@ -48,6 +48,7 @@ def viewer(tmp_path_factory):
 def visit(viewer, browser):
     """The page of the viewer in one window, which the tests share: to draw a scene for
     the first time takes a processor seconds."""
+    lit_plainly(viewer.server)
     with browsing(browser) as visit:
         page = visit.page
         page.goto(f"{address_of(viewer.server)}/{COARSE}")
@@ -105,6 +106,31 @@ def curves_of(page):
     """Of each plot, what is drawn, (rows, samples)."""
     plots = page.evaluate(CURVES)
     return [np.array([list(row) for row in plot], dtype=float) for plot in plots]
+
+
+def test_the_player_plays_from_disk_without_a_network(viewer, browser, tmp_path):
+    """On a phone whose scheme is dark, then on a screen, in one window. First, while the
+    scene is lit by the surroundings that viser shows unless it is told otherwise."""
+    show_end(viewer)
+    file = tmp_path / "player.html"
+    file.write_text(player_of(viewer, f"log.csv {HOSTILE}"))
+    assert file.stat().st_size < 5_000_000
+    with browsing(browser, PHONE, "dark", offline=True) as visit:
+        page = visit.page
+        page.goto(file.as_uri() + COARSE)
+        page.get_by_text("verdict:").wait_for(timeout=DRAWN)
+        for number in headline_of(viewer.answer.estimate).numbers:
+            page.get_by_text(number).wait_for(timeout=DRAWN)
+        assert page.title() == f"log.csv {HOSTILE}"
+        assert not page.locator("img[src=x]").count()
+        page.wait_for_function(f"{GROUND} === 'dark'")
+        keep(page, f"player-{PHONE[0]}-dark", tmp_path)
+        first = page.screenshot(clip=SCENE)
+        wait_until(lambda: page.screenshot(clip=SCENE) != first, page)  # it plays
+        page.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
+        keep(page, f"player-{DESKTOP[0]}-dark", tmp_path)
+    assert visit.problems == []
+    assert visit.foreign == []
 
 
 def test_the_viewer_shows_the_answer_and_asks_for_nothing(viewer, visit, tmp_path):
@@ -166,29 +192,5 @@ def test_the_page_follows_the_controls(viewer, visit):
         np.testing.assert_allclose(drawn[0], viewer.playback.times, atol=1e-12)
         np.testing.assert_allclose(drawn[1:4].T, z.wrench[:, part], atol=1e-12)
         np.testing.assert_allclose(drawn[4:7].T, predicted[:, part], atol=1e-9)
-    assert visit.problems == []
-    assert visit.foreign == []
-
-
-def test_the_player_plays_from_disk_without_a_network(viewer, browser, tmp_path):
-    """On a phone whose scheme is dark, then on a screen, in one window."""
-    show_end(viewer)
-    file = tmp_path / "player.html"
-    file.write_text(player_of(viewer, f"log.csv {HOSTILE}"))
-    assert file.stat().st_size < 5_000_000
-    with browsing(browser, PHONE, "dark", offline=True) as visit:
-        page = visit.page
-        page.goto(file.as_uri() + COARSE)
-        page.get_by_text("verdict:").wait_for(timeout=DRAWN)
-        for number in headline_of(viewer.answer.estimate).numbers:
-            page.get_by_text(number).wait_for(timeout=DRAWN)
-        assert page.title() == f"log.csv {HOSTILE}"
-        assert not page.locator("img[src=x]").count()
-        page.wait_for_function(f"{GROUND} === 'dark'")
-        keep(page, f"player-{PHONE[0]}-dark", tmp_path)
-        first = page.screenshot(clip=SCENE)
-        wait_until(lambda: page.screenshot(clip=SCENE) != first, page)  # it plays
-        page.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
-        keep(page, f"player-{DESKTOP[0]}-dark", tmp_path)
     assert visit.problems == []
     assert visit.foreign == []
