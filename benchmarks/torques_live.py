@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.torques_simulated import dynamics_of
 from hefting.torques.equations import OWN
-from hefting.torques.live import LiveTorques
+from hefting.torques.scales import LiveTorques
 
 SAMPLES = 4000
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from hefting.online.samples import Samples
     from hefting.shapes import Shape
     from hefting.sources.pump import Pump
-    from hefting.sources.request import Request
+    from hefting.sources.registry import Request
 
 EXAMPLES = (
     "hefting live ws://robot:8765 --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
@@ -332,7 +332,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 def _request(a: argparse.Namespace) -> "Request":
     """What is asked of the source."""
     from hefting.request.recording import recording_of
-    from hefting.sources.request import Request
+    from hefting.sources.registry import Request
 
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"

@@ -5,8 +5,8 @@ from math import degrees
 
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT
+from hefting.inspection.facts import StreamFacts
 from hefting.inspection.result import Inspection
-from hefting.inspection.streams import StreamFacts
 
 OFFSET = 0.005
 """s: a clock offset worth a sentence."""

@@ -16,10 +16,8 @@ from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import check_wrench
 from hefting.inspection.advice import advice
-from hefting.inspection.movement import Movement, movement
+from hefting.inspection.facts import Movement, movement, stream_facts, wrench_facts
 from hefting.inspection.result import GravityHint, Inspection
-from hefting.inspection.streams import stream_facts
-from hefting.inspection.wrench import wrench_facts
 from hefting.motion import measure
 
 EMPTY = "the wrench is zero throughout"

@@ -13,9 +13,7 @@ from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.ingested import Ingested
-from hefting.inspection.movement import Movement
-from hefting.inspection.streams import StreamFacts
-from hefting.inspection.wrench import WrenchFacts
+from hefting.inspection.facts import Movement, StreamFacts, WrenchFacts
 
 
 @dataclass(frozen=True)

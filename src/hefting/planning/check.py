@@ -9,14 +9,14 @@ import numpy as np
 
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
-from hefting.planning.constraints import (
+from hefting.planning.information import features
+from hefting.planning.kinematics import Chain
+from hefting.planning.limits import (
     CLEARANCE,
     CLEARANCE_SCALE,
     Constraints,
     JointStates,
 )
-from hefting.planning.information import features
-from hefting.planning.kinematics import Chain
 from hefting.planning.space import Space
 from hefting.planning.trajectory import Trajectory
 
@@ -36,7 +36,6 @@ NAMES = {
     "force": "the sensor's range of force",
     "torque": "the sensor's range of torque",
 }
-"""How limits are called in a sentence."""
 
 EXCESSES = {
     **{name: (f"{name}+", f"{name}-") for name in JointStates._fields},
@@ -44,7 +43,7 @@ EXCESSES = {
     "force": ("wrench+", "wrench-"),
     "torque": ("wrench+", "wrench-"),
 }
-"""How each limit is called on the optimisation's grid."""
+"""Names of each limit on the optimisation's grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ class Usage:
     """What a motion uses of its limits."""
 
     shares: dict[str, float]
-    """largest share of each limit"""
+    """largest of each limit"""
     places: dict[str, tuple[str, float]]
     """joint or corner at which that is, and when [s]"""
     clearance: float | None

@@ -1,54 +1,26 @@
-"""How sure one will be: what the estimator says of the recording that a motion is
-expected to give."""
+"""How sure one will be, and whether and when that is what was asked."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from hefting.core.accuracy import Accuracy
-from hefting.core.errors import HeftingError
+from hefting.core.accuracy import NAMES, Accuracy
+from hefting.core.errors import InputError
 from hefting.core.estimate import NORMAL_95, com_jacobian
-from hefting.core.gravity import ON_EARTH
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Noise
-from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, vector_to_tensor
+from hefting.core.spatial import Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes
-from hefting.identification import identify
 from hefting.planning.held import Held
-from hefting.planning.information import expected_wrench, features
-from hefting.planning.kinematics import Chain
 from hefting.planning.result import Forecast
-from hefting.planning.trajectory import Trajectory
-from hefting.robots.robot import Robot
 
 INSTANTS = {"full": 10, "next": 6, "quick": 2}
 """At which is told how sure one is expected to be, besides before the motion."""
 SHORTEST = 1.0
 """[s] of a recording from which something is expected."""
-POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations along each axis of position [m] and orientation [rad] of the poses
-that a cobot reports."""
-GAIN = 0.0025
-"""Standard deviation of a sensor's gain, of which nothing is said
-(`hefting.core.sensor_accuracy.TYPICAL`): an error that two recordings share."""
-LARGEST_SHARE = 0.95
-"""Share of an estimate's variance that is taken to be the sensor's gain at most."""
 DRAWS = 1000
-"""Draws from a covariance for an accuracy."""
 LEVEL = 0.95
-
-
-class Forecaster(Protocol):
-    """Tells how sure one will be."""
-
-    def forecast(self, trajectory: Trajectory, instants: int) -> Forecast:
-        """Before the motion, and at so many instants of it."""
-        ...
 
 
 def forecast_by(
@@ -78,74 +50,6 @@ def forecast_by(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class WrenchForecaster:
-    """By `identify`, of the wrench that is expected."""
-
-    robot: Robot
-    chain: Chain
-    held: Held
-    noise: Noise
-    rate: float
-    """of wrench and poses [Hz]"""
-    seed: int
-
-    def forecast(self, trajectory: Trajectory, instants: int) -> Forecast:
-        """Before the motion, and at so many instants of it."""
-        recording = self.recording(trajectory)
-
-        def after(duration: float, before: Array | None) -> Array | None:
-            return self._after(recording, duration, before)
-
-        return forecast_by(after, self.held, trajectory.duration, instants)
-
-    def recording(self, trajectory: Trajectory) -> Recording:
-        """What a robot's log is expected to hold, with seeded noise."""
-        from scipy.spatial.transform import Rotation
-
-        motion = trajectory.sampled(self.rate)
-        tip = self.chain.forward(
-            motion.position, motion.velocity, motion.acceleration
-        ).motion
-        wrench = expected_wrench(features(tip), self.held.body.vector).T
-        rng = np.random.default_rng([self.seed, 20])
-        position, orientation = self.robot.poses(motion.position)
-        off, turn, noise = rng.normal(size=(3, len(position), 6))
-        levels = np.repeat((self.noise.force, self.noise.torque), 3)
-        turned = Rotation.from_quat(orientation) * Rotation.from_rotvec(
-            POSE_NOISE[1] * turn[:, :3]
-        )
-        streams = {
-            "position": position + POSE_NOISE[0] * off[:, :3],
-            "orientation": turned.as_quat(),
-            "wrench": wrench + levels * noise,
-        }
-        return Recording(
-            {name: Stream(motion.time, own) for name, own in streams.items()},
-            source="plan",
-        )
-
-    def _after(
-        self, recording: Recording, duration: float, before: Array | None
-    ) -> Array | None:
-        """(10, 10) covariance after so long a part of the motion [s]; what is known
-        now where that part tells nothing."""
-        shape = None if self.held.estimate is not None else self.held.shape
-        standard = np.array_equal(self.chain.gravity, STANDARD_GRAVITY)
-        gravity = ON_EARTH if standard else self.chain.gravity
-        try:
-            found = identify(recording, shape, duration=duration, gravity=gravity)
-        except HeftingError:
-            return before
-        C = found.estimate.covariance
-        if self.held.estimate is None or C is None or not np.isfinite(C).all():
-            return C if self.held.estimate is None else before
-        shared = GAIN * self.held.body.vector
-        both = _without(self.held.information, shared)
-        both = both + _without(np.asarray(np.linalg.inv(C), float), shared)
-        return np.linalg.inv(both) + np.outer(shared, shared)
-
-
 def _before(held: Held) -> Array | None:
     """(10, 10) covariance of what is known now; None where next to nothing is."""
     if held.estimate is not None:
@@ -153,15 +57,6 @@ def _before(held: Held) -> Array | None:
     if held.shape is None:
         return None
     return Bayes(held.shape).prior_covariance(held.body.mass)
-
-
-def _without(information: Array, shared: Array) -> Array:
-    """Information (10, 10) without an error `shared` (10,) of unit variance, as far as
-    its covariance has it: (C - s s')^-1 by Sherman and Morrison."""
-    seen = information @ shared
-    share = float(shared @ seen)
-    part = min(1.0, LARGEST_SHARE / max(share, 1e-300))
-    return information + part / (1.0 - part * share) * np.outer(seen, seen)
 
 
 def _deviations(C: Array | None, body: InertialParameters) -> Array:
@@ -184,3 +79,56 @@ def _accuracy(C: Array | None, body: InertialParameters) -> Accuracy:
     half = vectors * np.sqrt(np.maximum(values, 0.0))
     normal = np.random.default_rng(0).standard_normal((DRAWS, 10))
     return Accuracy.of_draws(body.vector + normal @ half.T, body, LEVEL)
+
+
+LONGER = 4.0
+"""Times the duration of the motion that tells how deviations fall with it."""
+
+
+def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
+    """[s] after which what is asked is expected to be reached, linear between the
+    instants of the forecast; None where it is not."""
+    shares = [_share(asked, each) for each in forecast.accuracy]
+    if shares[0] <= 1.0:
+        return 0.0
+    for i in range(1, len(shares)):
+        if shares[i] <= 1.0:
+            before, after = (min(shares[k], 1e3) for k in (i - 1, i))
+            part = (before - 1.0) / max(before - after, 1e-12)
+            low, high = forecast.time[i - 1 : i + 1]
+            return float(low + part * (high - low))
+    return None
+
+
+def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> InputError:
+    """The error of an accuracy that is not expected by the end, which says how long it
+    would take, by what a longer motion would reach.
+
+    Variances are taken to fall as n / T + f: f is what the estimator is not sure of
+    however long the recording, as the sensor's own accuracy.
+    """
+    last, then = forecast.accuracy[-1], longer.accuracy[-1]
+    T, longer_T = float(forecast.time[-1]), float(longer.time[-1])
+    what = f"out of reach within {T:g} s: {asked.shortfall(last)}"
+    needed = T
+    for name in NAMES.values():
+        limit, got, later = (getattr(own, name) for own in (asked, last, then))
+        if limit is None or got is None or later is None or got <= limit:
+            continue
+        n = max(got**2 - later**2, 0.0) / (1.0 / T - 1.0 / longer_T)
+        f = max(later**2 - n / longer_T, 0.0)
+        needed = max(needed, n / (limit**2 - f) if limit**2 > f else np.inf)
+    if not np.isfinite(needed):
+        fix = "ask for less: what stays is the sensor's own accuracy"
+        return InputError(f"{what}, nor by any longer motion", fix=fix)
+    return InputError(what, fix=f"plan for about {needed:.2g} s, or ask for less")
+
+
+def _share(asked: Accuracy, got: Accuracy) -> float:
+    """Largest of what is known over what is asked."""
+    shares = [0.0]
+    for name in NAMES.values():
+        limit, own = getattr(asked, name), getattr(got, name)
+        if limit is not None and np.isfinite(limit):
+            shares.append(np.inf if own is None else own / limit)
+    return float(max(shares))

@@ -29,7 +29,6 @@ class Held:
     """The object, as far as it is known."""
 
     body: InertialParameters
-    """a likely one, in the sensor frame"""
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array
@@ -99,7 +98,6 @@ def _unknown_corners(estimate: Estimate | None) -> Array:
 
 
 def _body(shape: Shape | None) -> InertialParameters:
-    """1 kg, evenly spread."""
     if shape is not None:
         own = shape.homogeneous
         return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)

@@ -86,7 +86,7 @@ class Chain:
 
     @cached_property
     def turns(self) -> list[tuple[Array, Array]]:
-        """Of each joint K = [axis]x and K K, which turn vectors about it."""
+        """K = [axis]x and K K of each joint, which turn vectors about it."""
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
     def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:

@@ -6,13 +6,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from hefting.core.accuracy import Accuracy
 from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
 from hefting.planning.limits import Limits
 from hefting.planning.trajectory import Trajectory
-from hefting.robots.joint_motion import JointMotion
+from hefting.robots.joint_motion import JointMotion, sensor_motion
+from hefting.robots.robot import Robot
 
 SCHEMA = "hefting.plan/1"
 """Name and version of the JSON form, under the key ``schema``."""
@@ -151,3 +154,13 @@ class Plan:
                 "settings": self.settings,
             }
         )
+
+
+def corner_speeds(plan: Plan) -> Array:
+    """(K,) [m/s] of the fastest of the plan's corners at each instant of its motion.
+
+    The robot is read from `Plan.source`; `InputError` where that is gone.
+    """
+    robot = Robot.from_urdf(plan.source, plan.tip)
+    sensor = sensor_motion(robot, plan.motion)
+    return np.max([sensor.linear_speed(corner) for corner in plan.corners], axis=0)

@@ -11,16 +11,14 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.progress import report
 from hefting.core.spatial import Array
-from hefting.planning.candidates import fill_share, random_motion
 from hefting.planning.check import Usage
-from hefting.planning.constraints import CLEARANCE
-from hefting.planning.optimise import Search
+from hefting.planning.limits import CLEARANCE
+from hefting.planning.optimise import Search, fill_share, random_motion
 from hefting.planning.problem import Problem
 from hefting.planning.space import Space
 from hefting.planning.trajectory import Trajectory
 
 COARSE = 50.0
-"""[Hz] of the grid on which random motions are looked at."""
 MOST_REPAIRS = 5
 """Rounds that a motion beyond its limits on the fine grid gets."""
 MOST_REPAIRED = 2
@@ -33,7 +31,6 @@ LEAST_SHARE = 1e-3
 STARTS_A_START = 4
 """Random motions from each random place to start from."""
 DRAWS = 400
-"""Random places that are tried for one that is free."""
 ELBOW_ROOM = 0.03
 """[m] that a random place to start from is free of everything, where there is one."""
 
@@ -216,13 +213,11 @@ class Searcher:
             raise InputError(what, fix="give another `start`, or relax that limit")
 
     def _is_within(self, problem: Problem, start: Array) -> bool:
-        """Whether a place to start from (n,) is within all limits."""
         own = replace(problem, start=start)
         excesses = own.look(np.zeros(own.size)).excesses()
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
-        """Which limit leaves no room to move."""
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"

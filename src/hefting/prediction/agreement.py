@@ -12,8 +12,7 @@ from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import Array, frozen
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested
-from hefting.prediction.reading import reading_std
-from hefting.prediction.spread import Spread
+from hefting.prediction.spread import Spread, reading_std
 
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""

@@ -31,9 +31,8 @@ from hefting.logs.given import as_recording
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
 from hefting.prediction.agreement import Agreement, agreement
-from hefting.prediction.reading import reading_std
 from hefting.prediction.result import Peak, Prediction
-from hefting.prediction.spread import Spread, motion_spread, regressor
+from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
 """Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text

@@ -13,12 +13,26 @@ import numpy as np
 from hefting.core.covariance import Covariance
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import CHUNK, Array, Mask
 from hefting.motion import Motion
 from hefting.motion.weighting import (
     acceleration_variances,
     effect_of_acceleration_errors,
 )
+
+
+def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
+    """(K, 6) standard deviations [N, N m] of the reading of a sensor that bears wrenches
+    (K, 6): by gain, cross-talk and offset, without noise and bias. Zeros where nothing
+    is said of the sensor."""
+    if accuracy is None:
+        return np.zeros_like(wrench)
+    variance = np.square(wrench) @ np.square(accuracy.channel_stds).T
+    variance += np.square(accuracy.gain_std * wrench)
+    variance += np.square(accuracy.slow_std * wrench) + np.square(accuracy.offset_std)
+    return np.sqrt(variance)
+
 
 TOUCHES = 1e-6
 """Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing

@@ -9,8 +9,7 @@ from hefting.core.errors import InputError, nearest
 from hefting.reproduction.experiment import Experiment, Report, Table
 from hefting.reproduction.experiments import EXPERIMENTS
 from hefting.reproduction.page import write_page
-from hefting.reproduction.progress import Bars
-from hefting.reproduction.runner import run_experiments
+from hefting.reproduction.runner import Bars, run_experiments
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
 

@@ -20,7 +20,6 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -28,6 +27,7 @@ from hefting.reproduction.setting import (
     QUANTITIES,
     RATE,
     SPEEDS,
+    over_limit,
     thing,
     wielded,
 )

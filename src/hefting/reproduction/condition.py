@@ -9,9 +9,14 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import DURATION, SPEEDS, wielded
+from hefting.reproduction.setting import (
+    DURATION,
+    SPEEDS,
+    legend_above,
+    mark_limit,
+    wielded,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,8 +15,8 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Job, Result
+from hefting.reproduction.setting import legend_above
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

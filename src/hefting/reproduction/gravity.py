@@ -7,9 +7,15 @@ import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import OBJECTS, SPEEDS, thing, wielded
+from hefting.reproduction.setting import (
+    OBJECTS,
+    SPEEDS,
+    legend_above,
+    mark_limit,
+    thing,
+    wielded,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

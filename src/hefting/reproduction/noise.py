@@ -7,7 +7,6 @@ import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.plots.style import INK, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit, over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     COLOURS,
@@ -16,7 +15,10 @@ from hefting.reproduction.setting import (
     OBJECTS,
     SPEEDS,
     grouped,
+    legend_above,
+    mark_limit,
     mean,
+    over_limit,
     signal_to_noise,
     thing,
     wielded,

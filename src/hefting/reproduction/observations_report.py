@@ -19,10 +19,17 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import group, legend_above, over_limit
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
-from hefting.reproduction.setting import MOSTLY_WRONG, QUANTITIES, SPEEDS, printed
+from hefting.reproduction.setting import (
+    MOSTLY_WRONG,
+    QUANTITIES,
+    SPEEDS,
+    group,
+    legend_above,
+    over_limit,
+    printed,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,7 +21,6 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import group, legend_above
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import (
     Observed,
@@ -37,6 +36,8 @@ from hefting.reproduction.setting import (
     OBJECTS,
     QUANTITIES,
     Thing,
+    group,
+    legend_above,
     printed,
     thing,
     wielded,

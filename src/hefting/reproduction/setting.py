@@ -1,17 +1,19 @@
 """The paper's setting: objects, speeds, noise levels, methods at its hyperparameters,
 and how errors are summed up."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.metrics import Errors, errors_between
+from hefting.core.spatial import SPEED_LIMIT
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import BLUE, GREEN, ORANGE, VERMILION
+from hefting.plots.style import BLUE, GREEN, ORANGE, SHADOW, VERMILION
 from hefting.shapes import Shape
 from hefting.simulation import (
     MODULAR,
@@ -24,6 +26,10 @@ from hefting.simulation import (
     sinusoids,
     wield_in_mujoco,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 OBJECTS = tuple(MODULAR)
 """The eight configurations of the modular object."""
@@ -136,3 +142,52 @@ def grouped(
     for job, result in results:
         groups.setdefault(tuple(job[key] for key in keys), []).append(result)
     return groups
+
+
+LIMIT = float(np.interp(SPEED_LIMIT, list(SPEEDS.values()), list(SPEEDS)))
+"""Angular speed [rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
+
+
+def mark_limit(axes: "Axes") -> None:
+    """ISO 10218-1's largest TCP speed as a dotted line, where x is the angular speed
+    [rad/s]."""
+    axes.axvline(
+        LIMIT,
+        color="#777777",
+        linewidth=1.0,
+        linestyle=":",
+        label=f"{SPEED_LIMIT} m/s (ISO 10218-1)",
+        zorder=0,
+    )
+
+
+def over_limit(speed: float) -> bool:
+    """Whether the linear speed the paper pairs with an angular one [rad/s] is above ISO
+    10218-1's."""
+    return SPEEDS[speed] > SPEED_LIMIT
+
+
+def group(axes: "Axes", methods: Sequence[str], top: float) -> None:
+    """A place a method along x, every other one shaded, and a logarithmic scale up to
+    `top`."""
+    for i in range(0, len(methods), 2):
+        axes.axvspan(i - 0.5, i + 0.5, color=SHADOW, alpha=0.5, linewidth=0.0, zorder=0)
+    axes.set(yscale="log", xlim=(-0.5, len(methods) - 0.5))
+    axes.set_ylim(top=top)
+    labels = [
+        name.replace(", ", "\n")
+        .replace("literature", "liter.")
+        .replace("PMD-", "PMD\n")
+        for name in methods
+    ]
+    axes.set_xticks(range(len(methods)), labels)
+
+
+def legend_above(figure: "Figure", axes: "Axes", columns: int) -> None:
+    """A legend of what is in `axes`, above everything."""
+    figure.legend(
+        *axes.get_legend_handles_labels(),
+        loc="outside upper center",
+        ncols=columns,
+        handlelength=1.8,
+    )

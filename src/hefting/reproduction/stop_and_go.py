@@ -9,9 +9,16 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, OBJECTS, QUANTITIES, RATE, Thing, thing
+from hefting.reproduction.setting import (
+    C1,
+    OBJECTS,
+    QUANTITIES,
+    RATE,
+    Thing,
+    legend_above,
+    thing,
+)
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.spatial import Array, tensor_to_vector
 from hefting.shapes import Shape
-from hefting.simulation.held import HeldObject
-from hefting.simulation.objects import Assembly, Part
+from hefting.simulation.objects import Assembly, HeldObject, Part
 
 PLA, STEEL_WEIGHT, ABS_WEIGHT = 491.0, 7847.0, 1321.0
 """Densities [kg/m³] of the print (20 % infill) and of the weights."""

@@ -17,10 +17,9 @@ from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, frozen
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
 from hefting.simulation.faults import Faults, Rates
-from hefting.simulation.held import HeldObject
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
 from hefting.simulation.modular import MODULAR, held_modular
-from hefting.simulation.objects import hammer
+from hefting.simulation.objects import HeldObject, hammer
 from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
 

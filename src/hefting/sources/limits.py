@@ -1,6 +1,7 @@
 """What is believed of a live stream: how large messages are, and which samples can
 be."""
 
+import time
 from collections import Counter
 
 import numpy as np
@@ -72,3 +73,21 @@ def _checks(stream: str, time: Array, values: Array):
         with np.errstate(over="ignore"):
             norm = np.sqrt((values * values).sum(axis=1))
         yield "quaternions that are not of unit norm", np.abs(norm - 1) <= UNIT_NORM
+
+
+GATHERING = 0.01
+"""Between two looks at what came [s]. A live estimate is found right after a look
+(`hefting.online.identifier.LONGEST_WAIT`), mostly in less time than to the next."""
+
+
+class Pace:
+    """Keeps looks apart."""
+
+    def __init__(self):
+        self._next = 0.0
+        """[s] of the monotonic clock"""
+
+    def wait(self) -> None:
+        """Wait until `GATHERING` after the last time."""
+        time.sleep(max(self._next - time.monotonic(), 0.0))
+        self._next = time.monotonic() + GATHERING

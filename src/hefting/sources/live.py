@@ -16,8 +16,7 @@ from hefting.online.live_estimate import LiveEstimate
 from hefting.online.samples import EndOfSource, Samples, Source
 from hefting.sources.played_log import PlayedLog
 from hefting.sources.pump import Pump
-from hefting.sources.registry import source_of
-from hefting.sources.request import Request
+from hefting.sources.registry import Request, source_of
 
 LONGEST_STEP = 0.5
 """[s] Longest wait for an estimate before it is looked whether the source has ended."""

@@ -9,8 +9,8 @@ from typing import Protocol
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources.pacing import Pace
-from hefting.sources.request import Request
+from hefting.sources.limits import Pace
+from hefting.sources.registry import Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5

@@ -9,7 +9,7 @@ from collections import Counter
 from hefting.core.messages import Message, note
 from hefting.online.samples import EndOfSource, Samples
 from hefting.sources.json_lines import JsonLines
-from hefting.sources.request import Request
+from hefting.sources.registry import Request
 
 PIECE = 1 << 16
 """Most that is read at once [bytes]."""

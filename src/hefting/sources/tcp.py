@@ -6,9 +6,8 @@ from collections import Counter
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.address import address_of
 from hefting.sources.json_lines import JsonLines
-from hefting.sources.request import Request
+from hefting.sources.registry import Request, address_of
 
 PATIENCE = 3.0
 """Longest wait for a connection [s]."""

@@ -9,6 +9,7 @@ peer nothing comes through a router, so that this is a client.
 """
 
 import json
+import queue
 import threading
 import time
 from collections import Counter
@@ -18,12 +19,40 @@ from typing import Any
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.address import address_of
-from hefting.sources.inbox import Inbox
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
-from hefting.sources.request import Request
+from hefting.sources.limits import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE
+from hefting.sources.registry import Request, address_of
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import RosSource
+
+MOST = 1000
+"""Most messages that are taken at once."""
+
+
+class Inbox:
+    """A bounded queue; what does not fit is counted in `skipped`."""
+
+    def __init__(self):
+        self.skipped: Counter[str] = Counter()
+        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
+
+    def put(self, message: RosMessage) -> None:
+        """Add a message; never waits."""
+        try:
+            self._queue.put_nowait(message)
+        except queue.Full:
+            self.skipped[QUEUE_FULL] += 1
+
+    def take(self, timeout: float) -> list[RosMessage]:
+        """What is there, after waiting at most `timeout` [s] for the first."""
+        found: list[RosMessage] = []
+        try:
+            found.append(self._queue.get(timeout=max(timeout, 1e-3)))
+            while len(found) < MOST:
+                found.append(self._queue.get_nowait())
+        except queue.Empty:
+            pass
+        return found
+
 
 PORT = 7447
 """Where a Zenoh router listens by default."""

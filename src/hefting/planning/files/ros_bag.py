@@ -39,7 +39,6 @@ def _content(plan: Plan) -> bytes:
 
 
 def _message(plan: Plan, types: Any) -> Any:
-    """The message as rosbags has it."""
     plain = message_of(plan)
     time = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     points = [
@@ -62,4 +61,3 @@ def _message(plan: Plan, types: Any) -> Any:
 
 
 FORMAT = MotionFile(".mcap", "ROS 2 bag with a JointTrajectory", _content)
-"""The same numbers as in the JSON file."""

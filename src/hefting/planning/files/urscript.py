@@ -72,4 +72,3 @@ def _printable(text: str) -> str:
 
 
 FORMAT = MotionFile(".script", "URScript that streams it by servoj", _content)
-"""Joint positions at 125 Hz, after a movej to the start."""
