@@ -48,7 +48,6 @@ def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]
 
 
 def _obstacles(found: Inspection) -> list[str]:
-    """What keeps the object, or part of it, from being identified."""
     said = []
     m, sign = found.movement, found.sign
     assert m is not None
@@ -83,7 +82,6 @@ def _obstacles(found: Inspection) -> list[str]:
 
 
 def _improvements(found: Inspection) -> list[str]:
-    """What would make the recording better, or is taken care of."""
     said = _of_wrench(found)
     hint, m = found.gravity_hint, found.movement
     assert m is not None

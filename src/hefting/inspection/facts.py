@@ -1,4 +1,6 @@
-"""Streams of a log as they arrived: rate, gaps, jitter, lost and repeated samples."""
+"""What a recording says of its streams (rate, gaps, jitter), of the movement (how fast,
+how safe, how far it turned against gravity) and of the wrench (the object as least
+squares sees it, bias, noise, SNR)."""
 
 from dataclasses import dataclass, replace
 
@@ -52,7 +54,7 @@ class StreamFacts:
 
 
 def stream_facts(stream: Stream, static: bool) -> StreamFacts:
-    """Facts of a stream; `static`: its times are only row numbers."""
+    """`static`: its times are only row numbers."""
     n = len(stream)
     repeated = (
         float((np.diff(stream.values, axis=0) == 0.0).all(axis=1).mean())
@@ -87,7 +89,7 @@ def stream_facts(stream: Stream, static: bool) -> StreamFacts:
 
 @dataclass(frozen=True)
 class Movement:
-    """Speeds are those of the sensor origin."""
+    """Of the sensor origin."""
 
     source: str
     """how velocities and accelerations are found, in words"""
@@ -110,7 +112,7 @@ class Movement:
 
 
 def movement(recording: Recording, found: Measured | Ingested) -> Movement:
-    """How a recording moves, at the instants of its wrench."""
+    """At the instants of its wrench."""
     z, motion = found.measurements, found.motion
     angular = np.linalg.norm(
         z.angular_velocity if motion is None else motion.angular_velocity, axis=1
@@ -137,22 +139,10 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time during which values exceed a limit.
+    """Time [s] during which values (K,) at `time` (K,) [s] exceed a limit.
 
-    Parameters
-    ----------
-    time : Array
-        (K,) [s].
-    values : Array
-        (K,).
-    limit : float
-        In the unit of the values.
-
-    Returns
-    -------
-    float
-        [s]; each step counts by half for either of its two samples. A step longer than
-        `GAP` times the median counts as long as the median.
+    Each step counts by half for either of its two samples. A step longer than `GAP`
+    times the median counts as long as the median.
     """
     above = values > limit
     if len(time) < 2:
@@ -186,7 +176,7 @@ def _widest(gravity: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """Signal and noise of three channels, x, y and z in sensor axes."""
+    """Signal and noise along x, y and z in sensor axes."""
 
     unit: str
     signal: Array
@@ -306,5 +296,4 @@ def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float,
 
 
 def _rms(values: Array) -> Array:
-    """(3,) of the columns of (K, 3)."""
     return np.sqrt(np.mean(np.square(values), axis=0))

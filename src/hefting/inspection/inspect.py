@@ -83,7 +83,6 @@ def _inspection(
     gravity: Array,
     missing: dict[str, str],
 ) -> Inspection:
-    """The findings, without advice."""
     facts = identifiable = hint = None
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
@@ -135,7 +134,6 @@ def _inspection(
 
 
 def _without_bias(found: Ingested) -> FreeFit:
-    """The free fit without a bias, in the project's sign."""
     return found.fit if found.bias == "none" else found.alone
 
 

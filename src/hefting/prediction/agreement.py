@@ -106,7 +106,7 @@ def agreement(
 
 
 def _rms(difference: Array) -> Array:
-    """Root mean square (2,) an axis of forces and torques (L, 6)."""
+    """(2,) an axis of forces and torques (L, 6)."""
     return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
 
 

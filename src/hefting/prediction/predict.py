@@ -192,26 +192,10 @@ def _peak(
     reading: Array,
     part: slice,
 ) -> Peak:
-    """The largest force or torque of a predicted wrench, and its standard deviation.
+    """The largest force or torque of a predicted wrench (K, 6), and to first order its
+    standard deviation: that of the component along the predicted direction.
 
-    Parameters
-    ----------
-    z : Measurements
-        K samples of the motion.
-    wrench : Array
-        (K, 6) predicted [N, N m].
-    spread : Spread, optional
-        Uncertainty of the parameters; None where it is not known.
-    reading : Array
-        (K, 6) standard deviations of a sensor's reading [N, N m].
-    part : slice
-        Columns of the force or of the torque.
-
-    Returns
-    -------
-    Peak
-        Magnitude, time [s] and, to first order, the standard deviation: that of the
-        component along the predicted direction.
+    `reading` (K, 6) are standard deviations of a sensor's reading [N, N m].
     """
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
@@ -226,7 +210,6 @@ def _peak(
 
 
 def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
-    """What the user should know of the estimate."""
     doubts = []
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
@@ -260,7 +243,6 @@ def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
 
 
 def _of_reading(std: Array | None, accuracy: SensorAccuracy | None) -> list[Message]:
-    """A message on whose band it is."""
     if std is None or accuracy is None:
         return []
     what = f"the band is that of the reading of a sensor of {accuracy}"
@@ -268,7 +250,6 @@ def _of_reading(std: Array | None, accuracy: SensorAccuracy | None) -> list[Mess
 
 
 def _open(spread: Spread | None, std: Array | None) -> list[Message]:
-    """A message on where the band has no end."""
     if spread is None or std is None or not spread.open.any():
         return []
     infinite: Mask = np.isinf(std)

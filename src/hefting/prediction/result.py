@@ -200,7 +200,6 @@ class Prediction:
 
 
 def _rows(values: Array | None) -> list | None:
-    """An array as lists, None for what is not finite."""
     if values is None:
         return None
     return values.tolist() if np.isfinite(values).all() else json_ready(values)

@@ -1,5 +1,5 @@
-"""Spread: what an estimate's covariance, and the motion's errors, make of the wrench it
-predicts.
+"""How far a predicted wrench may be off: by an estimate's covariance, by the motion's
+errors, and by the sensor that reads it.
 
 The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi
 belongs A C A'.

@@ -145,7 +145,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
-    """How far the paper's choice is from the best."""
     own, parts = VALUES.index(C1), []
     for t, k in zip(SHOWN, places, strict=True):
         for name, label in (

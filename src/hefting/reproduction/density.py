@@ -64,7 +64,6 @@ ACCURACY = ("noise", "points/cm³", "points", "layers", "observations")
 CLAIM = (
     "noise", "error", "observations", "at 0.04 %", "at 0.09 %", "difference", "standard error", "objects", "verdict",
 )  # fmt: skip
-"""Columns."""
 CONFIDENCE = 0.975
 """Quantile of Student's t beyond which a difference is not chance."""
 

@@ -72,7 +72,6 @@ class Observed:
         )
 
     def __getitem__(self, window: slice) -> Self:
-        """The instants of a window."""
         arrays = (self.time, self.position, self.orientation, self.wrench)
         return type(self)(*(values[window] for values in arrays))
 
@@ -162,7 +161,6 @@ def weak_geo(shape: Shape, z: Measurements) -> Estimator:
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
-"""What `score` lists."""
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:

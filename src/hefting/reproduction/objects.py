@@ -82,7 +82,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _figure(objects: list[tuple[str, Result]]) -> "Figure":
-    """Top views, to scale."""
     from matplotlib.lines import Line2D
 
     with style():
@@ -156,7 +155,6 @@ def _depth(part: Part) -> int:
 
 
 def _draw(axes: "Axes", part: Part) -> None:
-    """Seen along z, in millimetres."""
     from matplotlib.patches import Circle, Rectangle
 
     x, y = 1e3 * part.center[0], 1e3 * part.center[1]

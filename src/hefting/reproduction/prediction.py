@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = "tee"
-"""The object of the figure."""
 C1 = 5e3
 ENOUGH = 5.0
 """Of the motion identified on, for the filter to settle in [s]."""

@@ -89,7 +89,6 @@ CAUSES = {
 }
 """What a real arm adds."""
 TOPS = (20.0, 1e3, 1e4)
-"""Of the figure's panels [%]: what is above is drawn there."""
 DRAWN = {
     "published, real arm": (None, BLACK, "x"),
     "warm": (("warm", "none"), BLUE, "o"),
@@ -172,7 +171,7 @@ def _direction(rng: np.random.Generator) -> Array:
 
 
 def _moved(shape: Shape, pose: Array) -> Shape:
-    """The shape in another place; only what the methods here use of it is moved."""
+    """Only what the methods here use of a shape is moved."""
     return replace(
         shape,
         positions=shape.positions @ pose[:3, :3].T + pose[:3, 3],

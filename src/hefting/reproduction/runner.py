@@ -120,7 +120,7 @@ def run_experiments(
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder and those above it; `InputError` when that fails."""
+    """`InputError` when that fails."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,5 +1,5 @@
 """The paper's setting: objects, speeds, noise levels, methods at its hyperparameters,
-and how errors are summed up."""
+how errors are summed up, and what the figures share."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,14 +32,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OBJECTS = tuple(MODULAR)
-"""The eight configurations of the modular object."""
 SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
 """Average angular speeds [rad/s] and the linear ones [m/s] the paper gives with
 them."""
 RATE = 100.0
-"""Samples a second."""
+"""[Hz]"""
 DURATION = 35.0
-"""Of a motion [s]."""
 C1 = 300.0
 """Of PMD in the paper's simulations."""
 QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
@@ -50,7 +48,8 @@ MOSTLY_WRONG = 500.0
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """A modular object with the 56 points the paper describes it by."""
+    """A modular object with the 56 points the paper describes it by, in the sensor
+    frame."""
 
     held: HeldObject
 
@@ -60,7 +59,6 @@ class Thing:
         return paper_points(self.held)
 
     def errors(self, estimate: Estimate) -> Errors:
-        """Of an estimate in the sensor frame."""
         axes = self.held.pose[:3, :3]
         return errors_between(
             estimate.parameters, self.held.parameters, self.held.extents, axes
@@ -98,7 +96,6 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
 """The paper's four, at its hyperparameters; GEO with its authors' weight and the
 homogeneous body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
-"""Of the methods in all figures."""
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 

@@ -155,12 +155,11 @@ class Arm:
         return tuple(lines)
 
     def motion(self, joints: JointMotion) -> SensorMotion:
-        """Exact motion of the sensor frame; see `sensor_motion`."""
+        """Exact motion of the sensor frame."""
         return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
-        """(K, 3) that of `motion` alone [rad/s]; see
-        `hefting.robots.joint_motion.angular_velocity`."""
+        """(K, 3) that of `motion` alone [rad/s]."""
         return angular_velocity(self.robot, joints)
 
 

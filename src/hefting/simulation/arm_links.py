@@ -20,7 +20,6 @@ from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""A URDF's names of the moments and products of inertia."""
 RADIUS = 0.06
 """[m] of a link, a rod from one joint to the next."""
 LEAST_LENGTH = 0.05
@@ -173,4 +172,4 @@ TORQUE_ARMS = {
     "panda": MassiveArm(PANDA, (3.1, 2.4, 3.2, 2.5, 3.4, 1.5, 0.7), (0.1, 0.05)),
     "xarm7": MassiveArm(XARM7, (2.4, 1.9, 1.7, 1.8, 1.5, 1.1, 0.3), (0.1, 0.05)),
 }
-"""Arms with masses, by name: rounded, of the size of the makers'."""
+"""By name; masses are rounded, of the size of the makers'."""

@@ -42,11 +42,9 @@ class Demo:
     """What was simulated, what was found, and the files that show it."""
 
     log: Path
-    """What the robot recorded."""
     mesh: Path
     """Shape of the hammer [mm], which says nothing of its materials."""
     truth_file: Path
-    """What is to be found."""
     exports: tuple[Path, ...]
     """The estimate as JSON and URDF."""
     pictures: tuple[Path, ...]
@@ -54,13 +52,12 @@ class Demo:
     speeds: tuple[float, float]
     """Mean angular [rad/s] and linear [m/s] speed of the sensor."""
     truth: InertialParameters
-    """True parameters in the sensor frame."""
+    """In the sensor frame."""
     homogeneous: InertialParameters
     """The true mass spread evenly over the shape: what scale and drawing alone would
     say."""
     estimate: Estimate
     errors: Errors
-    """Of the estimate [%]."""
     homogeneous_errors: Errors
     """Of the evenly spread mass [%]."""
 

@@ -1,5 +1,5 @@
 """Joint motions to wield an object with: the paper's sinusoids, random smooth motion,
-stop-and-go.
+stop-and-go, and the trapezoid moves of a teach pendant.
 
 Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
 nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
@@ -75,10 +75,8 @@ def random_smooth(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest
-    within a second.
-
-    Speed, its limit and sampling as in `sinusoids`; the same for the same `seed`.
-    """
+    within a second. Speed, its limit and sampling as in `sinusoids`; the same for the
+    same `seed`."""
     time = _instants(duration, rate, angular_speed)
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
@@ -107,11 +105,8 @@ def wide_smooth(
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids, the last three of 15° to 30°
     each and the others of 5° to 12°, starting from rest within a second: for joint
-    torques, which tell the centre of mass from how the wrist turns it.
-
-    It is as fast as the `speed_limit` [m/s] of the sensor's origin allows, and the same
-    for the same `seed`.
-    """
+    torques, which tell the centre of mass from how the wrist turns it. It is as fast as
+    the `speed_limit` [m/s] of the sensor's origin allows."""
     time = _instants(duration, rate, speed_limit)
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
@@ -141,8 +136,7 @@ def stop_and_go(
 
     Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
     jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
-    origin all moves take longer, as much as the fastest needs. The same for the same
-    `seed`.
+    origin all moves take longer, as much as the fastest needs.
     """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
@@ -163,7 +157,6 @@ def stop_and_go(
 
 
 def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
-    """Through all `poses` (m, n) in turn."""
     number, within = np.divmod(time, dwell + move)
     number = number.astype(int)
     u = np.clip((within - dwell) / move, 0.0, 1.0)[:, None]
@@ -199,7 +192,6 @@ def _from_rest(time: Array) -> tuple[Array, Array, Array]:
 
 
 def _fastest(arm: Arm, joints: JointMotion) -> float:
-    """Highest speed of the sensor's origin [m/s]."""
     return float(arm.motion(joints).linear_speed().max())
 
 
@@ -286,8 +278,8 @@ def trapezoids(
     All joints of a move start and stop together. The one with the longest way
     accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are
     those of a UR's programs. The acceleration jumps up to four times a move. Rests last
-    between the two times of `dwell` [s]. The same for the same `seed`. Raises
-    `InputError` for numbers that are not positive.
+    between the two times of `dwell` [s]. Raises `InputError` for numbers that are not
+    positive.
     """
     for name, value in (
         ("duration", duration),

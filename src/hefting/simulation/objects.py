@@ -1,5 +1,5 @@
-"""Objects to wield: boxes and cylinders of different materials joined or cut out, with
-exact inertia and a mesh."""
+"""Objects to wield: boxes and cylinders of different materials joined or cut out, or
+meshes, with exact inertia; and how they are held in the sensor frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     import trimesh
 
 STEEL, ASH_WOOD = 7850.0, 680.0
-"""Densities [kg/m³]."""
 
 SECTIONS = 96
 """Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too
@@ -111,8 +110,7 @@ class Assembly:
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """One watertight surface [m] around what shows, which says nothing of materials
-        and of what is inside."""
+        """One watertight surface [m] around what shows."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
@@ -163,8 +161,7 @@ class HeldObject:
 
     @classmethod
     def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
-        """An assembly of parts; `sections` are the sides of the prisms for its
-        cylinders."""
+        """An assembly of parts; its cylinders are prisms of `sections` sides."""
         return cls(
             assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
         )
@@ -179,8 +176,8 @@ class HeldObject:
         """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
         `pose` as for `Shape`.
 
-        The truth is the integral over the meshes. Raises `InputError` for a mesh that
-        cannot be read or is not watertight, and for a density that is not positive.
+        Raises `InputError` for a mesh that cannot be read or is not watertight, and for
+        a density that is not positive.
         """
         import trimesh
 
@@ -215,8 +212,7 @@ class HeldObject:
     def points(
         self, points: int | None = None, points_per_cm3: float | None = None
     ) -> Shape:
-        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh`
-        chooses them."""
+        """Point masses in the surface, in the sensor frame, as of `Shape.from_mesh`."""
         return Shape.from_mesh(
             self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
         )
@@ -227,7 +223,7 @@ class HeldObject:
         on_sensor: bool = False,
         mesh_unit: str = "m",
     ) -> dict[str, Any]:
-        """What is to be found, ready for JSON; see `hefting.simulation.truth`."""
+        """What is to be found, see `hefting.simulation.truth`."""
         return truth(
             self.parameters,
             self.extents,
@@ -240,7 +236,6 @@ class HeldObject:
 
 
 def _filled(solid: Solid, density: float, where: str | Path) -> InertialParameters:
-    """A solid of one material, in the frame of its mesh."""
     if not 0.0 < density < np.inf:
         raise InputError(
             f"the density is {density} kg/m³, which is not positive", where=where

@@ -26,7 +26,6 @@ MOTION = (
     "framelinacc",
     "frameangacc",
 )
-"""MuJoCo's sensors of the motion of a frame."""
 
 LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
 """MuJoCo wants every moving body to have a mass; those before the sensor do not show in
@@ -42,10 +41,9 @@ class Wielding:
     body: InertialParameters
     """In the sensor frame."""
     motion: SensorMotion
-    """Of the sensor frame, in world axes."""
+    """In world axes."""
     measurements: Measurements
-    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
-    body."""
+    """In sensor axes, with gravity and the wrench exerted by the sensor on the body."""
     gravity: Array
     """(3,) in world axes [m/s²]"""
 
@@ -94,7 +92,6 @@ def _warnings_as_errors(mujoco: Any) -> Iterator[None]:
 def _wield(
     mujoco: Any, arm: Arm, joints: JointMotion, body: InertialParameters, g: Array
 ) -> Wielding:
-    """See `wield_in_mujoco`; gravity `g` (3,) is in world axes [m/s²]."""
     try:
         model = mujoco.MjModel.from_xml_string(mjcf(arm, body, g))
     except ValueError as error:
@@ -129,8 +126,7 @@ def _wield(
 
 
 def mujoco_version() -> str:
-    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
-    is."""
+    """`MissingDependencyError` when none is installed."""
     return _mujoco().__version__
 
 

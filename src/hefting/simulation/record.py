@@ -10,7 +10,7 @@ from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.physics import Wielding
 
 STALLS = 3
-"""Number of stalls in a recording that has any."""
+"""Stalls in a recording that has any."""
 
 
 def with_pose_faults(
@@ -20,15 +20,8 @@ def with_pose_faults(
     faults: Faults,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Poses with the faults of their stream, the same for the same generator.
-
-    Parameters
-    ----------
-    time : (K,) [s].
-    position, orientation : (K, 3) [m] and quaternions (K, 4).
-    faults : of which those of the pose stream are applied.
-    rng : generator of what is random.
-    """
+    """Position (K, 3) [m] and orientation (K, 4) of poses at `time` (K,) [s] with the
+    faults of their stream."""
     since = time - time[0]
     position, orientation = position.copy(), orientation.copy()
     for mask in _bouts(since, faults, rng):

@@ -24,7 +24,6 @@ from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
-"""Arms by name."""
 
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
@@ -40,11 +39,10 @@ JOINER_HAMMER_POSE = frozen(
 """By its handle, 80 mm from the end, 60 mm off the sensor."""
 
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: the modular object's eight configurations, and a hammer of wood and
+"""By name: the modular object's eight configurations, and a hammer of wood and
 steel."""
 
 MOST_SAMPLES = 5_000_000
-"""Of a simulated motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +54,7 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys that
-    `hefting.identification.truth.load_truth` reads"""
+    """the truth, with the keys that `hefting.identification.truth.load_truth` reads"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 

@@ -1,5 +1,12 @@
 """A simulated recording of joint torques: the arm with an object, and the same arm
-without one; with the URDF that says of the arm what its maker does."""
+without one; with the URDF that says of the arm what its maker does.
+
+tau = M(q) ddq + ... (MuJoCo's inverse dynamics, with the payload) + rotor ddq +
+(coulomb (1 - softening h) + load abs(tau of the rigid bodies)) sign(dq) + viscous dq +
+offset + drift h + noise,
+
+where h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
+"""
 
 from __future__ import annotations
 
@@ -74,8 +81,7 @@ class TorqueRobot:
         its end.
 
         The noise follows from both seeds, all else from the robot's own. Raises
-        `MissingDependencyError` without MuJoCo, and `InputError` as
-        `inverse_dynamics`.
+        `MissingDependencyError` without MuJoCo, and `InputError` as `inverse_dynamics`.
         """
         rng = np.random.default_rng([self.seed, seed, 43])
         links = self.massive.true_links(self.seed)
@@ -143,11 +149,10 @@ class TorqueScenario:
 
     held: HeldObject
     arm: str = "ur5e"
-    """one of `hefting.simulation.arm_links.TORQUE_ARMS`"""
+    """one of `TORQUE_ARMS`"""
     duration: float = 30.0
     """of either run [s]"""
     rate: float = 100.0
-    """[Hz]"""
     gravity: ArrayLike = STANDARD_GRAVITY
     """(3,) in the axes of the arm's base [m/s²]"""
     faults: TorqueFaults = field(default_factory=TorqueFaults)

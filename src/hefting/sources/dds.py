@@ -1,9 +1,10 @@
-"""``dds://DOMAIN``: ROS 2 messages straight from its middleware, such as
-rmw_fastrtps and rmw_cyclonedds.
+"""``dds://DOMAIN``: ROS 2 messages straight from its middleware, such as rmw_fastrtps
+and rmw_cyclonedds.
 
 ROS calls topic ``/wrench`` ``rt/wrench`` and type pkg/msg/Name
-``pkg::msg::dds_::Name_`` there. Without multicast, environment variable
-CYCLONEDDS_URI names peers.
+``pkg::msg::dds_::Name_`` there. Without multicast, environment variable CYCLONEDDS_URI
+names peers. cyclonedds needs a type made from the definition to match a publisher's;
+what comes is left as bytes.
 """
 
 import time
@@ -98,7 +99,6 @@ LOOKING = 0.2
 """How often new topics are looked for [s]."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
 class DdsTransport:
@@ -180,7 +180,6 @@ class DdsTransport:
         return found
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         for endpoint in self._found.take(N=1000):
             # of a publisher that went away they are None
             name = getattr(endpoint, "topic_name", None) or ""

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
 
 PORT = 8765
-"""Where foxglove_bridge listens by default."""
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Subprotocols that are offered; they are the same for what is used here."""
@@ -34,13 +33,10 @@ MAX_FRAME = 16_000_000
 """Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
-"""Most channels of a server."""
 
 PATIENCE = 3.0
-"""Longest wait for a connection [s]."""
 
 MOST = 1000
-"""Most frames that are taken at once."""
 
 MESSAGE = struct.Struct("<BIQ")
 """Begin of a message: 1, its subscription, and when it was sent [ns]."""

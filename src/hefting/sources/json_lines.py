@@ -17,13 +17,12 @@ from hefting.online.samples import Samples
 from hefting.sources.limits import MAX_JOINTS, MAX_MESSAGE, TOO_LARGE
 
 NO_JSON = "not a JSON object"
-"""Why a line was skipped: it cannot be read."""
+"""Why a line was skipped."""
 
 NO_TIME = "no time in seconds"
-"""Why a line was skipped: no number tells when it was."""
 
 NO_STREAM = "no stream of numbers"
-"""Why a line was skipped: none of its keys is a stream, or its values are no numbers."""
+"""None of its keys is a stream, or its values are no numbers."""
 
 
 class JsonLines:

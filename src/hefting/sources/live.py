@@ -132,7 +132,6 @@ def _with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
 
 
 def _source(source: Any, speed: float) -> Source:
-    """What the user means."""
     if isinstance(source, Recording):
         return PlayedLog(source.source, Request(speed=speed), source)
     if isinstance(source, str | Path):

@@ -117,7 +117,6 @@ class Pump:
                 self._check_silence(time.monotonic() - begin)
 
     def _check_silence(self, passed: float) -> None:
-        """`InputError` when nothing has come for too long."""
         if passed < self._patience:
             return
         if skipped := self.source.skipped:
@@ -134,7 +133,6 @@ class Pump:
         )
 
     def _connect_again(self, lost: HeftingError) -> None:
-        """Open the source again, however often it takes."""
         self.counts["lost"] += 1
         self.state = "lost"
         self._tell(warning("source-lost", f"{lost}; it is connected again"))

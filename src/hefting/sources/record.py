@@ -33,22 +33,14 @@ POSES = ("position", "orientation")
 
 
 class Recorder:
-    """Writes samples to a file; a thread at a time.
-
-    Parameters
-    ----------
-    path : ends in .mcap; what is there is replaced.
+    """Writes samples to an .mcap file, which is replaced; a thread at a time.
 
     `paths` are the files written so far: a second one is begun where the source's clock
     is set back. `left_out` counts samples that no message holds, by stream; `count` all
     that came.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
-    MissingDependencyError
-        Without foxglove-sdk or rosbags.
+    Raises `InputError` where the file cannot be written, `MissingDependencyError`
+    without foxglove-sdk or rosbags.
     """
 
     def __init__(self, path: str | Path):
@@ -129,8 +121,6 @@ class Recorder:
 
 
 class _File:
-    """One MCAP file with ROS 2 messages."""
-
     def __init__(self, path: Path):
         try:
             from foxglove import Context, open_mcap
@@ -156,7 +146,7 @@ class _File:
         self._channels: dict[str, Callable[..., None]] = {}
 
     def write(self, groups: list[Messages]) -> None:
-        """Write messages in the order of their stamps; nothing after an error."""
+        """In the order of their stamps; nothing after an error."""
         lines: list[tuple[int, Callable[..., None], bytes]] = []
         for group in groups:
             send = self._channel(group)
@@ -170,7 +160,7 @@ class _File:
             send(data, log_time=stamp)
 
     def close(self) -> None:
-        """End the file; `InputError` where it could not be written."""
+        """`InputError` where it could not be written."""
         writer, self._writer = self._writer, None
         if writer is None:
             return
@@ -180,7 +170,6 @@ class _File:
             raise self._error(self._output.error)
 
     def _channel(self, group: Messages) -> Callable[..., None]:
-        """What writes to the topic of a group."""
         from foxglove import Channel, Schema
 
         if group.topic not in self._channels:
@@ -208,7 +197,6 @@ def _joined(parts: list[Samples]) -> Stream:
 
 
 def _nanoseconds(time: Array) -> NDArray[np.int64]:
-    """Times [s] as stamps, to the last digit."""
     whole = np.floor(time)
     part = np.rint((time - whole) * 1e9).astype(np.int64)
     return whole.astype(np.int64) * 1_000_000_000 + part

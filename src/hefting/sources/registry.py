@@ -1,4 +1,5 @@
-"""The registry of sources: what a source is called, and the list of those there are.
+"""The registry of sources: what one is called, what is asked of it, and the list of
+those there are.
 
 A new transport is one module that ends in its ``SOURCE``, a class of a name and a
 `Request`, and its line in `SCHEMES`.
@@ -8,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import urlsplit
 
 from hefting.core.errors import InputError
 from hefting.online.samples import Source
@@ -29,48 +30,27 @@ class Address(NamedTuple):
 def address_of(name: str, port: int | None, example: str) -> Address:
     """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.
 
-    Parameters
-    ----------
-    name : as the user gave it.
-    port : where none is given; None for a transport that has no usual one.
-    example : what such a name looks like, for the error.
-
-    Raises
-    ------
-    InputError
-        For a name without a host, or with a port that cannot be.
+    `port` stands where none is given, None for a transport that has no usual one;
+    `example` is what such a name looks like. Raises `InputError` for a name without a
+    host, or with a port that cannot be.
     """
-    parts = _split(name)
-    found = None
-    if parts is not None:
-        try:
-            found = parts.port or port
-        except ValueError:
-            raise InputError("the port is not one", name, f"as in {example}") from None
-    if parts is None or not parts.hostname or found is None:
-        missing = "host" if parts is None or not parts.hostname else "port"
+    try:
+        parts = urlsplit(name)
+    except ValueError:
+        parts = urlsplit("")
+    try:
+        found = parts.port or port
+    except ValueError:
+        raise InputError("the port is not one", name, f"as in {example}") from None
+    if not parts.hostname or found is None:
+        missing = "port" if parts.hostname else "host"
         raise InputError(f"which {missing}?", name, f"as in {example}")
     return Address(parts.hostname, found, parts.path.strip("/"))
 
 
-def _split(name: str) -> SplitResult | None:
-    """The parts of a name; None where it has none."""
-    try:
-        return urlsplit(name)
-    except ValueError:
-        return None
-
-
 @dataclass(frozen=True)
 class Request:
-    """Options of a source; each transport takes what concerns it.
-
-    Examples
-    --------
-    >>> from hefting.sources.registry import Request
-    >>> Request(topics={"wrench": "/ft_sensor"}).topics["wrench"]
-    '/ft_sensor'
-    """
+    """Options of a source; each transport takes what concerns it."""
 
     topics: Mapping[str, str] = field(default_factory=dict)
     """By role (wrench, pose, joint, imu): the topic to take, or "none", as in
@@ -97,27 +77,16 @@ SCHEMES = {
 belongs inside their functions."""
 
 STANDARD_INPUT = "hefting.sources.standard_input"
-"""Module of the source called ``-``."""
 
 LOG = "hefting.sources.played_log"
-"""Module of the source that is the name of a log."""
 
 
 def source_of(name: str, request: Request | None = None) -> Source:
-    """The source of a name: ``-``, ``scheme://...`` or a log to be played.
+    """The source of a name: ``-``, ``scheme://...`` or a log to be played. Nothing is
+    opened yet.
 
-    Nothing is opened yet.
-
-    Raises
-    ------
-    InputError
-        For an unknown scheme, and for a name that is not one of its transport.
-
-    Examples
-    --------
-    >>> from hefting.sources.registry import source_of
-    >>> source_of("tcp://localhost:9000").name
-    'tcp://localhost:9000'
+    Raises `InputError` for an unknown scheme, and for a name that is not one of its
+    transport.
     """
     module = import_module(_module_of(name))
     return module.SOURCE(name, request or Request())

@@ -28,22 +28,16 @@ UNFITTING = "frames or times that do not fit the others"
 """Why a message was skipped: taken with what was chosen, it makes no sense."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
-"""Roles of topics that can be chosen by name."""
+"""Of topics that can be chosen by name."""
 
 NOT_FINITE = "values that are not finite"
-"""Why samples were skipped."""
 
 
 class RosDecoder:
     """Chooses topics and frames from the first messages, then decodes what comes.
 
-    Parameters
-    ----------
-    name : of the source, for messages.
-    request : topics and frames that were asked for.
-    skipped : counts what is left out, by the reason.
-
-    `chosen` tells what was chosen, once `choose` has.
+    `request` has the topics and frames that were asked for, `skipped` counts what is
+    left out, by the reason, and `chosen` tells what was chosen, once `choose` has.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):
@@ -228,7 +222,6 @@ class RosDecoder:
         ]
 
     def _check_schema(self, topic: Topic) -> None:
-        """`InputError` for messages that cannot be decoded."""
         try:
             if topic.encoding in ("cdr", "ros1"):
                 definitions_for(topic)
@@ -243,7 +236,6 @@ class RosDecoder:
 
 
 def _finite(series: Series, counted: Counter[str]) -> Series:
-    """Samples whose values are; the others are counted."""
     good = np.asarray(np.isfinite(series.values).all(axis=1))
     if good.all():
         return series
@@ -262,14 +254,15 @@ def _stripped(name: str | None) -> str | None:
 
 
 MAX_LINKS = 2000
-"""Most links that are kept: a humanoid with its sensors has some hundred."""
+"""A humanoid with its sensors has some hundred."""
 
 KEPT = 10
 """Samples of a link that are kept of before what has been given."""
 
 
 class Transforms:
-    """Links as they were said, each for as long as it is needed."""
+    """What of tf is kept from one batch of messages to the next: a pose needs what
+    other links of its chain said before."""
 
     def __init__(self, kept: Mapping[Topic, Mapping[Key, Series]] | None = None):
         self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}

@@ -1,5 +1,9 @@
 """``rtde://HOST[:PORT]``: wrench, pose and joints from a controller of Universal
-Robots, without ROS."""
+Robots, without ROS.
+
+Source: Universal Robots, Real-Time Data Exchange (RTDE) Guide. Numbers are big-endian;
+a package is its length, its kind and its content.
+"""
 
 import socket
 import struct
@@ -129,7 +133,6 @@ class Dialogue:
             raise RtdeError(f"the controller refuses request {chr(kind)}")
 
     def _ask(self, kind: int, content: bytes) -> bytes:
-        """The answer to a request."""
         self._connection.sendall(HEAD.pack(HEAD.size + len(content), kind) + content)
         end = time.monotonic() + self._patience
         while (left := end - time.monotonic()) > 0:
@@ -149,7 +152,6 @@ class Dialogue:
 
 
 PORT = 30004
-"""Where controllers listen."""
 
 RATE = 500.0
 """Packages a second that are asked for; CB3 sends 125."""
@@ -232,7 +234,6 @@ class RtdeSource:
             self._socket = None
 
     def _samples(self, values: dict[str, Array]) -> list[Samples]:
-        """The flange's motion, its wrench, and the joints."""
         everything = np.concatenate(list(values.values()), axis=1)
         good = np.isfinite(everything).all(axis=1)
         if not good.all():

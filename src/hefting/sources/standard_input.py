@@ -12,7 +12,6 @@ from hefting.sources.json_lines import JsonLines
 from hefting.sources.registry import Request
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
 
 PIECES = 64
 """Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""

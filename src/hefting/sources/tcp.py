@@ -13,7 +13,6 @@ PATIENCE = 3.0
 """Longest wait for a connection [s]."""
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
 
 
 class TcpSource:

@@ -29,7 +29,8 @@ MOST = 1000
 
 
 class Inbox:
-    """A bounded queue; what does not fit is counted in `skipped`."""
+    """A bounded queue of messages that another thread brings; what does not fit is
+    counted in `skipped`."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
@@ -55,10 +56,8 @@ class Inbox:
 
 
 PORT = 7447
-"""Where a Zenoh router listens by default."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
-"""What a name looks like."""
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
@@ -67,7 +66,6 @@ CHECK = 1.0
 """How often it is asked whether the router is still there [s]."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
 class ZenohTransport:
@@ -146,7 +144,6 @@ class ZenohTransport:
                 self._found.append(str(sample.key_expr))
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         with self._lock:
             found, self._found = self._found, []
         for token in found:

@@ -34,8 +34,8 @@ from hefting.robots import Robot
 from hefting.robots.urdf import SCALAR, read_urdf
 
 DRAWS = 200
-"""Number of random states that tell which columns span the others: each gives n
-equations, and an arm of n joints has at most 10 n columns."""
+"""Random states that tell which columns span the others: each gives n equations, and an
+arm of n joints has at most 10 n columns."""
 DEPENDENT = 1e-8
 """Part of a column that those before leave, relative to its length, below which it is
 rounding."""
@@ -90,7 +90,7 @@ class JointDynamics:
 
     @property
     def joints(self) -> int:
-        """Number of joints n."""
+        """n"""
         return len(self.robot.joints)
 
     @property
@@ -211,7 +211,6 @@ def independent_columns(A: Array) -> Indices:
 
 
 def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
-    """Pinocchio's model of these joints, the others fixed at zero."""
     try:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
     except ImportError as error:

@@ -1,5 +1,5 @@
-"""Samples of joint torques with the joints' motion, smoothed by the project's
-spline."""
+"""Samples of joint torques with the joints' motion, from a recording: which columns are
+whose, currents by their gains, and what is refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
 
 FEWEST = 20
-"""Samples of a run that a motion is found from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +134,6 @@ def still_joints(
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
-    """The stream that has them."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:

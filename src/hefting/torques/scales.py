@@ -86,6 +86,7 @@ class TorqueScales:
 
 
 def _added(moments: TorqueMoments, rows: Array, share: Array) -> TorqueMoments:
+    """-"""
     return replace(moments.fold_rows(rows), counts=moments.counts + share.sum(axis=0))
 
 
@@ -100,7 +101,8 @@ TOGETHER = 2**LEVELS
 
 
 class LiveTorques:
-    """Moments of rows that come one by one: they wait until `TOGETHER` are there."""
+    """Moments of rows that come one by one, at a cost and in a memory that do not grow:
+    they wait until `TOGETHER` are there."""
 
     def __init__(self, scales: TorqueScales):
         n, c = scales.levels[0].factors.shape[:2]
