@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hefting.online import LiveEstimate, LiveIdentifier
     from hefting.online.samples import Samples
     from hefting.shapes import Shape
-    from hefting.sources.pump import Pump
+    from hefting.sources.live import Pump
     from hefting.sources.registry import Request
 
 EXAMPLES = (
@@ -172,7 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
-    from hefting.sources.pump import Pump
+    from hefting.sources.live import Pump
     from hefting.sources.record import Recorder
     from hefting.sources.registry import source_of
 

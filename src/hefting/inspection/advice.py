@@ -1,5 +1,5 @@
-"""What to do next about a recording: what stands in the way first, then what would make
-it better."""
+"""What to do next about a recording: what stands in the way, then what would make it
+better."""
 
 from math import degrees
 
@@ -9,19 +9,19 @@ from hefting.inspection.facts import StreamFacts
 from hefting.inspection.result import Inspection
 
 OFFSET = 0.005
-"""s: a clock offset worth a sentence."""
+"""[s]"""
 FEW_HERTZ = 50.0
 """Slower poses lose the accelerations of a hand's motion."""
 SHORT = 5.0
-"""s"""
+"""[s]"""
 SHARE = 0.02
-"""of samples missing, or left out, that is worth a sentence"""
+"""of samples missing, or left out"""
 BRISK = 0.2
-"""rad/s on average that slow streams do not follow"""
+"""[rad/s] on average that slow streams do not follow"""
 LITTLE = 0.5
-"""rad: gravity should turn by more in sensor axes"""
+"""[rad] that gravity should turn by in sensor axes"""
 WEAK = 1.0
-"""SNR below which a channel shows noise more than the object."""
+"""SNR of a channel that shows noise more than the object."""
 
 
 def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:

@@ -1,6 +1,4 @@
-"""What a recording says of its streams (rate, gaps, jitter), of the movement (how fast,
-how safe, how far it turned against gravity) and of the wrench (the object as least
-squares sees it, bias, noise, SNR)."""
+"""What a recording says of its streams, of the movement and of the wrench."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +16,7 @@ from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
 
 GAP = 3.0
-"""Steps longer than so many usual ones are gaps."""
+"""Usual steps."""
 
 
 @dataclass(frozen=True)
@@ -139,10 +137,10 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time [s] during which values (K,) at `time` (K,) [s] exceed a limit.
+    """[s] during which values (K,) at `time` (K,) [s] exceed a limit.
 
-    Each step counts by half for either of its two samples. A step longer than `GAP`
-    times the median counts as long as the median.
+    Each step counts by half for either of its two samples; one longer than `GAP` times
+    the median as long as the median.
     """
     above = values > limit
     if len(time) < 2:
@@ -158,8 +156,8 @@ def _mean_and_largest(values: Array) -> tuple[float, float]:
 
 
 def _widest(gravity: Array) -> float:
-    """The largest angle [rad] between two directions (K, 3), to a few degrees: of those
-    furthest along many axes."""
+    """[rad] between two directions (K, 3), to a few degrees: of those furthest along
+    many axes."""
     unit = gravity / np.maximum(np.linalg.norm(gravity, axis=1, keepdims=True), 1e-300)
     k = np.arange(200) + 0.5  # evenly over the sphere
     polar, azimuth = np.arccos(1.0 - k / 100.0), np.pi * (1.0 + 5.0**0.5) * k
@@ -227,10 +225,8 @@ class WrenchFacts:
 
 
 def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts:
-    """Facts of a recording and an unconstrained fit to it.
-
-    `comparable`: a mass was found, and motion is modelled beside gravity.
-    """
+    """Of an unconstrained fit. `comparable`: a mass was found, and motion is modelled
+    beside gravity."""
     z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
     left = z.wrench - explained if fit.bias is None else z.wrench - explained - fit.bias

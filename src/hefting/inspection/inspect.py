@@ -1,5 +1,5 @@
-"""Inspection of a recording before anything is identified: how ingest reads it, and
-what is missing. A poor recording does not raise."""
+"""Inspection of a recording before anything is identified. A poor recording does not
+raise."""
 
 from dataclasses import replace
 
@@ -63,7 +63,7 @@ def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection
 
 
 def _obstacle(recording: Recording) -> str:
-    """Why the recording cannot be conditioned; empty if it has all that is needed."""
+    """Why it cannot be conditioned; empty if it has all that is needed."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
@@ -164,5 +164,5 @@ def _quick_mass(recording: Recording, gravity: Array) -> float | None:
 
 
 def _reason(error: InputError) -> str:
-    """What is wrong, and what to do about it, without the file's name."""
+    """And what to do about it, without the file's name."""
     return f"{error.what}; {error.fix}" if error.fix else error.what

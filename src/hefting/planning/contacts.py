@@ -15,8 +15,7 @@ from hefting.planning.solids import Solid
 
 
 class Contacts:
-    """Pairs of solids, and how far they are from each other. Raises
-    `MissingDependencyError` without coal."""
+    """Pairs of solids, and their distances. `MissingDependencyError` without coal."""
 
     def __init__(self, solids: Sequence[Solid], pairs: Indices):
         try:
@@ -35,11 +34,9 @@ class Contacts:
         self, position: Array, rotation: Array, below: Array
     ) -> tuple[Array, Indices]:
         """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
-        pair it is (K,).
+        pair it is; not beyond `below` (K,) [m], of which the pair is -1.
 
-        `position` (K, S, 3) and `rotation` (K, S, 3, 3) are those of the solids' links.
-        Where no pair is nearer than `below` (K,) [m], that is the distance, and -1 the
-        pair.
+        Solids' links have `position` (K, S, 3) and `rotation` (K, S, 3, 3).
         """
         bounds = self._bounds(position, rotation)
         distance, which = below.copy(), np.full(len(position), -1)
@@ -72,7 +69,6 @@ class Contacts:
     def _distance(
         self, pair: Indices, position: Array, rotation: Array, poses: dict[int, Any]
     ) -> float:
-        """Of one pair [m]; `poses` keeps what is made."""
         for s in pair:
             if s not in poses:
                 poses[s] = self._coal.Transform3s(rotation[s], position[s])
@@ -94,17 +90,14 @@ def _convex(coal: Any, solid: Solid) -> Any:
 
 
 MOST = 200_000
-"""Most elements that are read: pairs of a humanoid with hands are some 5,000."""
+"""Elements that are read: pairs of a humanoid with hands are some 5,000."""
 
 
 def read_disabled_pairs(
     path: str | Path, links: Collection[str]
 ) -> frozenset[frozenset[str]]:
-    """Pairs of `links` whose collisions the file disables (https://wiki.ros.org/srdf).
-
-    Raises `InputError` when the file cannot be read, is no XML, its root is not
-    ``<robot>``, it names no pair of these links, or has more than `MOST` elements.
-    """
+    """Pairs of `links` whose collisions an SRDF disables (https://wiki.ros.org/srdf);
+    `InputError` where it does so for none, and for another file."""
     pairs: set[frozenset[str]] = set()
     roots: list[str] = []
 

@@ -1,5 +1,4 @@
-"""What is known of the held object before the motion: a body to plan for, the box it is
-in, and how much is known of its parameters."""
+"""What is known of the held object before the motion."""
 
 from __future__ import annotations
 
@@ -20,19 +19,18 @@ from hefting.shapes import Shape
 UNKNOWN_MASS = 1.0
 """[kg] of an object of which nothing is known."""
 UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
-"""[m] Opposite corners of the box in the sensor frame that it is taken to be in: a hand
-tool in a gripper."""
+"""[m] Opposite corners in the sensor frame: a hand tool in a gripper."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """The object, as far as it is known."""
+    """A body to plan for, the box it is in, and how much is known of it."""
 
     body: InertialParameters
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array
-    """(10, 10) inverse of the covariance of its parameters"""
+    """(10, 10) of its parameters"""
     shape: Shape | None
     estimate: Estimate | None
     notes: tuple[Message, ...]
@@ -40,11 +38,9 @@ class Held:
 
     @classmethod
     def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:
-        """From an earlier estimate, a shape, both or neither.
-
-        An estimate is taken to know the shape already. Raises `InputError` for one
-        without mass, and for a covariance that is none.
-        """
+        """From an earlier estimate, which knows the shape already, a shape, both or
+        neither. Raises `InputError` for an estimate without mass, and for a covariance
+        that is none."""
         notes: list[Message] = []
         if estimate is None:
             body = _body(shape)
@@ -75,8 +71,8 @@ class Held:
 
 
 def box_corners(shape: Shape) -> Array:
-    """Corners (8, 3) [m] of the bounding box of a shape along its own axes, in the
-    sensor frame."""
+    """(8, 3) [m] of the bounding box of a shape along its own axes, in the sensor
+    frame."""
     axes = shape.pose[:3, :3]
     own = np.vstack((shape.hull, shape.positions)) @ axes
     return _corners(own.min(axis=0), own.max(axis=0)) @ axes.T
@@ -89,7 +85,7 @@ def _corners(low: Array, high: Array) -> Array:
 
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
-    """Of the box where no shape is known, wide enough to hold the COM in the middle."""
+    """Wide enough to hold the COM in the middle."""
     low, high = (np.array(corner) for corner in UNKNOWN_BOX)
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
@@ -108,8 +104,8 @@ def _body(shape: Shape | None) -> InertialParameters:
 
 
 def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
-    """Body and information of an estimate; where a variance is infinite, that it is near
-    the sensor."""
+    """Body and information of an estimate; where a variance is infinite, that it is
+    near the sensor."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
         raise InputError(

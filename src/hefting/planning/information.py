@@ -43,19 +43,19 @@ EFFECTS = FULL_MAP.reshape(12, 6, 10)
 
 
 class Slopes(NamedTuple):
-    """Derivatives of a function of the information."""
+    """Derivatives of a function of the information, position and velocity at the same
+    features."""
 
     features: Array
     """(12, K)"""
     position: Array
-    """(K, n) by joint positions, at the same features"""
+    """(K, n) by joint positions"""
     velocity: Array
-    """(K, n) by joint velocities, at the same features"""
+    """(K, n) by joint velocities"""
 
 
 def features(tip: TipMotion) -> Array:
-    """(12, K) of the motion of the sensor frame, as `hefting.core.regressor` has
-    them."""
+    """(12, K) as `hefting.core.regressor` has them."""
     w = tip.angular_velocity
     squares = w[TENSOR_ROWS] * w[TENSOR_COLUMNS]
     return np.concatenate((tip.acceleration, tip.angular_acceleration, squares))
@@ -63,7 +63,7 @@ def features(tip: TipMotion) -> Array:
 
 def feature_gradient(tip: TipMotion, by: Array) -> tuple[Array, Array, Array]:
     """Derivatives (3, K) by acceleration, angular acceleration and angular velocity of
-    what has the derivatives `by` (12, K) by the features."""
+    what has those `by` (12, K) by the features."""
     w, rest = tip.angular_velocity, by[6:]
     turning = np.zeros_like(w)
     for row, column, own in zip(TENSOR_ROWS, TENSOR_COLUMNS, rest, strict=True):
@@ -73,15 +73,14 @@ def feature_gradient(tip: TipMotion, by: Array) -> tuple[Array, Array, Array]:
 
 
 def expected_wrench(x: Array, vector: Array) -> Array:
-    """(6, K) [N, N m] that a body of ten parameters needs for motions of features (12,
-    K)."""
+    """(6, K) [N, N m] of a body of ten parameters and features (12, K)."""
     return np.einsum("aip,p->ia", EFFECTS, vector) @ x
 
 
 def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: float):
-    """(6, 6) covariance that one sample at `rate` [Hz] counts with: of the wrench's
-    noise, and of the errors of the accelerations by a body of ten parameters, as often
-    as they last for (`hefting.motion.weighting`)."""
+    """(6, 6) that one sample at `rate` [Hz] counts with: of the wrench's noise, and of
+    the errors of the accelerations by a body of ten parameters, as often as they last
+    for (`hefting.motion.weighting`)."""
     E = np.einsum("aip,p->ia", EFFECTS[:6], vector)
     squares = np.repeat((motion.linear**2, motion.angular**2), 3)
     lasting = max(motion.memory * rate, 1.0)
@@ -91,23 +90,23 @@ def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: flo
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Information of the wrench, one sample a time, of a given noise."""
+    """Of the wrench, one sample a time."""
 
     tensor: Array
     """(144, 100) D_a' S^-1 D_b"""
     rate: float
-    """of the samples that will be recorded [Hz]"""
+    """[Hz] of the samples that will be recorded"""
 
     @classmethod
     def of(cls, covariance: Array, rate: float) -> Self:
-        """For samples at `rate` [Hz] with noise of a covariance (6, 6)."""
+        """For noise of a covariance (6, 6)."""
         weighed = np.einsum("ij,bjq->biq", np.linalg.inv(covariance), EFFECTS)
         tensor = np.einsum("aip,biq->abpq", EFFECTS, weighed).reshape(144, 100)
         return cls(frozen(tensor), rate)
 
     def gained(self, passed: Passed, x: Array, duration: float) -> Array:
-        """(10, 10) information of a motion of `duration` [s], with features (12, K) at
-        equal intervals; `passed` is not looked at."""
+        """(10, 10) by a motion of `duration` [s] with features (12, K) at equal
+        intervals; `passed` is not looked at."""
         off, samples = self._off(x, duration)
         moment = samples * (off @ off.T)
         return (moment.ravel() @ self.tensor).reshape(10, 10)
@@ -120,7 +119,7 @@ class Information:
         return Slopes(samples * ((moment + moment.T) @ off), none, none)
 
     def _off(self, x: Array, duration: float) -> tuple[Array, float]:
-        """Features less their mean, and how many samples each instant stands for."""
+        """Features less their mean, and samples that an instant stands for."""
         samples = self.rate * duration / x.shape[1]
         return x - x.mean(axis=1, keepdims=True), samples
 
@@ -135,12 +134,12 @@ MAP = EFFECTS.transpose(1, 2, 0).reshape(60, 12)
 
 @dataclass(frozen=True, eq=False)
 class JointInformation:
-    """Information of the torques of n joints, one sample a time."""
+    """Of the torques of n joints, one sample a time."""
 
     noise: Array
-    """(n,) standard deviations [N m]"""
+    """(n,) [N m]"""
     rate: float
-    """of the samples that will be recorded [Hz]"""
+    """[Hz]"""
 
     def gained(self, passed: Passed, x: Array, duration: float) -> Array:
         """As of `Information`."""
@@ -189,7 +188,7 @@ class _Columns:
 
     @cached_property
     def powers(self) -> Array:
-        """(n, K) of the speeds"""
+        """(n, K)"""
         return (self.passed.rates / STICTION_SPEED) ** STEEPNESS
 
     @cached_property

@@ -29,40 +29,40 @@ from hefting.robots.robot import Robot
 
 W, V, DW, A, P = range(5)
 """Vectors that are carried along the arm: angular and linear velocity, their
-derivatives, and the way from the root's origin to the frame's."""
+derivatives, and the way from the root's origin."""
 VECTORS = 5
 
 
 class TipMotion(NamedTuple):
-    """Motion of the sensor frame at K instants, in sensor axes unless said."""
+    """Of the sensor frame at K instants, in its axes."""
 
     angular_velocity: Array
     """(3, K) [rad/s]"""
     velocity: Array
-    """(3, K) of the origin [m/s]"""
+    """(3, K) [m/s]"""
     angular_acceleration: Array
     """(3, K) [rad/s²]"""
     acceleration: Array
-    """(3, K) of the origin, classical, less gravity [m/s²]"""
+    """(3, K) classical, less gravity [m/s²]"""
     position: Array
-    """(3, K) of the origin, from the root's [m]"""
+    """(3, K) from the root's origin [m]"""
     rotation: Array
-    """(3, 3, K) rows are the root's axes, in sensor axes"""
+    """(3, 3, K) rows are the root's axes"""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The joints of a robot that move its sensor frame, as `motion` needs them."""
+    """The joints of a robot that move its sensor frame."""
 
     axes: Array
     """(n, 3) in root axes, the robot's joints at zero"""
     steps: Array
-    """(n + 1, 3) [m] from each joint's point to the next, the first from the root's
-    origin, the last to the sensor's"""
+    """(n + 1, 3) [m] from the root's origin to each joint's point, and to the sensor's
+    origin"""
     columns: tuple[int, ...]
     multipliers: Array
     offsets: Array
-    """of each joint's position: multiplier * q[column] + offset"""
+    """joint position: multiplier * q[column] + offset"""
     home: Array
     """(3, 3) sensor axes in root axes at zero"""
     gravity: Array
@@ -86,11 +86,11 @@ class Chain:
 
     @cached_property
     def turns(self) -> list[tuple[Array, Array]]:
-        """K = [axis]x and K K of each joint, which turn vectors about it."""
+        """Of each joint K = [axis]x and K K, which turn vectors about it."""
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
     def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
-        """Motion of the tip for joint motions (K, n), and what the way back needs."""
+        """For joint motions (K, n)."""
         K = len(q)
         x = np.zeros((3, VECTORS, K))
         x[:, A] = -self.gravity[:, None]
@@ -132,21 +132,20 @@ class Chain:
 
 
 class TipGradient(NamedTuple):
-    """Derivatives of a function by a `TipMotion`, in sensor axes; each (3, K)."""
+    """Derivatives (3, K) by a `TipMotion`, and by a shift (force) and a turn (torque)
+    of the frame along and about its axes, at its origin."""
 
     angular_velocity: Array
     velocity: Array
     angular_acceleration: Array
     acceleration: Array
     force: Array
-    """by a shift of the frame along its axes"""
     torque: Array
-    """by a turn of the frame about its axes, at its origin"""
 
 
 @dataclass(frozen=True, eq=False)
 class Passed:
-    """A forward pass."""
+    """Motion of the tip, and what the way back needs."""
 
     chain: Chain
     motion: TipMotion
@@ -156,13 +155,13 @@ class Passed:
 
     @cached_property
     def rates(self) -> Array:
-        """(n, K) [rad/s] of screws that move alone, as `screws` has them"""
+        """(n, K) [rad/s] of screws that move alone"""
         return np.array([rate for _, _, rate, _ in self.links])
 
     @cached_property
     def screws(self) -> Array:
-        """(3, 2, n, K) screw axis of each joint, linear and angular: the twist of the
-        sensor frame, in its axes, by a unit speed of that joint."""
+        """(3, 2, n, K) linear and angular: the twist of the sensor frame, in its axes,
+        by a unit speed of each joint."""
         chain, K = self.chain, self.motion.velocity.shape[1]
         found = np.zeros((3, 2, len(chain.columns), K))
         for i, (sin, cos, _, _) in enumerate(self.links):
@@ -182,8 +181,8 @@ class Passed:
         """Derivatives (K, n) by joint positions of what has those `by` (3, 2, n, K) by
         the screws.
 
-        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i,
-        the Lie bracket, for i > j, else zero.
+        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i, the
+        Lie bracket, for i > j, else zero.
         """
         v, w = self.screws[:, 0], self.screws[:, 1]
         turn = cross(w, by[:, 1]) + cross(v, by[:, 0])
@@ -240,13 +239,11 @@ class Passed:
 
 
 def _step(x: Array, step: Array) -> None:
-    """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
     x[:, V] += cross(x[:, W], step[:, None])
     x[:, A] += cross(x[:, DW], step[:, None])
     x[:, P] += step[:, None]
 
 
 def _step_back(y: Array, step: Array) -> None:
-    """Move wrenches (3, 6, K) against a step (3,) [m]."""
     for pair in (0, 2, 4):
         y[:, pair] += cross(step[:, None], y[:, pair + 1])

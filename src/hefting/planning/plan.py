@@ -21,12 +21,18 @@ from hefting.core.spatial import (
     Array,
     check_gravity,
 )
-from hefting.planning.forecast import INSTANTS, LONGER, out_of_reach, time_needed
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
-from hefting.planning.result import Forecast, Plan
+from hefting.planning.result import (
+    INSTANTS,
+    LONGER,
+    Forecast,
+    Plan,
+    out_of_reach,
+    time_needed,
+)
 from hefting.planning.search import Found, Searcher, effort_named
 from hefting.planning.sensors import (
     JointTorques,
@@ -40,7 +46,6 @@ from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
 RANDOM_STARTS = 12
-"""Places to start from that are tried where none is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +85,7 @@ class Planner:
         return best, forecast
 
     def problem(self, duration: float) -> Problem:
-        """The problem, with all joints at zero at the start."""
+        """With all joints at zero at the start."""
         vector = self.held.body.vector
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
         corners = np.vstack((np.zeros(3), self.held.corners))
@@ -113,7 +118,6 @@ class Planner:
 DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
-"""[s] of a plan."""
 
 
 def plan(

@@ -34,15 +34,15 @@ NORM_QUANTILE = 1.75
 """95 % quantile of the length of a random vector over the root of its mean square:
 1.96 where one axis alone is uncertain, 1.61 where three are alike."""
 SHARPNESS = 12.0
-"""Power of the mean that stands for the largest of the shares."""
+"""Of the mean that stands for the largest of the shares."""
 DOUBLE = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0)) ** 0.5
-"""Weights of a tensor's entries in its Frobenius norm."""
+"""Of a tensor's entries in its Frobenius norm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """With the covariance C of the parameters after the motion: the largest of
-    deviation over tolerance, or the volume of their ellipsoid."""
+    """The largest of deviation over tolerance after the motion, or the volume of the
+    deviations' ellipsoid."""
 
     rows: tuple[Array, ...]
     """(k, 10) each: deviations of a quantity, over its tolerance, by those of the
@@ -50,7 +50,6 @@ class Objective:
     floors: Array
     """of each quantity, squares that no motion lessens"""
     volume: bool
-    """whether the volume counts, not the largest"""
 
     @classmethod
     def of(
@@ -93,8 +92,8 @@ class Objective:
 
 
 def quantities(body: InertialParameters) -> dict[str, Array]:
-    """Deviations of mass (1, 10) as a share, COM (3, 10) [m] and inertia about the COM
-    (6, 10) as a share of its norm, by those of the parameters."""
+    """Deviations of mass (1, 10), as a share, COM (3, 10) [m] and inertia about it (6,
+    10), as a share of its norm, by those of the parameters."""
     J = com_jacobian(body)
     size = float(np.linalg.norm(body.inertia_at_com)) or 1e-12
     return {
@@ -105,18 +104,17 @@ def quantities(body: InertialParameters) -> dict[str, Array]:
 
 
 NEAR = 0.03
-"""[m] Clearances below are followed; what is farther does not get near in one round."""
+"""[m] What is farther does not get near in one round."""
 STEP = 1e-4
-"""[rad] of the differences that tell how clearances change."""
+"""[rad] of differences."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """How clear the links and the object are of each other and of the walls, on a grid
-    of K instants: linear in the joint positions."""
+    """Clearances of solids and walls at K instants, linear in the joint positions."""
 
     position: Array
-    """(K, n) at which they were found [rad]"""
+    """(K, n) about which [rad]"""
     clearance: Array
     """(K,) [m]"""
     slope: Array
@@ -141,18 +139,17 @@ class Cuts:
 
 
 GRID = 30.0
-"""[Hz] of the samples that the optimisation looks at: ten times what moves."""
+"""[Hz] that the optimisation looks at: ten times what moves."""
 FINEST_PIECE = 0.3
-"""[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
+"""[s] of a polynomial piece: motion up to some 1.5 Hz, which cobots follow."""
 MOST_PIECES = 100
-"""Polynomial pieces of a motion at most: longer ones move slower, as more of them would
-take the optimisation too long."""
+"""Longer motions are slower, as more would take the optimisation too long."""
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Splines through rest at both ends, on a grid of K instants: q = start +
-    values[0] @ x, and so its derivatives."""
+    """Splines through rest at both ends, on a grid of K instants: q = start + values[0]
+    @ x, and so its derivatives."""
 
     knots: Array
     values: Array
@@ -179,7 +176,7 @@ class Basis:
         return self.values.shape[2]
 
     def trajectory(self, start: Array, x: Array) -> Trajectory:
-        """Of free control points (P, n), as ways from the start (n,)."""
+        """Of control points (P, n), as ways from the start (n,)."""
         n = len(start)
         last = np.repeat(x[-1:], AT_REST - 1, axis=0)
         return Trajectory(
@@ -205,12 +202,12 @@ class Problem:
     basis: Basis
     start: Array
     known: Array
-    """(10, 10) information there is already"""
+    """(10, 10) there is already"""
     information: Information | JointInformation
     objective: Objective
     constraints: Constraints
     cuts: Cuts | None = None
-    """clearances, linear about the motion of the last round"""
+    """about the motion of the last round"""
 
     @property
     def duration(self) -> float:
@@ -249,7 +246,7 @@ class Look:
         return self.passed.motion
 
     def excesses(self) -> dict[str, Array]:
-        """Share of each limit that is used, less one; positive where it is broken."""
+        """Share of each limit that is used, less one."""
         own = self.problem.constraints
         shares = own.joint_shares(self.states)
         found = {}

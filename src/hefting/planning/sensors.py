@@ -3,7 +3,7 @@ joints, and how sure one will be by it.
 
 The forecast is the estimator's own: of a recording as it is expected, the noise drawn.
 Of joint torques (`hefting.torques`) that is one run without the object and one with it,
-by the arm's published inertias; arm and friction are found from both.
+by the arm's published inertias.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.identification import identify
 from hefting.identification.by_torques import ByTorques
-from hefting.planning.forecast import forecast_by
 from hefting.planning.held import Held
 from hefting.planning.information import (
     Information,
@@ -34,7 +33,7 @@ from hefting.planning.information import (
     noise_covariance,
 )
 from hefting.planning.kinematics import Chain
-from hefting.planning.result import Forecast
+from hefting.planning.result import Forecast, forecast_by
 from hefting.planning.trajectory import Trajectory
 from hefting.robots.robot import Robot
 from hefting.torques.dynamics import JointDynamics
@@ -46,21 +45,19 @@ MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
 0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
 bandwidth is some 36 rad/s. Those of slower motions are smaller."""
 MOST_NOISE = 1e3
-"""[N], [N m] Noise of an estimate's recording from which on it is not believed."""
+"""[N], [N m] from which on that of an estimate's recording is not believed."""
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations along each axis of position [m] and orientation [rad] of the poses
-that a cobot reports."""
+"""Standard deviations along each axis that a cobot reports poses with: [m], [rad]."""
 GAIN = 0.0025
 """Standard deviation of a wrench sensor's gain, of which nothing is said
 (`hefting.core.sensor_accuracy.TYPICAL`): an error that two recordings share."""
 LARGEST_SHARE = 0.95
-"""Share of an estimate's variance that is taken to be the sensor's gain at most."""
+"""Of an estimate's variance that is taken to be the sensor's gain."""
 FIRST_NOISE, LAST_NOISE = 0.1, 0.05
-"""[N m] Standard deviations of the noise of the first and the last joint's torque, where
-nothing is said: those between lie between, by their logarithm."""
+"""[N m] of the first and the last joint's torque, where nothing is said: those between
+lie between, by their logarithm."""
 MOST_INSTANTS = 6
-"""At which is told how sure one is expected to be by torques: each takes some tenths of
-a second."""
+"""Of a forecast by torques: each takes some tenths of a second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +66,7 @@ class WristSensor:
 
     noise: Noise
     rate: float
-    """of the samples [Hz]"""
+    """[Hz]"""
     notes: tuple[Message, ...] = ()
     """what was assumed"""
     gain = GAIN
@@ -94,7 +91,7 @@ class WristSensor:
 
     @property
     def levels(self) -> dict[str, Any]:
-        """Standard deviations of the noise [N], [N m]."""
+        """Of the noise [N], [N m]."""
         return {"force": self.noise.force, "torque": self.noise.torque}
 
     def information(self, vector: Array) -> Information:
@@ -173,7 +170,7 @@ def _without(information: Array, shared: Array) -> Array:
 
 
 def _is_level(value: object) -> TypeGuard[float]:
-    """Whether a value that was read from a file can be a standard deviation."""
+    """Whether a value from a file can be a standard deviation."""
     return isinstance(value, float | int) and 0.0 < value < MOST_NOISE
 
 
@@ -200,9 +197,9 @@ class JointTorques:
 
     dynamics: JointDynamics
     noise: Array
-    """(n,) standard deviations [N m]"""
+    """(n,) [N m]"""
     rate: float
-    """of the samples [Hz]"""
+    """[Hz]"""
     notes: tuple[Message, ...] = ()
     """what was assumed"""
     gain = 0.0
@@ -219,10 +216,8 @@ class JointTorques:
         gravity: Array,
     ) -> Self:
         """With a noise that is given, that of the estimate's recording, or a usual one.
-
         Raises `InputError` for a noise that is none of n joints, and as
-        `JointDynamics.from_urdf`.
-        """
+        `JointDynamics.from_urdf`."""
         dynamics = JointDynamics.from_urdf(urdf, tip, gravity)
         noise, told = _noise(given, estimate, dynamics.joints)
         what = (
@@ -234,7 +229,7 @@ class JointTorques:
 
     @property
     def levels(self) -> dict[str, Any]:
-        """Standard deviations of the noise [N m]."""
+        """Of the noise [N m]."""
         return {"joint_torques": self.noise.tolist()}
 
     def information(self, vector: Array) -> JointInformation:

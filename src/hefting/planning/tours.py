@@ -1,10 +1,8 @@
-"""Stop and go: rests in a few poses, for mass and COM alone, with little travel
-between, all limits kept.
+"""Stop and go: rests in a few poses, for mass and COM alone, all limits kept.
 
 At rest only gravity's direction in the sensor's axes tells anything (Atkeson et al.
 1986): the more it changes from pose to pose, and the longer the arm rests, the better.
-Both cost time, so the poses are sought that leave the least uncertainty within a
-duration.
+Both cost time.
 """
 
 from __future__ import annotations
@@ -17,30 +15,29 @@ import numpy as np
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
-from hefting.planning.check import Usage
 from hefting.planning.information import features
-from hefting.planning.limits import CLEARANCE, Constraints
+from hefting.planning.limits import CLEARANCE
 from hefting.planning.problem import GRID, Problem
 from hefting.planning.search import Found, Searcher
 from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory
 
 COUNTS = (4, 5, 6)
-"""Poses that are tried. Mass, COM and a free bias need three at least."""
+"""Of poses. Mass, COM and a free bias need three at least."""
 STEPS = 600
-"""Of the search for the poses of each count."""
+"""Of the search for each count."""
 FIRST_STEP = 0.5
-"""[rad] by which poses are moved in the first step, one standard deviation."""
+"""[rad] Standard deviation by which poses are moved in the first step."""
 GROWTH, SHRINKAGE = 1.4, 0.92
 """Of that after a better and after a worse try, so that a fifth succeeds."""
 ALONG = 8
-"""Instants of each move that are looked at."""
+"""Instants of each move."""
 SHORTEST_REST = 0.3
 """[s] in each pose: what shakes has settled."""
 PEAKS = 15.0 / 8.0, 10.0 / 3.0**0.5, 60.0
 """Largest speed, acceleration and jerk of a minimum-jerk move of 1 rad in 1 s (Flash &
 Hogan 1985)."""
 SLACK = 1.02
-"""Factor of a move's time over the least, for what happens between instants."""
+"""Of a move's time over the least, for what happens between instants."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +52,8 @@ class Tour:
     """[s] in each pose"""
 
     def trajectory(self) -> Trajectory:
-        """The motion: a spline of degree five with three equal control points for each
-        knot, which is at rest there."""
+        """A spline of degree five with three equal control points for each knot, which
+        is at rest there."""
         spans = np.full(2 * len(self.poses) - 1, self.rest)
         spans[1::2] = self.moves
         inner = np.concatenate(([0.0], np.cumsum(spans)))
@@ -72,18 +69,16 @@ def best_tour(
     is_free: Callable[[Array], bool],
     steps: int = STEPS,
 ) -> Tour | None:
-    """The tour from the problem's start, of its duration, that leaves the least
-    uncertainty by its objective; None where none was found.
-
-    `is_free` tells of joint positions (K, n) whether they touch nothing.
-    """
+    """From the problem's start, of its duration, with the least uncertainty; None where
+    none was found. `is_free` tells of joint positions (K, n) whether they touch
+    nothing."""
     found = [_search(problem, rng, is_free, count, steps) for count in COUNTS]
     known = [each for each in found if each is not None]
     return min(known, key=lambda each: each[0])[1] if known else None
 
 
 def minimum_jerk(share: Array) -> tuple[Array, Array, Array]:
-    """Way, speed and acceleration at shares of the time of a move of 1 in 1 s."""
+    """Way, speed and acceleration of a move of 1 in 1 s."""
     u = share
     way = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     speed = 30.0 * u**2 * (1.0 - u) ** 2
@@ -102,9 +97,8 @@ def _search(
     poses = np.repeat(problem.start[None], count, axis=0)
     step = FIRST_STEP
     for _ in range(steps):
-        tried = _within(
-            problem.constraints, poses + step * rng.normal(size=poses.shape)
-        )
+        tried = poses + step * rng.normal(size=poses.shape)
+        tried = np.clip(tried, *problem.constraints.limits.position.T)
         tried[0] = problem.start
         tour = timed(problem, tried)
         value = np.inf if tour is None else _value(problem, tour)
@@ -118,8 +112,8 @@ def _search(
 
 
 def timed(problem: Problem, poses: Array) -> Tour | None:
-    """The tour through poses (N, n) with moves as quick as the limits allow; None where
-    no time is left to rest."""
+    """Through poses (N, n) with moves as quick as the limits allow; None where no time
+    is left to rest."""
     limits = problem.constraints.limits
     way = np.abs(np.diff(poses, axis=0))
     speed, acceleration, jerk = PEAKS
@@ -137,7 +131,7 @@ def timed(problem: Problem, poses: Array) -> Tour | None:
 
 
 def _corner_times(problem: Problem, poses: Array) -> Array:
-    """Least times (N - 1,) [s] of the moves that keep the speed of the corners."""
+    """(N - 1,) [s] at least, for the speed of the corners."""
     q, dq = _along(poses)
     own = problem.constraints
     tip = problem.chain.forward(q, dq, np.zeros_like(q)).motion
@@ -163,18 +157,13 @@ def _value(problem: Problem, tour: Tour) -> float:
     return problem.objective.value(problem.known + gained)[0]
 
 
-def _within(constraints: Constraints, poses: Array) -> Array:
-    low, high = constraints.limits.position.T
-    return np.clip(poses, low, high)
-
-
 USUAL = Accuracy(mass=0.01, center_of_mass=0.002)
-"""Whose worst is made least, where nothing is asked."""
+"""Where nothing is asked."""
 MOST_SLOWED = 4
 
 
 def asked_of_tour(asked: Accuracy | None) -> Accuracy:
-    """What rests are planned for; `InputError` where that is an inertia."""
+    """`InputError` where an inertia is asked."""
     if asked is not None and asked.inertia is not None:
         what = "rests do not tell an inertia"
         raise InputError(what, fix="ask for mass and com alone, or plan a motion")
@@ -182,8 +171,7 @@ def asked_of_tour(asked: Accuracy | None) -> Accuracy:
 
 
 def planned_tour(searcher: Searcher, problem: Problem, start: Array) -> Found:
-    """The best rests from a place to start from (n,). `InputError` where no move keeps
-    the limits."""
+    """The best rests from a start (n,); `InputError` where no move keeps the limits."""
     problem = replace(problem, start=start)
     tour = best_tour(problem, searcher.rng, lambda q: _is_free(searcher, q))
     for _ in range(MOST_SLOWED):
@@ -211,17 +199,9 @@ def _slower(tour: Tour, factor: float) -> Tour | None:
 
 def _found(searcher: Searcher, problem: Problem, tour: Tour) -> Found:
     trajectory = tour.trajectory()
-    usage = Usage.of(
-        trajectory,
-        problem.chain,
-        problem.constraints,
-        searcher.joints,
-        searcher.solid,
-    )
     motion = trajectory.sampled(GRID)
     still = np.zeros_like(motion.position)
     passed = problem.chain.forward(motion.position, still, still)
     x = features(passed.motion)
     after = problem.known + problem.information.gained(passed, x, problem.duration)
-    value = problem.objective.value(after)[0]
-    return Found(problem, trajectory, usage, value, after)
+    return searcher.measured(problem, trajectory, after)

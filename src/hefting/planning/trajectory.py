@@ -14,20 +14,18 @@ from hefting.robots.joint_motion import JointMotion
 
 DEGREE = 5
 AT_REST = 3
-"""Equal control points at each end: velocity and acceleration are zero there."""
+"""Equal control points at each end."""
 
 
 def knots_of(duration: float, pieces: int) -> Array:
-    """Knots of so many equal polynomial pieces over `duration` [s], clamped at both
-    ends."""
+    """Of so many equal polynomial pieces over `duration` [s]."""
     inner = np.linspace(0.0, duration, pieces + 1)
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """q(t) = sum_i B_i(t) c_i, at rest at both ends, three times continuously
-    differentiable and more."""
+    """q(t) = sum_i B_i(t) c_i, three times continuously differentiable and more."""
 
     knots: Array
     """(m + 6,) [s]"""
@@ -45,7 +43,7 @@ class Trajectory:
 
     @property
     def start(self) -> Array:
-        """(n,) joint positions at the start [rad]"""
+        """(n,) [rad]"""
         return self.points[0]
 
     @cached_property
@@ -54,19 +52,17 @@ class Trajectory:
         return tuple(own.derivative(k) if k else own for k in range(4))
 
     def at(self, time: ArrayLike) -> JointMotion:
-        """Position, velocity and acceleration at instants (K,) [s]; at rest before the
-        start and after the end."""
+        """At instants (K,) [s]; at rest before the start and after the end."""
         t = np.asarray(time, dtype=float)
         inside = np.clip(t, 0.0, self.duration)
         q, v, a = (each(inside) for each in self._derivatives[:3])
         return JointMotion(t, q, v, a)
 
     def jerk(self, time: ArrayLike) -> Array:
-        """(K, n) [rad/s³] at instants (K,) [s]"""
+        """(K, n) [rad/s³]"""
         return self._derivatives[3](np.asarray(time, dtype=float))
 
     def sampled(self, rate: float) -> JointMotion:
-        """At `rate` [Hz], from the start to the end, which are both among the
-        samples."""
+        """At `rate` [Hz], start and end among the samples."""
         count = max(round(self.duration * rate), 1)
         return self.at(np.linspace(0.0, self.duration, count + 1))

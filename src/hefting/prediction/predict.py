@@ -30,16 +30,13 @@ from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs.given import as_recording
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
-from hefting.prediction.agreement import Agreement, agreement
-from hefting.prediction.result import Peak, Prediction
+from hefting.prediction.result import Agreement, Peak, Prediction, agreement
 from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
-"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text
-are held in memory."""
+"""Eight minutes at 1 kHz. Numbers and their text are held in memory."""
 ANOTHER_GRAVITY = 0.01
-"""Difference between two gravities over their size that is worth a word: half a
-degree."""
+"""Difference over its size that is worth a word: half a degree."""
 
 
 def predict(
@@ -148,8 +145,8 @@ PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
 def _wrenchless(recording: Recording, motion: Source) -> Recording:
-    """The recording with a wrench of zeros wherever its motion is known, so that
-    `measure` reads it there."""
+    """With a wrench of zeros wherever its motion is known, so that `measure` reads it
+    there."""
     poses = recording["orientation"]
     if motion in ("auto", "columns") and recording.has(*TWIST) and not recording.static:
         first = max(recording[name].time[0] for name in TWIST)
@@ -173,8 +170,7 @@ def _compared(
     accuracy: SensorAccuracy | None,
     motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
-    """What is found of the recording's wrench, if it has one, and a warning where that
-    fails."""
+    """What is found of the recording's wrench, and a warning where that fails."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
@@ -268,8 +264,7 @@ def _open(spread: Spread | None, std: Array | None) -> list[Message]:
 
 
 def _numbers(value: Any, count: int, largest: float) -> Array | None:
-    """So many numbers of an estimate's file, none larger than `largest`; None for
-    anything else."""
+    """Of an estimate's file, none larger than `largest`; None for anything else."""
     try:
         values = np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):

@@ -1,5 +1,4 @@
-"""Point density: accuracy and compute time of PMD against the number of points; with
-`c1`, the paper's 328 runs."""
+"""Point density: accuracy and compute time of PMD; with `c1`, the paper's 328 runs."""
 
 import time
 from collections.abc import Callable
@@ -34,11 +33,10 @@ DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 COMPARED = (0.04, 0.09)
 """Of which the paper says that the second is no better for the COM."""
 SPEED = 1.5
-"""Average angular speed [rad/s]: the fastest of the paper's within ISO 10218-1."""
+"""[rad/s] The fastest of the paper's within ISO 10218-1."""
 TIMES = (1.5, 35.0)
-"""When an estimate is made [s]."""
+"""Of estimates [s]."""
 SEEDS = 10
-"""Of the noise, for each object."""
 LAMBDA, USUAL = 0.1, 56
 """Of PMD in the paper, for so many points."""
 SERIES = {
@@ -69,8 +67,7 @@ CONFIDENCE = 0.975
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object, with all its densities and seeds, and one for each density's
-    compute time."""
+    """For each object, and for each density's compute time."""
     objects, seeds = (
         (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
     )
@@ -100,8 +97,8 @@ def run(job: Job) -> Result:
 
 @cache
 def points(density: float) -> Shape:
-    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight
-    objects is the same."""
+    """The grid of a density [points/cm³], in the sensor frame: all eight objects have
+    the same shape."""
     return paper_points(thing("uniform").held, density)
 
 
@@ -178,7 +175,7 @@ def _seconds(work: Callable[[], object]) -> float:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Errors by density, the claim about the two densities, and the compute times."""
+    """By density, the claim about the two densities, and the compute times."""
     done = [(job, result) for job, result in results if job["kind"] == "accuracy"]
     timed = [(job, result) for job, result in results if job["kind"] == "time"]
     densities, seeds = done[0][0]["densities"], done[0][0]["seeds"]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def accuracy_figure(
     densities: list[float], found: dict[str, dict[str, np.ndarray]]
 ) -> "Figure":
-    """Mean over the objects, with its standard error, of each series."""
+    """Mean over the objects, with its standard error."""
     panels = {
         "mass": "mass error [%]",
         "center_of_mass": "COM error [%]",
@@ -70,7 +70,7 @@ def accuracy_figure(
 
 
 def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]) -> "Figure":
-    """Time to a solution over the number of samples (`counts`), one line a density."""
+    """One line a density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with style():
         figure = figure_of(2.6)

@@ -17,8 +17,7 @@ FILES = (
     "robot",
     "prediction",
 )
-"""The file of each experiment, in the order of the page; each ends with its
-`EXPERIMENT`."""
+"""In the order of the page; each ends with its `EXPERIMENT`."""
 
 
 def _by_name(files: Sequence[str]) -> dict[str, Experiment]:

@@ -1,5 +1,5 @@
-"""Gravity's share in force and torque: of human motion by the paper's statistics, and
-of the simulated motions."""
+"""Gravity's share in force and torque: of human motion, and of the simulated
+motions."""
 
 from typing import TYPE_CHECKING
 
@@ -29,20 +29,19 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
-I)."""
+"""Means and medians in daily living (Nadeau et al. 2022, table I)."""
 YCB_OBJECTS = 63
 """Of the 77 of the Yale-CMU-Berkeley set that the paper averages over."""
 DOMINANCE = 5.0
-"""Factor by which gravity dominates, "about", by the paper."""
+"""Of gravity, "about", by the paper."""
 MOTION = ("sensor_speed", "com_speed", "linear_acceleration", "angular_acceleration")
 BALL = 0.4
-"""Moment of inertia of a homogeneous ball over mass and squared radius."""
+"""Moment of inertia over mass and squared radius."""
 G = float(np.linalg.norm(STANDARD_GRAVITY))
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed."""
+    """For each object and speed."""
     objects, speeds = (
         (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
     )
@@ -50,8 +49,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Mean magnitudes of gravity's and motion's part of force [N] and torque [N m], and
-    of the motion."""
+    """Mean magnitudes of gravity's and motion's part [N], [N m], and of the motion."""
     exact = wielded(job["object"], job["speed"])
     body = thing(job["object"]).held.parameters
     z = exact.measurements
@@ -89,8 +87,8 @@ def human(k: int) -> dict[str, float]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The paper's ratios recomputed, its object statistics, and gravity's share on the
-    simulated motions."""
+    """The paper's ratios recomputed, its object statistics, and the simulated
+    motions."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     shares = {  # (objects,) by quantity and speed
         part: {

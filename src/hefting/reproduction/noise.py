@@ -28,17 +28,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
-"""When an estimate is made [s]."""
+"""Of estimates [s]."""
 SHOWN = 10.0
-"""s, after which the paper compares the methods."""
+"""[s] after which the paper compares the methods."""
 LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
 """RTLS often lies on OLS."""
 RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
-"""Of errors [%] and signal-to-noise ratios drawn."""
+"""Of errors [%] and ratios drawn."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed."""
+    """For each object and speed."""
     objects = ("hammer", "half-n-half") if quick else OBJECTS
     speeds = (1.0, 2.0) if quick else SPEEDS
     return [
@@ -49,8 +49,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Errors of every method at every noise level and time; the methods see the same
-    noise."""
+    """Of every method at every noise level and time; they see the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
@@ -91,7 +90,7 @@ def _over_time(estimator, z, subject) -> dict[str, list]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The table after 10 s, the tables over time, and the paper's two figures."""
+    """After 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     by_speed = grouped(results, "speed")
     at = TIMES.index(SHOWN)

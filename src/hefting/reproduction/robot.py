@@ -49,9 +49,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SPEED = 1.1
-"""Average angular speed [rad/s]."""
+"""[rad/s]"""
 LONG = 27.0
-"""Of the motion that the windows are cut from [s]: 15 of them."""
+"""[s] from which 15 windows are cut."""
 PUBLISHED = {
     "OLS": (3.18, 24.9, MOSTLY_WRONG),
     "RTLS": (11.7, MOSTLY_WRONG, MOSTLY_WRONG),
@@ -59,7 +59,7 @@ PUBLISHED = {
     "PMD-5K": (4.51, 8.12, 36.75),
     "PMD-25K": (4.45, 4.50, 29.11),
 }
-"""Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
+"""[%] of mass, COM and inertia; 500 where the paper says "> 500"."""
 METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
     "OLS": lambda shape, z: OLS(intervals=False),
     "RTLS": lambda shape, z: RTLS(intervals=False),
@@ -71,14 +71,13 @@ METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
-"""How far the shape is assumed to be from where it is [rad], [m]."""
+"""[rad], [m] that the shape is from where it is assumed to be."""
 BIAS = (0.3, 0.015)
-"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's
-noise."""
+"""What taring leaves [N], [N m]: three times the FT-300's noise."""
 LATE = 2
-"""Samples the wrench comes later than the poses: 20 ms."""
+"""Samples of the wrench: 20 ms."""
 GAIN = 1.04
-"""Of the sensor, where its calibration is 4 % off."""
+"""Of a sensor whose calibration is 4 % off."""
 CAUSES = {
     "none": "ideal arm and sensor",
     "pose": "shape 1° and 2 mm off",
@@ -87,7 +86,6 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
-"""What a real arm adds."""
 TOPS = (20.0, 1e3, 1e4)
 DRAWN = {
     "published, real arm": (None, BLACK, "x"),
@@ -100,7 +98,7 @@ DRAWN = {
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object, with all windows, motions, causes and methods."""
+    """For each object."""
     objects, duration = (("tee",), 6.0) if quick else (OBJECTS, LONG)
     return [{"object": name, "duration": duration, "seed": 2} for name in objects]
 
@@ -137,7 +135,7 @@ def run(job: Job) -> Result:
 def _troubled(
     subject: Thing, z: Measurements, rng: np.random.Generator
 ) -> dict[str, tuple[Shape, Measurements]]:
-    """The shape and the measurements that each cause leaves one with."""
+    """What each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
     pose = np.eye(4)

@@ -1,8 +1,8 @@
 """Running experiments: each result kept, so that a stopped run goes on.
 
-A result is a file of its own, named after its job and the version of this library's
-source: a job is done again when the source has changed, and never otherwise. Results do
-not depend on who does the job, or in which order.
+A result is a file named after its job and the version of this library's source: a job
+is done again when the source has changed, and never otherwise. Results do not depend on
+who does the job, or in which order.
 """
 
 import hashlib
@@ -19,8 +19,7 @@ from hefting.reproduction.experiment import Experiment, Job, Result
 
 
 class Bars:
-    """Bars by name, updated by calling; nothing unless `shown` and standard error is a
-    terminal."""
+    """By name; nothing unless `shown` and standard error is a terminal."""
 
     def __init__(self, shown: bool):
         self.bars = None
@@ -53,7 +52,7 @@ class Bars:
             self.bars.stop()
 
     def __call__(self, name: str, done: int, total: int) -> None:
-        """Of the experiment called `name`, so many jobs of so many are done."""
+        """Of `name`, so many jobs of so many are done."""
         if self.bars:
             if name not in self.tasks:
                 self.tasks[name] = self.bars.add_task(name, total=total)
@@ -61,8 +60,7 @@ class Bars:
 
 
 Progress = Callable[[str, int, int], None]
-"""Called with an experiment's name, how many of its jobs are done, and how many there
-are."""
+"""An experiment's name, how many of its jobs are done, and how many there are."""
 
 
 def run_experiments(
@@ -73,15 +71,11 @@ def run_experiments(
     scheduler: str | None = None,
     progress: Progress = lambda name, done, total: None,
 ) -> dict[str, list[tuple[Job, Result]]]:
-    """All results by experiment, each with its job, in the order of the experiment's
-    `jobs`.
+    """All results, each with its job, in the order of `jobs`.
 
-    Parameters
-    ----------
-    folder : where results are kept, below ``results``; those found there are not
-        computed again.
-    workers : local processes, by default one a core.
-    scheduler : address of a Dask scheduler to use instead (extra ``batch``).
+    Those found in ``results`` below `folder` are not computed again. `workers` are
+    local processes, by default one a core; `scheduler` is the address of a Dask
+    scheduler to use instead (extra ``batch``).
 
     Raises `InputError` when `folder` cannot be written or the scheduler cannot be
     reached, `HeftingError` when it is lost or its workers have another source, or when
@@ -128,7 +122,7 @@ def make_folder(path: Path) -> None:
 
 
 def do(task: tuple[str, Job]) -> Result:
-    """Do one job of the experiment of that name, in whichever process."""
+    """In whichever process."""
     from hefting.reproduction.experiments import EXPERIMENTS
 
     name, job = task

@@ -1,5 +1,4 @@
-"""The paper's setting: objects, speeds, noise levels, methods at its hyperparameters,
-how errors are summed up, and what the figures share."""
+"""The paper's setting, how errors are summed up, and what the figures share."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 
 OBJECTS = tuple(MODULAR)
 SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
-"""Average angular speeds [rad/s] and the linear ones [m/s] the paper gives with
+"""Average angular speeds [rad/s] and the linear ones [m/s] that the paper pairs with
 them."""
 RATE = 100.0
 """[Hz]"""
@@ -41,15 +40,14 @@ DURATION = 35.0
 C1 = 300.0
 """Of PMD in the paper's simulations."""
 QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
-"""Errors that the paper gives, and what they are called in tables and figures."""
+"""Errors that the paper gives, and what tables and figures call them."""
 MOSTLY_WRONG = 500.0
-"""Percent: the paper says "> 500" above it."""
+"""[%] The paper says "> 500" above it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """A modular object with the 56 points the paper describes it by, in the sensor
-    frame."""
+    """A modular object."""
 
     held: HeldObject
 
@@ -59,6 +57,7 @@ class Thing:
         return paper_points(self.held)
 
     def errors(self, estimate: Estimate) -> Errors:
+        """Of an estimate in the sensor frame."""
         axes = self.held.pose[:3, :3]
         return errors_between(
             estimate.parameters, self.held.parameters, self.held.extents, axes
@@ -79,8 +78,8 @@ def wielded(
     duration: float = DURATION,
     rate: float = RATE,
 ) -> Wielding:
-    """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
-    exact, from MuJoCo."""
+    """On the paper's sinusoids at an average angular speed [rad/s], exact, from
+    MuJoCo."""
     robot = {"ur5": UR5, "xarm7": XARM7}[arm]
     return wield_in_mujoco(
         robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters
@@ -93,20 +92,20 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
     "GEO": lambda thing, z: GEO(thing.shape, intervals=False),
     "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
 }
-"""The paper's four, at its hyperparameters; GEO with its authors' weight and the
-homogeneous body."""
+"""At the paper's hyperparameters; GEO with its authors' weight and the homogeneous
+body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 
 def mean(values: Iterable[float | None]) -> float | None:
-    """Mean of those that are there; None of none."""
+    """Of those that are there; None of none."""
     known = [v for v in values if v is not None and np.isfinite(v)]
     return float(np.mean(known)) if known else None
 
 
 def printed(value: float) -> str | float:
-    """An error [%] as the paper prints it: "> 500" above that."""
+    """[%] as the paper prints it."""
     return "> 500" if value >= MOSTLY_WRONG else value
 
 
@@ -133,8 +132,8 @@ def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
 def grouped(
     results: Iterable[tuple[Mapping, Mapping]], *keys: str
 ) -> dict[tuple, list[Mapping]]:
-    """Results by the values of some of their jobs' parameters, in the order in which
-    those first come."""
+    """By the values of some of their jobs' parameters, in the order in which those
+    first come."""
     groups: dict[tuple, list[Mapping]] = {}
     for job, result in results:
         groups.setdefault(tuple(job[key] for key in keys), []).append(result)
@@ -142,12 +141,11 @@ def grouped(
 
 
 LIMIT = float(np.interp(SPEED_LIMIT, list(SPEEDS.values()), list(SPEEDS)))
-"""Angular speed [rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
+"""[rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
 
 
 def mark_limit(axes: "Axes") -> None:
-    """ISO 10218-1's largest TCP speed as a dotted line, where x is the angular speed
-    [rad/s]."""
+    """A dotted line, where x is the angular speed [rad/s]."""
     axes.axvline(
         LIMIT,
         color="#777777",
@@ -159,8 +157,7 @@ def mark_limit(axes: "Axes") -> None:
 
 
 def over_limit(speed: float) -> bool:
-    """Whether the linear speed the paper pairs with an angular one [rad/s] is above ISO
-    10218-1's."""
+    """Whether the linear speed that the paper pairs with it is above ISO 10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
 
 
@@ -181,7 +178,7 @@ def group(axes: "Axes", methods: Sequence[str], top: float) -> None:
 
 
 def legend_above(figure: "Figure", axes: "Axes", columns: int) -> None:
-    """A legend of what is in `axes`, above everything."""
+    """Of what is in `axes`, above everything."""
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="outside upper center",

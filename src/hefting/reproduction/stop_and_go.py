@@ -1,5 +1,4 @@
-"""Stop-and-go: PMD's mass and COM from samples at rest in many poses, without noise and
-with it."""
+"""Stop-and-go: PMD's mass and COM from samples at rest in many poses."""
 
 from functools import cache
 from typing import TYPE_CHECKING
@@ -25,29 +24,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
-"""Of the motion, of a rest and of a move [s]: 20 poses."""
+"""[s] of the motion, a rest and a move: 20 poses."""
 SEEDS = 10
-"""Of the noise, for each object."""
 BOUND = 0.1
-"""Percent: the paper's errors of mass and COM are below it."""
+"""[%] The paper's errors of mass and COM are below it."""
 MODERATE = NOISE_LEVELS["moderate"]
 SETTINGS = {
     "noise-free": Noise(),
     "moderate": Noise(MODERATE.force, MODERATE.torque),
     "moderate, motion too": MODERATE,
 }
-"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations
-as well."""
+"""Of the wrench alone, as a robot knows that it rests; and of the accelerations as
+well."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object."""
+    """For each object."""
     objects, seeds = (("hammer", "corners"), 2) if quick else (OBJECTS, SEEDS)
     return [{"object": name, "motion_seed": 0, "seeds": seeds} for name in objects]
 
 
 def run(job: Job) -> Result:
-    """Errors by setting: [mass, COM, inertia] of each seed."""
+    """By setting: [mass, COM, inertia] of each seed."""
     subject = thing(job["object"])
     exact = rests(job["object"], job["motion_seed"])
     errors = {}
@@ -62,8 +60,7 @@ def run(job: Job) -> Result:
 
 @cache
 def rests(name: str, seed: int) -> Measurements:
-    """All samples of a stop-and-go motion in which the arm stands still, from
-    MuJoCo."""
+    """Samples in which the arm stands still, from MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
     joints = JointMotion(
@@ -90,7 +87,7 @@ def _poses(z: Measurements) -> int:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Errors of each object in each setting, beside the published bound."""
+    """Each object in each setting, beside the published bound."""
     found = {
         setting: np.array(
             [np.mean(result["errors"][setting], axis=0) for _, result in results]

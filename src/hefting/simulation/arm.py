@@ -1,4 +1,4 @@
-"""A serial arm: from the joints' motion to the exact motion of the sensor frame at its
+"""A serial arm: from its joints' motion to the exact motion of the sensor frame at its
 end."""
 
 from dataclasses import dataclass
@@ -24,24 +24,20 @@ from hefting.robots.joint_motion import (
 from hefting.robots.robot import Screw
 
 SLACK = 1e-6
-"""Excess over a joint's limit that is rounding [rad] or [rad/s]."""
+"""[rad] or [rad/s] that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A robot with a force-torque sensor at its end: any chain of joints that turn or
-    slide.
-
-    The base is the world frame. Joint i turns (or slides) about its screw axis at rest,
-    moved by those before it.
-    """
+    """Any chain of joints that turn or slide, with a force-torque sensor at its end.
+    The base is the world frame."""
 
     robot: Robot
-    """Joints, their screws at rest, their limits, and the pose of the sensor frame."""
+    """joints, their screws at rest, their limits, and the pose of the sensor frame"""
     start: Array
-    """(n,) joint positions that motions start from [rad] or [m]"""
+    """(n,) that motions start from [rad] or [m]"""
     joint_speeds: Array | None = None
-    """(n,) highest joint speeds [rad/s]; None where not known"""
+    """(n,) [rad/s]; None where not known"""
 
     def __post_init__(self):
         object.__setattr__(self, "start", frozen(self.start))
@@ -103,12 +99,9 @@ class Arm:
     def from_urdf(
         cls, path: str | Path, sensor_frame: str, start: ArrayLike | None = None
     ) -> Self:
-        """The arm of a URDF whose link `sensor_frame` carries the sensor; see
-        `Robot.from_urdf` for errors.
-
-        It starts from `start` (n,), by default from the middle of each joint's range,
-        from zero where there is none.
-        """
+        """Of a URDF whose link `sensor_frame` carries the sensor; errors as of
+        `Robot.from_urdf`. It starts from `start` (n,), by default from the middle of
+        each joint's range."""
         robot = Robot.from_urdf(path, sensor_frame)
         if not robot.joints:
             raise InputError(
@@ -128,8 +121,7 @@ class Arm:
 
     @property
     def room(self) -> Array:
-        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for
-        joints that slide."""
+        """(n,) [rad] from `start` to the nearer limit; zero for joints that slide."""
         return np.array(
             [
                 0.0 if pair is None else max(min(at - pair[0], pair[1] - at), 0.0)
@@ -138,7 +130,7 @@ class Arm:
         )
 
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
-        """What the joints of the real arm could not do, one line each."""
+        """What the real joints could not do, one line each."""
         lines = []
         for i, (name, pair) in enumerate(
             zip(self.robot.joints, self.robot.limits, strict=True)
@@ -159,7 +151,7 @@ class Arm:
         return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
-        """(K, 3) that of `motion` alone [rad/s]."""
+        """(K, 3) [rad/s] alone."""
         return angular_velocity(self.robot, joints)
 
 
@@ -180,9 +172,9 @@ UR5 = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values
-("DH parameters for calculations of kinematics and dynamics", Universal Robots support;
-limits from the user manual). It starts as in the paper's simulations."""
+"""The sensor frame is the flange. The maker's nominal values ("DH parameters for
+calculations of kinematics and dynamics", Universal Robots support; limits from the user
+manual). It starts as in the paper's simulations."""
 
 XARM7 = Arm.from_dh(
     "xArm 7",
@@ -201,5 +193,5 @@ XARM7 = Arm.from_dh(
     ),
     joint_speeds=[np.pi] * 7,
 )
-"""uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in
-the maker's URDF (xArm-Developer/xarm_ros, xarm_description)."""
+"""The sensor frame is the flange; offsets, limits and speeds as in the maker's URDF
+(xArm-Developer/xarm_ros, xarm_description)."""

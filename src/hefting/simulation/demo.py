@@ -13,28 +13,19 @@ from hefting.core.files import write_atomically
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.metrics import Errors, errors_between
-from hefting.core.spatial import frozen
 from hefting.export import export
 from hefting.identification import identify
 from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
+from hefting.simulation.objects import HAMMER_POSE
 from hefting.simulation.wield import POSE_NOISE
 
 DURATION, RATE, ANGULAR_SPEED = 10.0, 100.0, 1.0
 """Length [s], samples per second and mean angular speed [rad/s] of the recording."""
 NOISE = "moderate"
 SEED = 2022
-POSE = frozen(
-    (
-        (1.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, 1.0, -0.08),
-        (0.0, -1.0, 0.0, 0.06),
-        (0.0, 0.0, 0.0, 1.0),
-    )
-)
-"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm
-off the sensor."""
+POSE = HAMMER_POSE
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,13 @@
-"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion,
-stop-and-go, and the trapezoid moves of a teach pendant.
+"""Joint motions to wield an object with.
 
 Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
 nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
-tells of joint speeds that the real arm does not have.
+tells of joint speeds that the real arm does not have. All are the same for the same
+`seed`.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -15,18 +16,18 @@ from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
 START = tuple(UR5.start.tolist())
-"""Initial joint angles in the paper's simulations [rad]."""
+"""In the paper's simulations [rad]."""
 
 FREQUENCIES = (0.10, 0.13, 0.16)
-"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
-scaled to the wanted speed."""
+"""Of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to
+the wanted speed."""
 
 LARGEST_SCALE = 1e4
-"""Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that
+"""Of the clock, over the wanted angular speed [1 / (rad/s)]: beyond, a motion that
 starts from rest has no time to."""
 
 FASTEST_TURN = 1.5
-"""[rad/s] Mean angular speed of the sensor, where its origin's speed allows it."""
+"""[rad/s] in the mean, where the speed of the sensor's origin allows it."""
 
 BETWEEN = 0.999
 """Share of a speed limit that samples may reach, so that it is kept between them
@@ -53,16 +54,10 @@ def sinusoids(
     frequency = np.zeros((1, arm.n))
     frequency[0, arm.n - moving :] = FREQUENCIES[len(FREQUENCIES) - moving :]
     amplitude = np.where(frequency > 0.0, np.minimum(np.radians(45.0), arm.room), 0.0)
-    plain = time, np.ones_like(time), np.zeros_like(time)
+    clock = time, np.ones_like(time), np.zeros_like(time)
+    phase = np.zeros_like(frequency)
     return _at_speed(
-        arm,
-        angular_speed,
-        speed_limit,
-        time,
-        plain,
-        amplitude,
-        frequency,
-        np.zeros_like(frequency),
+        arm, angular_speed, speed_limit, time, clock, amplitude, frequency, phase
     )
 
 
@@ -75,25 +70,9 @@ def random_smooth(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest
-    within a second. Speed, its limit and sampling as in `sinusoids`; the same for the
-    same `seed`."""
+    within a second. Speed, its limit and sampling as in `sinusoids`."""
     time = _instants(duration, rate, angular_speed)
-    rng = np.random.default_rng(seed)
-    shape = (3, arm.n)
-    amplitude = np.radians(rng.uniform(5.0, 15.0, shape))
-    frequency = rng.uniform(0.05, 0.3, shape)
-    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
-    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
-    return _at_speed(
-        arm,
-        angular_speed,
-        speed_limit,
-        time,
-        _from_rest(time),
-        amplitude,
-        frequency,
-        phase,
-    )
+    return _random_sums(time, seed, arm, (5.0, 15.0), angular_speed, speed_limit)
 
 
 def wide_smooth(
@@ -103,22 +82,33 @@ def wide_smooth(
     arm: Arm = UR5,
     speed_limit: float = SPEED_LIMIT,
 ) -> JointMotion:
-    """All joints follow sums of three random sinusoids, the last three of 15° to 30°
-    each and the others of 5° to 12°, starting from rest within a second: for joint
-    torques, which tell the centre of mass from how the wrist turns it. It is as fast as
-    the `speed_limit` [m/s] of the sensor's origin allows."""
+    """The same of 15° to 30° of the last three joints and of 5° to 12° of the others,
+    as fast as `speed_limit` allows: for joint torques, which tell the centre of mass
+    from how the wrist turns it."""
     time = _instants(duration, rate, speed_limit)
+    wrist = np.arange(arm.n) >= arm.n - 3
+    sizes = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
+    return _random_sums(time, seed, arm, sizes, FASTEST_TURN, speed_limit)
+
+
+def _random_sums(
+    time: Array,
+    seed: int,
+    arm: Arm,
+    sizes: tuple[Any, Any],
+    angular_speed: float,
+    speed_limit: float | None,
+) -> JointMotion:
+    """Of three random sinusoids a joint, of `sizes` [°] at least and at most."""
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
-    wrist = np.arange(arm.n) >= arm.n - 3
-    low, high = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
-    amplitude = np.radians(rng.uniform(low, high, shape))
-    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
+    amplitude = np.radians(rng.uniform(*sizes, shape))
     frequency = rng.uniform(0.05, 0.3, shape)
+    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)
     clock = _from_rest(time)
     return _at_speed(
-        arm, FASTEST_TURN, speed_limit, time, clock, amplitude, frequency, phase
+        arm, angular_speed, speed_limit, time, clock, amplitude, frequency, phase
     )
 
 
@@ -134,15 +124,14 @@ def stop_and_go(
     """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
     near the start, and so on.
 
-    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
-    jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
-    origin all moves take longer, as much as the fastest needs.
+    Each pose turns the last three joints by up to 60° and the others by up to 10°. With
+    a `speed_limit` [m/s] of the sensor's origin all moves take longer, as much as the
+    fastest needs.
     """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
         raise InputError(f"the dwell must not be negative, but is {dwell} s")
-    reach = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
-    reach = np.minimum(reach, arm.room)
+    reach = _reach(arm)
     most = int(time[-1] // (dwell + move)) + 2
     poses = arm.start + reach * np.random.default_rng(seed).uniform(
         -1.0, 1.0, (most, arm.n)
@@ -154,6 +143,12 @@ def stop_and_go(
         if fastest > _limit(speed_limit):
             joints = _moves(time, poses, dwell, move * fastest / _limit(speed_limit))
     return joints
+
+
+def _reach(arm: Arm) -> Array:
+    """(n,) of random poses from the arm's start [rad]."""
+    own = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
+    return np.minimum(own, arm.room)
 
 
 def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
@@ -259,11 +254,6 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     return float(brentq(function, low, high, xtol=1e-12))  # pyright: ignore[reportArgumentType]
 
 
-WRIST_REACH, ARM_REACH = np.radians(60.0), np.radians(10.0)
-"""Largest distance of a goal from the arm's start [rad], of the last three joints and of
-those before them."""
-
-
 def trapezoids(
     duration: float = 12.0,
     rate: float = 100.0,
@@ -273,13 +263,12 @@ def trapezoids(
     seed: int = 0,
     arm: Arm = UR5,
 ) -> JointMotion:
-    """Moves between random poses near the start, with a rest before each.
+    """Moves of a teach pendant between random poses near the start, with a rest of
+    `dwell` [s] before each.
 
     All joints of a move start and stop together. The one with the longest way
     accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are
-    those of a UR's programs. The acceleration jumps up to four times a move. Rests last
-    between the two times of `dwell` [s]. Raises `InputError` for numbers that are not
-    positive.
+    those of a UR's programs. The acceleration jumps up to four times a move.
     """
     for name, value in (
         ("duration", duration),
@@ -291,9 +280,7 @@ def trapezoids(
             raise InputError(f"the {name} must be positive, but is {value:g}")
     rng = np.random.default_rng(seed)
     time = np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
-    reach = np.full(arm.n, ARM_REACH)
-    reach[-3:] = WRIST_REACH
-    reach = np.minimum(reach, arm.room)
+    reach = _reach(arm)
     if not reach.any():
         raise InputError("no joint of the arm can turn", arm.robot.source)
     position = np.tile(arm.start, (len(time), 1))

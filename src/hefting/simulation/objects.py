@@ -1,5 +1,5 @@
-"""Objects to wield: boxes and cylinders of different materials joined or cut out, or
-meshes, with exact inertia; and how they are held in the sensor frame."""
+"""Objects to wield, with exact inertia: boxes and cylinders joined or cut out, or
+meshes; and how they are held."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -32,13 +32,13 @@ small."""
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A homogeneous solid, its centre and axes given in the assembly's frame."""
+    """A homogeneous solid in the assembly's frame."""
 
     solid: Literal["box", "cylinder", "half cylinder"]
     size: tuple[float, ...]
-    """Box: its three sides; cylinders: radius and height [m]."""
+    """box: its three sides; cylinders: radius and height [m]"""
     density: float
-    """[kg/m³]; negative for a hole in a solid of that density"""
+    """[kg/m³]; negative for a hole"""
     center: tuple[float, float, float]
     """[m]; of a half cylinder, the middle of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
@@ -50,7 +50,7 @@ class Part:
 
     @property
     def parameters(self) -> InertialParameters:
-        """Closed-form parameters in the assembly's frame."""
+        """In the assembly's frame."""
         if self.solid == "box":
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
@@ -68,22 +68,23 @@ class Part:
         ).vector.copy()
         if self.solid == "half cylinder":
             middle[2] = mass * 4.0 * self.size[0] / (3.0 * np.pi)
+        return InertialParameters(middle).moved(self._pose)
+
+    @property
+    def _pose(self) -> Array:
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = self.axes, self.center
-        return InertialParameters(middle).moved(pose)
+        return pose
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that
-        many sides."""
+        """[m] in the assembly's frame; a cylinder is a prism of `sections` sides."""
         import trimesh
 
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = self.axes, self.center
         if self.solid == "box":
-            return trimesh.creation.box(self.size, transform=pose)
+            return trimesh.creation.box(self.size, transform=self._pose)
         if self.solid == "cylinder":
             return trimesh.creation.cylinder(
-                *self.size, sections=sections, transform=pose
+                *self.size, sections=sections, transform=self._pose
             )
         angle = np.linspace(0.0, np.pi, sections // 2 + 1)
         rim = self.size[0] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -91,26 +92,25 @@ class Part:
             np.column_stack((rim, np.full(len(rim), z)))
             for z in (-0.5 * self.size[1], 0.5 * self.size[1])
         ]
-        return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(pose)
+        return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(self._pose)
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Parts rigidly joined; they do not overlap, but for holes, which are inside other
-    parts."""
+    """Parts rigidly joined; they do not overlap, but for holes."""
 
     name: str
     parts: tuple[Part, ...]
     outline: tuple[Part, ...] | None = None
-    """What of it shows, holes among it; by default all parts"""
+    """what of it shows; by default all parts"""
 
     @property
     def parameters(self) -> InertialParameters:
-        """Exact parameters in the assembly's frame."""
+        """Exact, in the assembly's frame."""
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """One watertight surface [m] around what shows."""
+        """A watertight surface [m] around what shows."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
@@ -122,6 +122,17 @@ class Assembly:
             if holes
             else surface
         )
+
+
+HAMMER_POSE = frozen(
+    (
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, -0.08),
+        (0.0, -1.0, 0.0, 0.06),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+)
+"""In the sensor frame: held by its handle 80 mm from the end, 60 mm off."""
 
 
 def hammer() -> Assembly:
@@ -145,12 +156,11 @@ def hammer() -> Assembly:
 
 @dataclass(frozen=True, eq=False)
 class HeldObject:
-    """A rigid object, its true inertial parameters and its surface, held in a known
-    pose."""
+    """Its true inertial parameters and its surface, held in a known pose."""
 
     name: str
     in_object: InertialParameters
-    """True parameters in the object's frame, that of its surface."""
+    """true, in the frame of its surface"""
     surface: "trimesh.Trimesh"
     """As one would scan it [m]."""
     pose: Array
@@ -161,7 +171,7 @@ class HeldObject:
 
     @classmethod
     def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
-        """An assembly of parts; its cylinders are prisms of `sections` sides."""
+        """Its cylinders are prisms of `sections` sides."""
         return cls(
             assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
         )
@@ -174,11 +184,8 @@ class HeldObject:
         pose: ArrayLike | None = None,
     ) -> Self:
         """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
-        `pose` as for `Shape`.
-
-        Raises `InputError` for a mesh that cannot be read or is not watertight, and for
-        a density that is not positive.
-        """
+        `pose` as for `Shape`. `InputError` for a mesh that cannot be read or is not
+        watertight, and for a density that is not positive."""
         import trimesh
 
         if not parts:
@@ -201,7 +208,7 @@ class HeldObject:
 
     @cached_property
     def parameters(self) -> InertialParameters:
-        """True parameters in the sensor frame."""
+        """True, in the sensor frame."""
         return self.in_object.moved(self.pose)
 
     @property
@@ -212,7 +219,7 @@ class HeldObject:
     def points(
         self, points: int | None = None, points_per_cm3: float | None = None
     ) -> Shape:
-        """Point masses in the surface, in the sensor frame, as of `Shape.from_mesh`."""
+        """Point masses in the sensor frame, as of `Shape.from_mesh`."""
         return Shape.from_mesh(
             self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
         )
@@ -223,7 +230,7 @@ class HeldObject:
         on_sensor: bool = False,
         mesh_unit: str = "m",
     ) -> dict[str, Any]:
-        """What is to be found, see `hefting.simulation.truth`."""
+        """As of `hefting.simulation.truth`."""
         return truth(
             self.parameters,
             self.extents,

@@ -1,5 +1,5 @@
-"""Recording a wielding: what a robot's log would hold of it, with everything that is
-wrong with sensors."""
+"""What a robot's log would hold of a wielding, with everything that is wrong with
+sensors."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,8 +20,8 @@ def with_pose_faults(
     faults: Faults,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Position (K, 3) [m] and orientation (K, 4) of poses at `time` (K,) [s] with the
-    faults of their stream."""
+    """Position (K, 3) [m] and orientation (K, 4) at `time` (K,) [s] with the faults of
+    their stream."""
     since = time - time[0]
     position, orientation = position.copy(), orientation.copy()
     for mask in _bouts(since, faults, rng):
@@ -54,13 +54,13 @@ def _bouts(since: Array, faults: Faults, rng: np.random.Generator) -> list[Mask]
 
 
 RAMP = 0.05
-"""s a contact takes to come and to go, where it lasts that long."""
+"""[s] that a contact takes to come and to go, where it lasts that long."""
 
 BOUTS = 10
 """Contacts in a recording that has any."""
 
 LEVER = 0.10
-"""m: contacts are within so much of the centre of mass along each axis."""
+"""[m] of contacts from the centre of mass along each axis."""
 
 
 def record(
@@ -69,33 +69,23 @@ def record(
     rates: Rates = Rates(),  # noqa: B008 (immutable)
     seed: int = 0,
 ) -> Recording:
-    """The log of a wielding, the same for the same `seed`.
-
-    The wrench is, in this order: exact, less what contacts exert on the object; turned
-    to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned by
-    losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``, and,
-    at rates that are not 0, ``joint_positions``, ``gyroscope`` and ``accelerometer``
-    (of an IMU at the sensor's origin). Raises `InputError` for rates that do not divide
-    that of the motion.
-    """
+    """The wrench is, in this order: exact, less what contacts exert on the object;
+    turned to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned
+    by losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``,
+    and, at rates that are not 0, ``joint_positions``, ``gyroscope`` and
+    ``accelerometer`` (of an IMU at the sensor's origin). Raises `InputError` for rates
+    that do not divide that of the motion."""
     time = wielding.motion.time
     own = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
     # one generator for each purpose: what one fault draws does not change the others
     draws = {name: np.random.default_rng([seed, i]) for i, name in enumerate(PURPOSES)}
     streams: dict[str, Stream] = {}
 
-    def add(
-        name: str,
-        values: Array,
-        kind: str,
-        kept: Mask | None = None,
-        delay: float = 0.0,
-    ) -> None:
+    def add(name: str, values: Array, kind: str, delay: float = 0.0) -> None:
         stride = rates.stride(kind, own)
         if stride:
-            stamps, chosen = time[::stride] + delay, values[::stride]
-            mask = np.ones(len(stamps), dtype=bool) if kept is None else kept[::stride]
-            streams[name] = Stream(stamps[mask], chosen[mask])
+            mask = kept[kind][::stride]
+            streams[name] = Stream(time[::stride][mask] + delay, values[::stride][mask])
 
     kept = {
         kind: draws[f"lost {kind}"].random(len(time)) >= faults.dropped
@@ -115,30 +105,29 @@ def record(
             faults,
             draws,
         )
-        add("wrench", wrench, "wrench", kept["wrench"], faults.wrench_delay)
+        add("wrench", wrench, "wrench", faults.wrench_delay)
     position, orientation = with_pose_faults(
         time, *_pose(wielding, faults, draws["pose"]), faults, draws["pose faults"]
     )
-    add("position", position, "pose", kept["pose"])
-    add("orientation", orientation, "pose", kept["pose"])
+    add("position", position, "pose")
+    add("orientation", orientation, "pose")
     angles = wielding.joints.position
     add(
         "joint_positions",
         angles + faults.joint_noise * draws["joints"].normal(size=angles.shape),
         "joints",
-        kept["joints"],
     )
     gyroscope = z.angular_velocity + faults.gyroscope_noise * draws["gyroscope"].normal(
         size=(len(time), 3)
     )
-    add("gyroscope", gyroscope + faults.gyroscope_bias, "imu", kept["imu"])
+    add("gyroscope", gyroscope + faults.gyroscope_bias, "imu")
     force = (
         z.linear_acceleration
         - z.gravity
         + faults.accelerometer_noise
         * draws["accelerometer"].normal(size=(len(time), 3))
     )
-    add("accelerometer", force + faults.accelerometer_bias, "imu", kept["imu"])
+    add("accelerometer", force + faults.accelerometer_bias, "imu")
     names = wielding.arm.robot.joints if "joint_positions" in streams else ()
     return Recording(streams, source="simulation", joint_names=names)
 
@@ -157,7 +146,7 @@ def _wrench(
     faults: Faults,
     draws: dict[str, np.random.Generator],
 ) -> Array:
-    """(K, 6) what the sensor shows at each instant."""
+    """(K, 6)"""
     from scipy.signal import lfilter
 
     shown = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
@@ -183,8 +172,8 @@ def _wrench(
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:
-    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor
-    axes about the sensor origin."""
+    """(K, 6) [N, N m] that contacts exert on the object, in sensor axes about the
+    sensor origin."""
     time = wielding.motion.time - wielding.motion.time[0]
     push = np.zeros((len(time), 6))
     if not faults.contacts:
@@ -208,7 +197,7 @@ def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array
 def _pose(
     wielding: Wielding, faults: Faults, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Position (K, 3) and orientation (K, 4) with noise."""
+    """(K, 3) and orientation (K, 4)"""
     from scipy.spatial.transform import Rotation
 
     motion = wielding.motion

@@ -1,5 +1,4 @@
-"""A simulated recording from beginning to end: which object, arm, motion and faults;
-the log and the truth of it."""
+"""A simulated recording from beginning to end: the log and the truth of it."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -13,13 +12,13 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import Recording
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, frozen
+from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
 from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
 from hefting.simulation.modular import MODULAR, held_modular
-from hefting.simulation.objects import HeldObject, hammer
+from hefting.simulation.objects import HAMMER_POSE, HeldObject, hammer
 from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
 
@@ -28,19 +27,7 @@ ARMS = {"ur5": UR5, "xarm7": XARM7}
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
-JOINER_HAMMER_POSE = frozen(
-    (
-        (1.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, 1.0, -0.08),
-        (0.0, -1.0, 0.0, 0.06),
-        (0.0, 0.0, 0.0, 1.0),
-    )
-)
-"""By its handle, 80 mm from the end, 60 mm off the sensor."""
-
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""By name: the modular object's eight configurations, and a hammer of wood and
-steel."""
 
 MOST_SAMPLES = 5_000_000
 
@@ -54,23 +41,23 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, with the keys that `hefting.identification.truth.load_truth` reads"""
+    """the truth, as `hefting.identification.truth.load_truth` reads it"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """What is simulated, the same for the same `seed`."""
 
     held: HeldObject
     arm: Arm = UR5
     motion: str = "sinusoids"
     """one of `MOTIONS`"""
     angular_speed: float | None = None
-    """mean over the motion [rad/s]; by default 1, and of no meaning for stop-and-go"""
+    """mean [rad/s]; by default 1, and of no meaning for stop-and-go"""
     speed_limit: float | None = None
-    """of the sensor's origin, not to be exceeded [m/s]"""
+    """of the sensor's origin [m/s]"""
     duration: float = 10.0
     """[s]"""
     rates: Rates = field(default_factory=lambda: Rates(wrench=100.0, pose=100.0))
@@ -81,7 +68,7 @@ class Scenario:
     seed: int = 0
 
     def joints(self) -> JointMotion:
-        """The motion of the joints, at the lowest rate of which all `rates` are parts.
+        """At the lowest rate of which all `rates` are parts.
 
         Raises `InputError` for a motion that is not known, numbers out of range, less
         than two samples, and more than `MOST_SAMPLES`.
@@ -122,11 +109,7 @@ class Scenario:
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
     def run(self) -> Simulated:
-        """Wield the object in MuJoCo and record it.
-
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`
-        does.
-        """
+        """In MuJoCo, else `MissingDependencyError`; `InputError` as `joints`."""
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
         recording = record(wielding, self.faults, self.rates, self.seed)
@@ -155,12 +138,8 @@ class Scenario:
 
 
 def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
-    """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the
-    sensor.
-
-    Raises `InputError` for another name, for a URDF without `sensor_frame`, and as
-    `Arm.from_urdf` does.
-    """
+    """One of `ARMS`, or that of a URDF file whose link `sensor_frame` carries the
+    sensor; `InputError` for another name, and as `Arm.from_urdf`."""
     if name.lower() in ARMS:
         if sensor_frame is not None:
             raise InputError(
@@ -190,10 +169,9 @@ def named_object(
     """One of `OBJECTS`, or mesh files separated by commas, each with its density
     [kg/m³].
 
-    `pose` (4, 4) is that of the object in the sensor frame: by default how the named
-    ones are held, and the identity for meshes. Raises `InputError` for another name,
-    for a number of densities that is not that of the meshes, and as
-    `HeldObject.from_meshes` does.
+    `pose` (4, 4) is that in the sensor frame: by default how the named ones are held,
+    and the identity for meshes. Raises `InputError` for another name, for a number of
+    densities that is not that of the meshes, and as `HeldObject.from_meshes`.
     """
     lower = name.lower()
     if lower in OBJECTS:
@@ -203,7 +181,7 @@ def named_object(
                 fix="give density and unit for meshes only",
             )
         if lower == JOINER_HAMMER:
-            return HeldObject.of(hammer(), JOINER_HAMMER_POSE if pose is None else pose)
+            return HeldObject.of(hammer(), HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
         return (
             held
@@ -225,14 +203,14 @@ def named_object(
 
 
 def random_six(force: float, torque: float, seed: int | Sequence[int]) -> Array:
-    """A force [N] and a torque [N m] of these magnitudes in random directions, (6,)."""
+    """(6,) a force [N] and a torque [N m] of these sizes in random directions."""
     directions = np.random.default_rng(seed).normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return np.concatenate((force * directions[0], torque * directions[1]))
 
 
 def _common_rate(rates: Rates) -> float:
-    """The lowest rate [Hz] that all rates divide."""
+    """The lowest [Hz] that all rates divide."""
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):

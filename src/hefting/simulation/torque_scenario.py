@@ -28,22 +28,22 @@ from hefting.simulation.objects import HeldObject
 from hefting.simulation.physics import inverse_dynamics, mujoco_version
 
 SMOOTH = 0.002
-"""[rad/s] Speed over which friction changes its sign."""
+"""[rad/s] over which friction changes its sign."""
 
 
 @dataclass(frozen=True)
 class TorqueFaults:
     """What a joint's torque has besides that of rigid bodies; pairs are of the first
-    and the last joint, those between lie between."""
+    and the last joint."""
 
     noise: float = 1.0
-    """times that of the arm (`MassiveArm.torque_noise`)"""
+    """times that of the arm"""
     noise_correlation: float = 0.0
-    """of the noise from one hundredth of a second to the next"""
+    """over a hundredth of a second"""
     coulomb: tuple[float, float] = (1.5, 0.3)
     """[N m]"""
     load_friction: float = 0.03
-    """of the torque of the rigid bodies"""
+    """over the torque of the rigid bodies"""
     viscous: tuple[float, float] = (1.5, 0.2)
     """[N m s/rad]"""
     rotor: tuple[float, float] = (0.5, 0.1)
@@ -51,18 +51,18 @@ class TorqueFaults:
     offset: tuple[float, float] = (0.5, 0.1)
     """standard deviations [N m]"""
     drift: tuple[float, float] = (0.05, 0.02)
-    """standard deviations of what offsets change by from cold to warm [N m]"""
+    """standard deviations from cold to warm [N m]"""
     softening: float = 0.1
     """share of the Coulomb friction that goes from cold to warm"""
     warm_up: float = 300.0
-    """time constant tau [s]"""
+    """tau [s]"""
     joint_noise: float = 2e-5
-    """standard deviation of joint angles [rad]"""
+    """of angles [rad]"""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueRobot:
-    """One robot of a kind: its true links, frictions and offsets follow from `seed`."""
+    """Its true links, frictions and offsets follow from `seed`."""
 
     massive: MassiveArm
     faults: TorqueFaults = TorqueFaults()
@@ -76,12 +76,12 @@ class TorqueRobot:
         gravity: ArrayLike = STANDARD_GRAVITY,
         seed: int = 0,
     ) -> Recording:
-        """Positions and torques of the joints along a motion that begins at `start` [s]
-        after the robot was switched on, with `body` (in the sensor frame) or nothing at
-        its end.
+        """Positions and torques along a motion that begins at `start` [s] after the
+        robot was switched on, with `body` (in the sensor frame) or nothing at its end;
+        the noise follows from both seeds.
 
-        The noise follows from both seeds, all else from the robot's own. Raises
-        `MissingDependencyError` without MuJoCo, and `InputError` as `inverse_dynamics`.
+        Raises `MissingDependencyError` without MuJoCo, and `InputError` as
+        `inverse_dynamics`.
         """
         rng = np.random.default_rng([self.seed, seed, 43])
         links = self.massive.true_links(self.seed)
@@ -125,8 +125,8 @@ class TorqueRobot:
 
 
 BETWEEN = 60.0
-"""[s] From the start of the empty run to that of the loaded one, at least; gears warm
-up meanwhile."""
+"""[s] at least from the start of the empty run to that of the loaded one; gears warm up
+meanwhile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,18 +134,18 @@ class TorquesSimulated:
     """What came of a scenario."""
 
     loaded: Recording
-    """angles and torques of the joints with the object"""
+    """angles and torques with the object"""
     empty: Recording
     """of another motion, without it, before"""
     urdf: str
-    """the arm as published; its flange is the link ``flange``"""
+    """the arm as published"""
     facts: dict[str, Any]
-    """the truth, as of `hefting.simulation.scenario.Simulated`"""
+    """as of `hefting.simulation.scenario.Simulated`"""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueScenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """What is simulated, the same for the same `seed`."""
 
     held: HeldObject
     arm: str = "ur5e"
@@ -159,11 +159,8 @@ class TorqueScenario:
     seed: int = 0
 
     def run(self) -> TorquesSimulated:
-        """Move the arm in MuJoCo, empty and loaded.
-
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` for another arm
-        and for numbers out of range.
-        """
+        """Both runs, in MuJoCo, else `MissingDependencyError`; `InputError` for another
+        arm and for numbers out of range."""
         if self.arm not in TORQUE_ARMS:
             what = f"there is no arm '{self.arm}' with torques"
             fix = f"choose one of {', '.join(TORQUE_ARMS)}"

@@ -26,10 +26,10 @@ from hefting.sources.zenoh_router import ros_type
 
 @lru_cache
 def type_for(name: str) -> Any:
-    """A class for ``pkg/msg/Name`` that `cyclonedds` takes as the type of a topic, and
-    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond for
-    each. Publishers of ROS tell nothing of their type but its name, which is therefore
-    the same."""
+    """A class that `cyclonedds` takes as the type ``pkg/msg/Name`` of a topic, and
+    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond
+    for each. Publishers of ROS tell nothing of their type but its name, which is
+    therefore the same."""
     made = _struct(name)
 
     def deserialize(
@@ -42,7 +42,7 @@ def type_for(name: str) -> Any:
 
 
 class RawMessage:
-    """The bytes of a message, with their encapsulation."""
+    """Its bytes, with their encapsulation."""
 
     sample_info: Any = None
 
@@ -52,7 +52,7 @@ class RawMessage:
 
 @lru_cache
 def struct_for(name: str) -> Any:
-    """A class for ``pkg/msg/Name`` by `cyclonedds`, which it decodes."""
+    """A class for ``pkg/msg/Name``, which cyclonedds decodes."""
     return _struct(name)
 
 
@@ -93,10 +93,10 @@ HIGHEST_DOMAIN = 232
 """DDS has no more: higher ones have no port."""
 
 DEPTH = 5000
-"""Most messages of a topic that wait to be read."""
+"""Messages of a topic that wait to be read."""
 
 LOOKING = 0.2
-"""How often new topics are looked for [s]."""
+"""[s] between looks for new topics."""
 
 MAX_TOPICS = 10_000
 
@@ -195,7 +195,7 @@ class DdsTransport:
                 self._readers[name] = (topic, self._listen(topic, name, endpoint.qos))
 
     def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
-        """A reader of a topic, as reliable as its publisher."""
+        """As reliable as its publisher."""
         from cyclonedds.core import (
             InstanceState,
             Policy,
@@ -227,7 +227,7 @@ class DdsTransport:
 
 
 def source(name: str, request: Request) -> RosSource:
-    """A source of the topics of a DDS domain."""
+    """Of the topics of a DDS domain."""
     return RosSource(name, request, DdsTransport(name))
 
 

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 PORT = 8765
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""Subprotocols that are offered; they are the same for what is used here."""
+"""They are the same for what is used here."""
 
 MAX_FRAME = 16_000_000
-"""Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
+"""[bytes] The list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
 
@@ -114,7 +114,7 @@ class FoxgloveTransport:
             self._connection = None
 
     def _message(self, frame: bytes) -> list[RosMessage]:
-        """The message in a binary frame, if it is one of a channel."""
+        """If it is one of a channel."""
         if frame[:1] != b"\1":
             return []  # a service's answer, the time, an asset
         if len(frame) < MESSAGE.size:
@@ -127,7 +127,7 @@ class FoxgloveTransport:
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 
     def _tell(self, text: str) -> None:
-        """Take what the server says of itself; subscribe to new channels."""
+        """Subscribe to channels that the server tells of."""
         try:
             said: Any = json.loads(text)
         except (ValueError, RecursionError):
@@ -173,7 +173,7 @@ def topic_of(channel: Any) -> Topic | None:
 
 
 def source(name: str, request: Request) -> RosSource:
-    """A source of the topics of a Foxglove WebSocket server."""
+    """Of the topics of a Foxglove WebSocket server."""
     return RosSource(name, request, FoxgloveTransport(name))
 
 

@@ -22,7 +22,7 @@ NO_JSON = "not a JSON object"
 NO_TIME = "no time in seconds"
 
 NO_STREAM = "no stream of numbers"
-"""None of its keys is a stream, or its values are no numbers."""
+"""None of its keys is one, or its values are no numbers."""
 
 
 class JsonLines:
@@ -34,7 +34,7 @@ class JsonLines:
         self._is_overlong = False
 
     def feed(self, data: bytes) -> list[Samples]:
-        """The samples in the lines that `data` ends, stream by stream."""
+        """The samples in the lines that `data` ends."""
         *lines, rest = (self._rest + data).split(b"\n")
         if lines and self._is_overlong:
             lines, self._is_overlong = lines[1:], False
@@ -75,7 +75,7 @@ class JsonLines:
 
 
 def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
-    """Single samples as samples of each stream and width."""
+    """Single samples, as those of each stream and width."""
     gathered: dict[tuple[str, int], tuple[list[float], list[list[float]]]] = {}
     for name, time, values in entries:
         times, rows = gathered.setdefault((name, len(values)), ([], []))
@@ -88,7 +88,7 @@ def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is a number whose square is one too."""
+    """Whose square is one too."""
     return type(value) in (int, float) and abs(value) < 1e150
 
 

@@ -12,17 +12,15 @@ from hefting.core.spatial import Array
 from hefting.online.samples import Samples
 
 MAX_MESSAGE = 1_000_000
-"""Largest message that is read [bytes]. A wrench has a hundred, a transform tree of a
-humanoid ten thousand."""
+"""[bytes] A wrench has a hundred, a transform tree of a humanoid ten thousand."""
 
 MAX_JOINTS = 1000
 
 MAX_QUEUED = 50_000
-"""Most messages that wait for being read: ten seconds of all that a robot sends."""
+"""Messages that wait for being read: ten seconds of all that a robot sends."""
 
 UNIT_NORM = 1e-2
-"""Quaternions whose norm is further than this from one are left out, as
-`hefting.Recording` refuses them."""
+"""From one, as `hefting.Recording` refuses quaternions."""
 
 TOO_LARGE = "larger than 1 MB"
 """Why a message was skipped."""
@@ -34,8 +32,8 @@ QUEUE_FULL = "not read in time"
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:
     """The samples that can be: finite, of a width and size that the stream has, with
-    unit quaternions; None where none is left. The others are counted in `skipped`, by
-    the reason."""
+    unit quaternions; None where none is left. Others are counted in `skipped`, by the
+    reason."""
     time = np.asarray(samples.time, dtype=float)
     values = np.asarray(samples.values, dtype=float)
     if not _has_shape(samples.stream, time, values):
@@ -58,7 +56,7 @@ def _has_shape(stream: str, time: Array, values: Array) -> bool:
 
 
 def _checks(stream: str, time: Array, values: Array):
-    """Reasons to leave samples out, each with which of them are good (n,)."""
+    """Reasons to leave samples out, and which are good (n,)."""
     everything = np.concatenate([time[:, None], values], axis=1)
     yield "values that are not finite", np.isfinite(everything).all(axis=1)
     yield "times that cannot be", np.abs(time) <= LARGEST_TIME
@@ -71,13 +69,13 @@ def _checks(stream: str, time: Array, values: Array):
 
 
 GATHERING = 0.01
-"""Between two looks at what came [s]. A live estimate is found right after a look
+"""[s] between looks. A live estimate is found right after one
 (`hefting.online.identifier.LONGEST_WAIT`), mostly in less time than to the next."""
 
 
 class Pace:
-    """Keeps looks at what came apart, as what comes often is decoded together: that
-    costs half as much as one by one (samples of RTDE at 500 Hz)."""
+    """Keeps looks at what came apart, as decoding together costs half as much as one by
+    one (samples of RTDE at 500 Hz)."""
 
     def __init__(self):
         self._next = 0.0

@@ -22,12 +22,11 @@ from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 
 BLOCK = 0.1
-"""Samples are written when they span so long [s]; a file that is cut off lacks about as
-much."""
+"""[s] that are written at once; a file that is cut off lacks about as much."""
 
 FAR_BACK = 1.0
-"""A stamp that is further back than this [s] is of a clock that was set back: a new file
-is begun, as readers refuse such logs."""
+"""[s] by which a stamp is of a clock that was set back: a new file is begun, as readers
+refuse such logs."""
 
 POSES = ("position", "orientation")
 
@@ -35,12 +34,11 @@ POSES = ("position", "orientation")
 class Recorder:
     """Writes samples to an .mcap file, which is replaced; a thread at a time.
 
-    `paths` are the files written so far: a second one is begun where the source's clock
-    is set back. `left_out` counts samples that no message holds, by stream; `count` all
-    that came.
+    `paths` are the files so far: another is begun where the source's clock is set back.
+    `left_out` counts samples that no message holds, by stream; `count` all that came.
 
-    Raises `InputError` where the file cannot be written, `MissingDependencyError`
-    without foxglove-sdk or rosbags.
+    Raises `InputError` where it cannot be written, `MissingDependencyError` without
+    foxglove-sdk or rosbags.
     """
 
     def __init__(self, path: str | Path):
@@ -56,7 +54,7 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def add(self, samples: Samples) -> None:
-        """Take samples in the order in which they came."""
+        """In the order in which they came."""
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
             self._begin_again()
@@ -67,8 +65,7 @@ class Recorder:
         self._waiting.setdefault(samples.stream, []).append(samples)
 
     def close(self) -> None:
-        """Write what waits, and end the file; `InputError` where that fails. Again does
-        nothing."""
+        """Write what waits; `InputError` where that fails."""
         self._write()
         self._file.close()
 
@@ -84,7 +81,7 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def _is_due(self) -> bool:
-        """Whether a block is full, and no pose waits for its other half."""
+        """A block is full, and no pose waits for its other half."""
         counts = [sum(len(s.time) for s in self._waiting.get(n, ())) for n in POSES]
         spans = [
             parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
@@ -189,7 +186,7 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
-    """Samples in order of arrival; of a width that changes, those of the first."""
+    """Of a width that changes, those of the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])

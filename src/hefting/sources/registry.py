@@ -1,5 +1,4 @@
-"""The registry of sources: what one is called, what is asked of it, and the list of
-those there are.
+"""What a source is called, what is asked of it, and those there are.
 
 A new transport is one module that ends in its ``SOURCE``, a class of a name and a
 `Request`, and its line in `SCHEMES`.
@@ -24,16 +23,12 @@ class Address(NamedTuple):
     host: str
     port: int
     path: str
-    """What follows, without slashes around it."""
+    """without slashes around it"""
 
 
 def address_of(name: str, port: int | None, example: str) -> Address:
-    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.
-
-    `port` stands where none is given, None for a transport that has no usual one;
-    `example` is what such a name looks like. Raises `InputError` for a name without a
-    host, or with a port that cannot be.
-    """
+    """Of ``scheme://HOST[:PORT][/PATH]``, as in `example`; `port` is the usual one, if
+    any. `InputError` without a host or port, and for a port that cannot be."""
     try:
         parts = urlsplit(name)
     except ValueError:
@@ -50,19 +45,19 @@ def address_of(name: str, port: int | None, example: str) -> Address:
 
 @dataclass(frozen=True)
 class Request:
-    """Options of a source; each transport takes what concerns it."""
+    """Options; each transport takes what concerns it."""
 
     topics: Mapping[str, str] = field(default_factory=dict)
-    """By role (wrench, pose, joint, imu): the topic to take, or "none", as in
-    `hefting.logs.ros.read_bag`."""
+    """by role (wrench, pose, joint, imu), or "none", as in
+    `hefting.logs.ros.read_bag`"""
     world_frame: str | None = None
-    """Frame the poses are in; by default the root of tf."""
+    """of the poses; by default the root of tf"""
     sensor_frame: str | None = None
-    """Frame of the sensor; by default that of the wrench."""
+    """by default that of the wrench"""
     speed: float = 1.0
-    """How fast a log is played; infinity is as fast as it is read."""
+    """of a log that is played; infinity is as fast as it is read"""
     read: "Callable[[str], Recording] | None" = None
-    """Reads a log to be played; by default `hefting.read_log`."""
+    """reads a log to be played; by default `hefting.read_log`"""
 
 
 SCHEMES = {
@@ -73,8 +68,8 @@ SCHEMES = {
     "dds": "hefting.sources.dds",
     "rtde": "hefting.sources.rtde",
 }
-"""Module of each transport, by what stands before ``://``; what is slow to import
-belongs inside their functions."""
+"""By what stands before ``://``; what is slow to import belongs inside their
+functions."""
 
 STANDARD_INPUT = "hefting.sources.standard_input"
 
@@ -82,8 +77,7 @@ LOG = "hefting.sources.played_log"
 
 
 def source_of(name: str, request: Request | None = None) -> Source:
-    """The source of a name: ``-``, ``scheme://...`` or a log to be played. Nothing is
-    opened yet.
+    """``-``, ``scheme://...`` or a log to be played; nothing is opened yet.
 
     Raises `InputError` for an unknown scheme, and for a name that is not one of its
     transport.

@@ -20,12 +20,12 @@ from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE, UNREADABLE
 from hefting.sources.registry import Request
 
 RosMessage = tuple[Topic, int, bytes]
-"""A message: its topic, when it was sent or came [ns], its bytes."""
+"""Topic, when it was sent or came [ns], bytes."""
 
 POSE_STREAMS = ("position", "orientation")
 
 UNFITTING = "frames or times that do not fit the others"
-"""Why a message was skipped: taken with what was chosen, it makes no sense."""
+"""Of a message that makes no sense with what was chosen."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
 """Of topics that can be chosen by name."""
@@ -36,8 +36,7 @@ NOT_FINITE = "values that are not finite"
 class RosDecoder:
     """Chooses topics and frames from the first messages, then decodes what comes.
 
-    `request` has the topics and frames that were asked for, `skipped` counts what is
-    left out, by the reason, and `chosen` tells what was chosen, once `choose` has.
+    `skipped` counts what is left out, by the reason; `chosen` tells what was chosen.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):
@@ -52,10 +51,7 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """Whether messages of a topic are to be had.
-
-        `InputError` for one that is, and whose messages cannot be decoded.
-        """
+        """`InputError` for a topic that is, and whose messages cannot be decoded."""
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)
@@ -63,10 +59,8 @@ class RosDecoder:
 
     def choose(self, messages: Sequence[RosMessage]) -> list[Samples] | None:
         """The samples in the first messages, with which topics and frames are chosen;
-        None where wrench, or poses and joints, are still to come.
-
-        Raises `InputError` where the choice is the user's to make.
-        """
+        None where wrench, or poses and joints, are still to come. `InputError` where
+        the choice is the user's to make."""
         counted: Counter[str] = Counter()
         gathered = self._gather(messages, counted)
         transforms = [each for each in gathered if each.role == "tf"]
@@ -83,11 +77,8 @@ class RosDecoder:
         return self._give(streams)
 
     def decode(self, messages: Sequence[RosMessage]) -> list[Samples]:
-        """The samples in messages, once `choose` has found its choice.
-
-        A batch that makes no sense is taken apart until the message is found that is
-        to blame.
-        """
+        """Later samples. A batch that makes no sense is taken apart until the message
+        is found that is to blame."""
         try:
             return self._decode(messages)
         except InputError:
@@ -161,8 +152,7 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """What the messages hold, by topic, with values that are finite; what is left
-        out is `counted`."""
+        """By topic, with values that are finite; what is left out is `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
@@ -184,7 +174,7 @@ class RosDecoder:
         return gathered
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
-        """Whether a series is of the joints that were chosen; of others, True."""
+        """Or of no joints."""
         what, *names = key
         if not self._joints or what not in JOINT_STREAMS:
             return True
@@ -244,7 +234,7 @@ def _finite(series: Series, counted: Counter[str]) -> Series:
 
 
 def _seconds(series: Series) -> np.ndarray:
-    """Stamps [s], each part to the last digit it has."""
+    """Each part to the last digit it has."""
     whole, part = np.divmod(series.time, 1_000_000_000)
     return whole + part * 1e-9
 
@@ -257,18 +247,18 @@ MAX_LINKS = 2000
 """A humanoid with its sensors has some hundred."""
 
 KEPT = 10
-"""Samples of a link that are kept of before what has been given."""
+"""Samples of a link before what has been given."""
 
 
 class Transforms:
-    """What of tf is kept from one batch of messages to the next: a pose needs what
-    other links of its chain said before."""
+    """What of tf is kept from one batch to the next: a pose needs what other links of
+    its chain said before."""
 
     def __init__(self, kept: Mapping[Topic, Mapping[Key, Series]] | None = None):
         self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}
 
     def following(self, gathered: Iterable[Gathered]) -> "Transforms":
-        """These, and what the tf messages of a batch gave."""
+        """These, and those of a batch."""
         found = Transforms(self._kept)
         for each in gathered:
             kept = found._kept.setdefault(each.topic, {})
@@ -278,11 +268,11 @@ class Transforms:
         return found
 
     def all(self) -> list[Gathered]:
-        """Everything that is kept, as the stream finder of bags takes it."""
+        """As the stream finder of bags takes it."""
         return [Gathered(topic, "tf", dict(kept)) for topic, kept in self._kept.items()]
 
     def forget(self, before: float) -> None:
-        """Drop what is no longer needed once poses up to `before` [ns] are given."""
+        """What is not needed once poses up to `before` [ns] are given."""
         for topic, kept in self._kept.items():
             for key, series in kept.items():
                 if topic.name.endswith("static"):
@@ -294,7 +284,7 @@ class Transforms:
 
 
 def _following(kept: Series | None, series: Series) -> Series:
-    """Both; only the newer one where the clock was set back between them."""
+    """Only the newer one where the clock was set back between them."""
     if kept is None or series.time.min() < kept.time.max() - FAR_BACK:
         return series
     return Series.joined([kept, series])

@@ -1,5 +1,5 @@
 """A source of ROS messages over any transport: topics are chosen from the first
-messages, and the connection is all that the transport adds."""
+messages."""
 
 import time
 from collections import Counter
@@ -14,41 +14,40 @@ from hefting.sources.registry import Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
-"""How long topics are watched from the first message on before they are chosen [s]:
-latched transforms, and rivals for the same role, come later than the first."""
+"""[s] from the first message on until topics are chosen: latched transforms, and rivals
+for the same role, come later."""
 
 PATIENCE = 5.0
-"""How long wrench, and poses or joints, are waited for [s]."""
+"""[s] that wrench, and poses or joints, are waited for."""
 
 STEP = 0.05
-"""Longest wait for a message while topics are chosen [s]."""
 
 
 class Transport(Protocol):
     """Brings ROS messages."""
 
     topics: list[Topic]
-    """Those that are on offer, as far as is known."""
+    """on offer, as far as is known"""
     skipped: Counter[str]
-    """What could not be read, by the reason; given by the source."""
+    """given by the source: what could not be read, by the reason"""
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """Connect, and from then on subscribe to the topics that are wanted; raises
-        `InputError` where that fails."""
+        """And from then on subscribe to the topics that are wanted; `InputError` where
+        that fails."""
         ...
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """What came, after waiting at most `timeout` [s] for it; raises
-        `SourceLostError` when the connection is gone."""
+        """What came, after at most `timeout` [s]; `SourceLostError` when the connection
+        is gone."""
         ...
 
     def close(self) -> None:
-        """Disconnect; again does nothing."""
+        """Again does nothing."""
         ...
 
 
 class RosSource:
-    """Decodes what a transport brings; see `hefting.online.samples.Source`."""
+    """See `hefting.online.samples.Source`."""
 
     def __init__(self, name: str, request: Request, transport: Transport):
         self.name = name
@@ -61,8 +60,8 @@ class RosSource:
         self._pace = Pace()
 
     def open(self) -> None:
-        """Connect, and choose topics unless that was done before the connection was
-        lost; `InputError` where there are none to choose, or too many."""
+        """Choose topics, unless that was done before the connection was lost;
+        `InputError` where there are none to choose, or too many."""
         decoder = self._decoder
         if decoder is not None:
             self._transport.connect(decoder.wants)
@@ -91,7 +90,7 @@ class RosSource:
         self._transport.close()
 
     def _choose(self, decoder: RosDecoder) -> list[Samples]:
-        """What the first messages hold, with which topics and frames are chosen."""
+        """What the first messages hold."""
         messages: list[RosMessage] = []
         end, due = time.monotonic() + PATIENCE, None
         while (now := time.monotonic()) < end:

@@ -23,13 +23,13 @@ from hefting.sources.registry import Request, address_of
 from hefting.sources.tcp import connected, received
 
 HEAD = struct.Struct(">HB")
-"""Begin of a package: its length with this, and its kind."""
+"""Length of a package with this, and its kind."""
 
 VERSION = 2
-"""Of the protocol; controllers speak it from 3.3 on."""
+"""Controllers speak it from 3.3 on."""
 
 REQUEST_VERSION, SETUP_OUTPUTS, START, DATA = map(ord, "VOSU")
-"""Kinds of packages that are sent or read."""
+"""Kinds of packages."""
 
 CODES = {"DOUBLE": "d", "VECTOR6D": "6d", "VECTOR3D": "3d", "INT32": "i", "UINT32": "I"}
 """How the values of a type are packed."""
@@ -40,14 +40,14 @@ class RtdeError(Exception):
 
 
 class Packages:
-    """Packages in what comes in pieces of any size."""
+    """In what comes in pieces of any size."""
 
     def __init__(self):
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """The packages that are whole now: kind and content. `RtdeError` for a length
-        that cannot be."""
+        """Kind and content of those that are whole now. `RtdeError` for a length that
+        cannot be."""
         self._rest += data
         position = 0
         while len(self._rest) - position >= HEAD.size:
@@ -72,13 +72,13 @@ class Recipe:
         self.fields = tuple(fields)
 
     def blank(self) -> dict[str, Array]:
-        """The fields of one package that is all zero."""
+        """Of one package that is all zero."""
         data = bytes((self.number,)).ljust(self._format.size, b"\0")
         return self.read([data])[0]
 
     def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
-        """The fields of n data packages, each (n, its width), and how many packages
-        were not of this recipe."""
+        """Of n data packages, each field (n, its width), and how many packages were not
+        of this recipe."""
         good = [
             content
             for content in contents
@@ -91,7 +91,7 @@ class Recipe:
 
 
 class Dialogue:
-    """Questions to a controller, one answer each."""
+    """Questions, one answer each."""
 
     def __init__(self, connection: socket.socket, patience: float):
         self._connection, self._patience = connection, patience
@@ -100,10 +100,8 @@ class Dialogue:
         """Of data packages that came with the last answer."""
 
     def start(self, wishes: Sequence[str], rate: float) -> Recipe:
-        """Ask for those of the fields that the controller has, and start the data.
-
-        Raises `RtdeError`; `OSError` where the connection fails.
-        """
+        """Ask for those of the fields that the controller has. `RtdeError`; `OSError`
+        where the connection fails."""
         self._agree(REQUEST_VERSION, struct.pack(">H", VERSION))
         recipe, missing = self._setup(wishes, rate)
         if missing:
@@ -115,7 +113,7 @@ class Dialogue:
         return recipe
 
     def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
-        """The recipe of fields, and those that the controller does not have."""
+        """And the fields that the controller does not have."""
         names = ",".join(fields).encode()
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")
@@ -154,16 +152,15 @@ class Dialogue:
 PORT = 30004
 
 RATE = 500.0
-"""Packages a second that are asked for; CB3 sends 125."""
+"""[Hz] that is asked for; CB3 sends 125."""
 
 PATIENCE = 3.0
-"""Longest wait for an answer [s]."""
+"""[s] for an answer."""
 
 WISHES = ("timestamp", "actual_TCP_pose", "tcp_offset", RAW, "actual_q", "actual_qd")
-"""Fields that are asked for; what they mean: `hefting.logs.ur_csv`."""
+"""What they mean: `hefting.logs.ur_csv`."""
 
 NEEDED = ("timestamp", "actual_TCP_pose", RAW)
-"""Fields without which there is nothing to identify."""
 
 
 class RtdeSource:
@@ -180,8 +177,8 @@ class RtdeSource:
         self._pace = Pace()
 
     def open(self) -> None:
-        """Connect; `InputError` where the host refuses, speaks something else, or has
-        no wrench of its sensor."""
+        """`InputError` where the host refuses, speaks something else, or has no wrench
+        of its sensor."""
         connection = connected(self.name, self._address[:2])
         try:
             dialogue = Dialogue(connection, PATIENCE)

@@ -14,12 +14,11 @@ from hefting.sources.registry import Request
 PIECE = 1 << 16
 
 PIECES = 64
-"""Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
+"""Then the writer of the pipe waits, and nothing is lost."""
 
 
 class StandardInput:
-    """Lines of JSON from a pipe; see `hefting.sources.json_lines`. It ends where the
-    pipe does.
+    """It ends where the pipe does.
 
     A thread reads, as not every system can wait for a pipe for a limited time.
     """
@@ -50,7 +49,7 @@ class StandardInput:
         raise EndOfSource("standard input has ended")
 
     def close(self) -> None:
-        """Nothing: the pipe belongs to whoever made it."""
+        """The pipe belongs to whoever made it."""
 
     def _read(self) -> None:
         handle = sys.stdin.fileno()

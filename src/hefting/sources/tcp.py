@@ -10,13 +10,13 @@ from hefting.sources.json_lines import JsonLines
 from hefting.sources.registry import Request, address_of
 
 PATIENCE = 3.0
-"""Longest wait for a connection [s]."""
+"""[s] for a connection."""
 
 PIECE = 1 << 16
 
 
 class TcpSource:
-    """Lines of JSON from a socket; see `hefting.sources.json_lines`."""
+    """Lines of JSON from a socket."""
 
     def __init__(self, name: str, request: Request):
         self.name = name
@@ -27,7 +27,7 @@ class TcpSource:
         self._lines = JsonLines(self.skipped)
 
     def open(self) -> None:
-        """Connect; `InputError` where the host refuses."""
+        """`InputError` where the host refuses."""
         self._lines = JsonLines(self.skipped)
         self._socket = connected(self.name, self._address[:2])
         self.chosen = (note("live-source", f"lines of JSON from {self.name}"),)
@@ -45,7 +45,7 @@ class TcpSource:
 
 
 def connected(name: str, address: tuple[str, int]) -> socket.socket:
-    """A socket that is connected; `InputError` where the host refuses."""
+    """`InputError` where the host refuses."""
     try:
         return socket.create_connection(address, PATIENCE)
     except (OSError, UnicodeError) as error:
@@ -58,10 +58,8 @@ def connected(name: str, address: tuple[str, int]) -> socket.socket:
 
 
 def received(connection: socket.socket | None, name: str, timeout: float) -> bytes:
-    """What came, after at most `timeout` [s]; empty where nothing did.
-
-    Raises `SourceLostError` when the other end has closed.
-    """
+    """What came, after at most `timeout` [s]; `SourceLostError` when the other end has
+    closed."""
     if connection is None:
         raise SourceLostError(f"{name}: is closed")
     connection.settimeout(max(timeout, 1e-3))

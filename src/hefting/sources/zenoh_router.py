@@ -25,26 +25,25 @@ from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import RosSource
 
 MOST = 1000
-"""Most messages that are taken at once."""
 
 
 class Inbox:
-    """A bounded queue of messages that another thread brings; what does not fit is
-    counted in `skipped`."""
+    """Bounded, of another thread's messages; what does not fit is counted in
+    `skipped`."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
         self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
 
     def put(self, message: RosMessage) -> None:
-        """Add a message; never waits."""
+        """Never waits."""
         try:
             self._queue.put_nowait(message)
         except queue.Full:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:
-        """What is there, after waiting at most `timeout` [s] for the first."""
+        """After waiting at most `timeout` [s] for the first."""
         found: list[RosMessage] = []
         try:
             found.append(self._queue.get(timeout=max(timeout, 1e-3)))
@@ -60,10 +59,10 @@ PORT = 7447
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
-"""Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
+"""Of what zenoh-bridge-ros2dds brings in."""
 
 CHECK = 1.0
-"""How often it is asked whether the router is still there [s]."""
+"""[s] between looks whether the router is still there."""
 
 MAX_TOPICS = 10_000
 
@@ -138,7 +137,7 @@ class ZenohTransport:
             session.close()
 
     def _hear(self, sample: Any) -> None:
-        """A publisher is there; called by a thread of Zenoh."""
+        """By a thread of Zenoh: a publisher is there."""
         with self._lock:
             if len(self._found) < MAX_TOPICS:
                 self._found.append(str(sample.key_expr))
@@ -157,7 +156,7 @@ class ZenohTransport:
                 self._subscribers[key] = self._listen(topic, key)
 
     def _listen(self, topic: Topic, key: str) -> Any:
-        """A subscriber, which also asks for what was sent before it was there."""
+        """It also asks for what was sent before it was there."""
         from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
         def take(sample: Any) -> None:
@@ -172,8 +171,7 @@ class ZenohTransport:
 
 
 def parse_token(token: str) -> tuple[Topic, str] | None:
-    """The topic of a publisher's liveliness token, and the key of its messages; None
-    for other tokens."""
+    """The topic of a publisher's liveliness token, and the key of its messages."""
     parts = token.split("/")
     if parts[0] == "@ros2_lv" and len(parts) >= 12 and parts[5] == "MP":
         name, kind = parts[9].replace("%", "/"), parts[10]
@@ -191,7 +189,7 @@ def ros_type(name: str) -> str:
 
 
 def source(name: str, request: Request) -> RosSource:
-    """A source of the topics behind a Zenoh router."""
+    """Of the topics behind a Zenoh router."""
     return RosSource(name, request, ZenohTransport(name))
 
 

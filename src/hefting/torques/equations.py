@@ -40,9 +40,9 @@ FRICTION_BY_LOAD = OWN.index("friction by load")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
-"""[rad/s] Speed over which the smoothed sign changes."""
+"""[rad/s] over which the smoothed sign changes."""
 STICTION_SPEED = 0.05
-"""[rad/s] Speed below which a joint's friction has no law."""
+"""[rad/s] below which a joint's friction has no law."""
 RATE = 100.0
 """[Hz] of the rows: held objects move below some 10 Hz."""
 ROWS_TOGETHER = 4096
@@ -51,8 +51,7 @@ ROWS_TOGETHER = 4096
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Parameters that tell about how large the rigid bodies' torques are, by which
-    friction grows."""
+    """About how large the rigid bodies' torques are, by which friction grows."""
 
     arm: Array
     """(10 n,) of the links, as of `JointDynamics.arm`"""
@@ -85,11 +84,9 @@ class Rows:
         arm_known: bool = False,
         load: Load | None = None,
     ) -> Self:
-        """Of a run with (`loaded`) or without the payload.
-
-        With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
-        its parameters left out. `load` is by default the published one.
-        """
+        """Of a run with (`loaded`) or without the payload. With `arm_known` the URDF's
+        inertias are the arm's, and its columns left out. `load` is by default the
+        published one."""
         load = Load.published(dynamics) if load is None else load
         starts = samples.bins(RATE)
         parts = [
@@ -109,7 +106,7 @@ def columns(
     arm_known: bool,
     load: Load,
 ) -> Array:
-    """(K, n, c) columns of every sample, unfiltered."""
+    """(K, n, c) of every sample, unfiltered."""
     dq, ddq = samples.velocity, samples.acceleration
     W = dynamics.regressor(samples.position, dq, ddq)
     arm = 0 if arm_known else len(dynamics.base)
@@ -155,7 +152,7 @@ def _averages(
     arm_known: bool,
     load: Load,
 ) -> tuple[Array, Array, Array]:
-    """Columns, time and velocity, averaged between `edges`."""
+    """Columns, time and velocity between `edges`."""
     chosen = samples[int(edges[0]) : int(edges[-1])]
     starts = edges[:-1] - edges[0]
     counts = np.diff(edges)

@@ -39,10 +39,10 @@ class TorqueSamples:
         cls, joint_time: Array, position: Array, time: Array, torque: Array
     ) -> Self:
         """From joint positions (L, n) at `joint_time` (L,) and torques (K, n) at `time`
-        (K,) [s]: each joint's motion is a spline through its positions.
+        (K,) [s], by a spline for each joint.
 
-        Torques outside the positions' time, or in gaps, are left out. Raises
-        `InputError` for fewer than `FEWEST` samples.
+        Torques outside the positions' time, or in gaps, are left out. `InputError` for
+        fewer than `FEWEST` samples.
         """
         for what, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
@@ -78,8 +78,7 @@ class TorqueSamples:
         )
 
     def bins(self, rate: float) -> Indices:
-        """Index of the first sample of each 1 / `rate` seconds that has any; each
-        sample's own, where they come no faster."""
+        """First samples of each 1 / `rate` seconds; each, where they come no faster."""
         interval = float(np.median(np.diff(self.time)))
         if interval * rate > 0.7:
             return np.arange(len(self.time))
@@ -88,20 +87,20 @@ class TorqueSamples:
 
 
 UR_JOINT = "shoulder_pan_joint"
-"""Name of a joint by which a Universal Robots driver is known, whose efforts are
-currents unless it was told otherwise."""
+"""Of a Universal Robots driver, whose efforts are currents unless it was told
+otherwise."""
 LEAST_TURN = 0.02
-"""[rad] A joint that turns less does not move."""
+"""[rad] of a joint that moves."""
 
 
 def samples_of(
     recording: Recording, dynamics: JointDynamics, gains: Array | None = None
 ) -> TorqueSamples:
-    """Motion and torques of the joints of `dynamics`.
+    """Of the joints of `dynamics`.
 
-    `gains` [N m/A], (n,) or one number for all, say that the recorded values are the
-    motors' currents. Raises `InputError` where positions or torques are not there, are
-    of other joints, or currents have no gains.
+    `gains` [N m/A], (n,) or one for all, say that currents are recorded. `InputError`
+    where positions or torques are not there, are of other joints, or currents have no
+    gains.
     """
     if not recording.has("joint_positions"):
         raise InputError(
@@ -121,7 +120,7 @@ def samples_of(
 def still_joints(
     samples: TorqueSamples, dynamics: JointDynamics, source: str
 ) -> tuple[Message, ...]:
-    """A warning about joints that never move, if any."""
+    """A warning about joints that never move."""
     turned = np.ptp(samples.position, axis=0)
     names = [n for n, by in zip(dynamics.names, turned, strict=True) if by < LEAST_TURN]
     if not names:

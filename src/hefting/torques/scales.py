@@ -23,21 +23,20 @@ from hefting.core.torque_moments import TorqueMoments, merged
 from hefting.torques.equations import Rows
 
 LEVELS = 7
-"""Scales whose differences are kept apart; the last is of 2^6 and 2^6 rows, 0.64 s and
-0.64 s at 100 Hz."""
+"""Of differences; the last is of 2^6 and 2^6 rows, 0.64 s and 0.64 s at 100 Hz."""
 HALF = 0.5**0.5
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueScales:
-    """Moments of the Haar coefficients of all rows: `LEVELS` of differences, from the
-    shortest, and of what is left."""
+    """Of the Haar coefficients of all rows: `LEVELS` of differences, from the shortest,
+    and of what is left."""
 
     levels: tuple[TorqueMoments, ...]
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
-        """No samples yet; for the arguments see `TorqueMoments.empty`."""
+        """Arguments as of `TorqueMoments.empty`."""
         none = TorqueMoments.empty(joints, own, arm)
         return cls((none,) * (LEVELS + 1))
 
@@ -63,7 +62,7 @@ class TorqueScales:
         return type(self)(tuple(levels))
 
     def merge(self, other: TorqueScales) -> Self:
-        """Of the samples of both, see `TorqueMoments.merge`."""
+        """As `TorqueMoments.merge`."""
         if len(self.levels) != len(other.levels):
             raise InputError("moments of different time scales do not merge")
         pairs = zip(self.levels, other.levels, strict=True)
@@ -86,18 +85,17 @@ class TorqueScales:
 
 
 def _added(moments: TorqueMoments, rows: Array, share: Array) -> TorqueMoments:
-    """-"""
     return replace(moments.fold_rows(rows), counts=moments.counts + share.sum(axis=0))
 
 
 def _padded(values: Array) -> Array:
-    """With zeros at the end, to a whole number of the longest blocks."""
+    """To a whole number of the longest blocks."""
     more = -len(values) % 2**LEVELS
     return np.concatenate((values, np.zeros((more, *values.shape[1:]))))
 
 
 TOGETHER = 2**LEVELS
-"""Rows that are folded at once: whole blocks of the longest time scale."""
+"""Whole blocks of the longest time scale."""
 
 
 class LiveTorques:
@@ -114,12 +112,11 @@ class LiveTorques:
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> LiveTorques:
-        """No samples yet; for the arguments see `TorqueMoments.empty`."""
+        """Arguments as of `TorqueMoments.empty`."""
         return cls(TorqueScales.empty(joints, own, arm))
 
     def add(self, row: Array, time: float, used: Mask) -> None:
-        """One sample more: equations (n, c) at `time` [s], of which joints `used` (n,)
-        count."""
+        """Equations (n, c) at `time` [s], of which joints `used` (n,) count."""
         k = self._waiting
         self._values[k], self._time[k], self._used[k] = row, time, used
         self._waiting += 1
@@ -129,12 +126,12 @@ class LiveTorques:
 
     @property
     def scales(self) -> TorqueScales:
-        """Moments of all samples so far."""
+        """Of all samples so far."""
         return self._folded.fold(self._rows) if self._waiting else self._folded
 
     @property
     def size(self) -> int:
-        """Memory [bytes]."""
+        """[bytes]"""
         own = self._values.nbytes + self._used.nbytes + self._time.nbytes
         return own + sum(
             m.factors.nbytes + m.counts.nbytes for m in self._folded.levels
