@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
-from hefting.reproduction.experiment import Experiment, Report, Table, write_page
+from hefting.reproduction.experiment import Experiment, Report, Table
 from hefting.reproduction.experiments import EXPERIMENTS
-from hefting.reproduction.runner import Bars, run_experiments
+from hefting.reproduction.runner import Bars, run_experiments, write_page
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
 

@@ -1,8 +1,6 @@
 """The hyperparameter c1: PMD's error over time by speed; with `density`, the paper's
 328 runs."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
@@ -31,9 +29,6 @@ from hefting.reproduction.setting import (
     thing,
     wielded,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 VALUES = (10.0, 30.0, 100.0, 300.0, 1000.0, 5000.0, 25000.0)
 """Of c1, among them the paper's 300 (simulation), 5e3 and 25e3 (robot)."""
@@ -166,7 +161,7 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
     )
 
 
-def _figure(found: dict[float, np.ndarray], label: str) -> "Figure":
+def _figure(found: dict[float, np.ndarray], label: str):
     """A panel a speed, a line a c1; the legend has the sixth place."""
     with style():
         rows = len(found) // 2 + 1

@@ -1,7 +1,5 @@
 """Condition number of the scaled regressor, by speed and of the robot's motion."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
@@ -16,9 +14,6 @@ from hefting.reproduction.setting import (
     mark_limit,
     wielded,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PUBLISHED = {
     ("ur5", 1.0): 147.0,
@@ -175,7 +170,7 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
     )
 
 
-def _figure(results: list[tuple[Job, Result]]) -> "Figure":
+def _figure(results: list[tuple[Job, Result]]):
     simulated = [
         (job["speed"], result) for job, result in results if job["arm"] == "ur5"
     ]

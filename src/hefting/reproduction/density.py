@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
 from hefting.reproduction.c1 import VALUES
+from hefting.reproduction.density_figures import accuracy_figure, times_figure
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -23,10 +23,6 @@ from hefting.reproduction.setting import (
 )
 from hefting.shapes import Shape
 from hefting.simulation import paper_points
-
-if TYPE_CHECKING:
-    pass
-from hefting.reproduction.density_figures import accuracy_figure, times_figure
 
 DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 """points/cm³"""

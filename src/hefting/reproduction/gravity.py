@@ -1,8 +1,6 @@
 """Gravity's share in force and torque: of human motion, and of the simulated
 motions."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
@@ -16,9 +14,6 @@ from hefting.reproduction.setting import (
     thing,
     wielded,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ALPHA = "angular acceleration rad/s²"
 HUMAN = {
@@ -224,9 +219,7 @@ def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
     )
 
 
-def _figure(
-    speeds: list[float], shares: dict[str, dict[float, np.ndarray]]
-) -> "Figure":
+def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
     with style():
         figure = figure_of(2.5)
         axes = figure.subplots()

@@ -1,7 +1,7 @@
 """Noise by speed: 8 objects x 5 speeds x 4 noise levels x 4 methods, error after 10 s
 and over time."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from hefting.reproduction.setting import (
     thing,
     wielded,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
 """Of estimates [s]."""
@@ -161,7 +158,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report(tables, figures, notes)
 
 
-def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
+def _by_speed_figure(speeds, average, by_speed, at):
     levels = [level for level in NOISE_LEVELS if level != "none"]
     with style():
         figure = figure_of(2.6, width=7.2)
@@ -203,7 +200,7 @@ def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
         return settled(figure)
 
 
-def _over_time_figure(speeds, average) -> "Figure":
+def _over_time_figure(speeds, average):
     with style():
         figure = figure_of(2.3, width=7.2)
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))

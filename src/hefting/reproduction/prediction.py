@@ -1,7 +1,5 @@
 """Torques along another motion, predicted from what PMD-5K found in 1.5 s."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.core.regressor import predict_wrench
@@ -12,9 +10,6 @@ from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
 from hefting.reproduction.robot import SPEED
 from hefting.reproduction.setting import OBJECTS, RATE, thing, wielded
 from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujoco
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SHOWN = "tee"
 C1 = 5e3
@@ -130,7 +125,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report(tables, {"prediction": _figure(shown)}, notes)
 
 
-def _figure(result: Result) -> "Figure":
+def _figure(result: Result):
     """True (solid) and predicted (dashed), and predicted minus true."""
     from matplotlib.lines import Line2D
 

@@ -4,7 +4,6 @@ what a real arm adds."""
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -44,9 +43,6 @@ from hefting.reproduction.setting import (
 )
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SPEED = 1.1
 """[rad/s]"""
@@ -271,7 +267,7 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
     )
 
 
-def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
+def _figure(mean: dict[tuple[str, str, str], Array]):
     """A panel an error, a group a method, in it a mark a kind of motion."""
     with style():
         figure = figure_of(2.5, 7.2)

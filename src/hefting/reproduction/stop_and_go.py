@@ -1,7 +1,6 @@
 """Stop-and-go: PMD's mass and COM from samples at rest in many poses."""
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,6 @@ from hefting.reproduction.setting import (
     thing,
 )
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
 """[s] of the motion, a rest and a move: 20 poses."""
@@ -123,7 +119,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report((table,), {"errors": _figure(names, exact, noisy)}, notes)
 
 
-def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray) -> "Figure":
+def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
     with style():
         figure = figure_of(2.3)
         axes = figure.subplots()

@@ -8,7 +8,6 @@ what comes is left as bytes.
 """
 
 import time
-from collections import Counter
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -18,9 +17,8 @@ from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
-from hefting.sources.registry import Request
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
 from hefting.sources.zenoh_router import ros_type
 
 
@@ -101,13 +99,11 @@ LOOKING = 0.2
 MAX_TOPICS = 10_000
 
 
-class DdsTransport:
+class DdsTransport(Transport):
     """One participant of a DDS domain."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         domain = name.partition("://")[2].strip("/")
         if not domain.isdecimal() or int(domain) > HIGHEST_DOMAIN:
             what = f"the domain is a number from 0 to {HIGHEST_DOMAIN}"
@@ -119,10 +115,9 @@ class DdsTransport:
         self._readers: dict[str, tuple[Topic, Any]] = {}
         self._names: set[tuple[str, str]] = set()
         self._looked = 0.0
-        self._wants: Callable[[Topic], bool] = lambda topic: False
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             from cyclonedds.builtin import (
                 BuiltinDataReader,
@@ -148,7 +143,7 @@ class DdsTransport:
             ) from error
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         if self._participant is None:
             raise SourceLostError(f"{self.name}: is closed")
         now = time.monotonic()
@@ -226,9 +221,4 @@ class DdsTransport:
         return reader
 
 
-def source(name: str, request: Request) -> RosSource:
-    """Of the topics of a DDS domain."""
-    return RosSource(name, request, DdsTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(DdsTransport)

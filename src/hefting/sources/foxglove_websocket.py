@@ -8,7 +8,6 @@ Protocol: https://github.com/foxglove/ws-protocol. Bridges from 3 on speak it as
 import json
 import struct
 import time
-from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
@@ -17,9 +16,9 @@ from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources.limits import UNREADABLE
-from hefting.sources.registry import Request, address_of
+from hefting.sources.registry import address_of
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
 
 if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
@@ -42,20 +41,17 @@ MESSAGE = struct.Struct("<BIQ")
 """Begin of a message: 1, its subscription, and when it was sent [ns]."""
 
 
-class FoxgloveTransport:
+class FoxgloveTransport(Transport):
     """One connection to a Foxglove WebSocket server."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         self._channels: dict[int, Topic] = {}
         self._connection: ClientConnection | None = None
-        self._wants: Callable[[Topic], bool] = lambda topic: False
         address_of(name, PORT, f"ws://localhost:{PORT}")
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             from websockets.exceptions import InvalidHandshake, InvalidURI
             from websockets.sync.client import connect
@@ -84,7 +80,7 @@ class FoxgloveTransport:
             ) from error
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         from websockets.exceptions import ConnectionClosed
 
         if self._connection is None:
@@ -172,9 +168,4 @@ def topic_of(channel: Any) -> Topic | None:
     return Topic(name, full_type(kind), encoding, schema, language)
 
 
-def source(name: str, request: Request) -> RosSource:
-    """Of the topics of a Foxglove WebSocket server."""
-    return RosSource(name, request, FoxgloveTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(FoxgloveTransport)

@@ -30,13 +30,13 @@ class PlayedLog:
 
     def open(self) -> None:
         """`InputError` as `hefting.read_log`, and for static poses."""
-        recording = self._recording or self._read()
+        from hefting.logs import read_log
+
+        read = self._request.read or read_log
+        recording = self._recording or read(self.name)
         if recording.static:
-            raise InputError(
-                "static poses have no times, which playing needs",
-                self.name,
-                "use hefting identify",
-            )
+            what = "static poses have no times, which playing needs"
+            raise InputError(what, self.name, "use hefting identify")
         self._recording = recording
         if self._done == -np.inf:
             # what is before the first sample has been given
@@ -65,13 +65,6 @@ class PlayedLog:
 
     def close(self) -> None:
         """Nothing is held."""
-
-    def _read(self) -> Recording:
-        if self._request.read is not None:
-            return self._request.read(self.name)
-        from hefting.logs import read_log
-
-        return read_log(self.name)
 
     def _elapsed(self) -> float:
         """[s] that have been given."""

@@ -71,10 +71,6 @@ SCHEMES = {
 """By what stands before ``://``; what is slow to import belongs inside their
 functions."""
 
-STANDARD_INPUT = "hefting.sources.standard_input"
-
-LOG = "hefting.sources.played_log"
-
 
 def source_of(name: str, request: Request | None = None) -> Source:
     """``-``, ``scheme://...`` or a log to be played; nothing is opened yet.
@@ -82,21 +78,16 @@ def source_of(name: str, request: Request | None = None) -> Source:
     Raises `InputError` for an unknown scheme, and for a name that is not one of its
     transport.
     """
-    module = import_module(_module_of(name))
-    return module.SOURCE(name, request or Request())
-
-
-def _module_of(name: str) -> str:
-    if name == "-":
-        return STANDARD_INPUT
     scheme, mark, _ = name.partition("://")
-    if not mark:
-        return LOG
-    if scheme.lower() not in SCHEMES:
+    if name == "-":
+        module = "hefting.sources.standard_input"
+    elif not mark:
+        module = "hefting.sources.played_log"
+    elif scheme.lower() in SCHEMES:
+        module = SCHEMES[scheme.lower()]
+    else:
         known = ", ".join(f"{each}://" for each in SCHEMES)
-        raise InputError(
-            f"'{scheme[:40]}://' is no source",
-            name,
-            f"use {known}, - for standard input, or a log",
-        )
-    return SCHEMES[scheme.lower()]
+        what = f"'{scheme[:40]}://' is no source"
+        fix = f"use {known}, - for standard input, or a log"
+        raise InputError(what, name, fix)
+    return import_module(module).SOURCE(name, request or Request())

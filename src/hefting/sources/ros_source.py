@@ -2,9 +2,9 @@
 messages."""
 
 import time
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable
-from typing import Protocol
 
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
@@ -23,27 +23,35 @@ PATIENCE = 5.0
 STEP = 0.05
 
 
-class Transport(Protocol):
+class Transport(ABC):
     """Brings ROS messages."""
 
-    topics: list[Topic]
-    """on offer, as far as is known"""
-    skipped: Counter[str]
-    """given by the source: what could not be read, by the reason"""
+    def __init__(self, name: str):
+        self.name = name
+        self.topics: list[Topic] = []
+        """on offer, as far as is known"""
+        self.skipped: Counter[str] = Counter()
+        """given by the source: what could not be read, by the reason"""
+        self._wants: Callable[[Topic], bool] = lambda topic: False
 
+    @abstractmethod
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """And from then on subscribe to the topics that are wanted; `InputError` where
         that fails."""
-        ...
 
+    @abstractmethod
     def receive(self, timeout: float) -> list[RosMessage]:
         """What came, after at most `timeout` [s]; `SourceLostError` when the connection
         is gone."""
-        ...
 
+    @abstractmethod
     def close(self) -> None:
-        """Again does nothing."""
-        ...
+        """Disconnect; again does nothing."""
+
+
+def source_by(transport: Callable[[str], Transport]) -> Callable[..., "RosSource"]:
+    """What makes sources by a kind of transport."""
+    return lambda name, request: RosSource(name, request, transport(name))
 
 
 class RosSource:
@@ -62,12 +70,10 @@ class RosSource:
     def open(self) -> None:
         """Choose topics, unless that was done before the connection was lost;
         `InputError` where there are none to choose, or too many."""
-        decoder = self._decoder
-        if decoder is not None:
-            self._transport.connect(decoder.wants)
-            return
-        decoder = RosDecoder(self.name, self._request, self.skipped)
+        decoder = self._decoder or RosDecoder(self.name, self._request, self.skipped)
         self._transport.connect(decoder.wants)
+        if decoder is self._decoder:
+            return
         try:
             self._first = self._choose(decoder)
         except BaseException:

@@ -20,9 +20,9 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources.limits import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE
-from hefting.sources.registry import Request, address_of
+from hefting.sources.registry import address_of
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
 
 MOST = 1000
 
@@ -67,13 +67,11 @@ CHECK = 1.0
 MAX_TOPICS = 10_000
 
 
-class ZenohTransport:
+class ZenohTransport(Transport):
     """One client of a Zenoh router."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         host, port, path = address_of(name, PORT, EXAMPLE)
         if path and not path.isdigit():
             raise InputError("the domain is a number", name, f"as in {EXAMPLE}")
@@ -84,10 +82,9 @@ class ZenohTransport:
         self._found: list[str] = []
         self._lock, self._checked = threading.Lock(), 0.0
         self._subscribers: dict[str, Any] = {}
-        self._wants: Callable[[Topic], bool] = lambda topic: False
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             import zenoh
         except ImportError as error:
@@ -119,7 +116,7 @@ class ZenohTransport:
             )
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         if self._session is None:
             raise SourceLostError(f"{self.name}: is closed")
         self._subscribe()
@@ -188,9 +185,4 @@ def ros_type(name: str) -> str:
     return name.replace("::dds_::", "::").replace("::", "/").removesuffix("_")
 
 
-def source(name: str, request: Request) -> RosSource:
-    """Of the topics behind a Zenoh router."""
-    return RosSource(name, request, ZenohTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(ZenohTransport)
