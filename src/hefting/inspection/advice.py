@@ -1,6 +1,7 @@
 """What to do next about a recording: what stands in the way, then what would make it
 better."""
 
+from collections.abc import Iterator
 from math import degrees
 
 from hefting.core.recording import Recording
@@ -28,10 +29,8 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     """Sentences for a person, the most pressing first."""
     if "object" in found.missing:
         return _what_is_missing(found, recording)
-    said = _obstacles(found)
-    if not said:
-        said.append(f"ready: hefting identify {found.log} --shape MESH")
-    return (*said, *_improvements(found))
+    ready = f"ready: hefting identify {found.log} --shape MESH"
+    return (*(list(_obstacles(found)) or [ready]), *_improvements(found))
 
 
 def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]:
@@ -47,8 +46,7 @@ def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]
     return (f"nothing can be identified: {reason}",)
 
 
-def _obstacles(found: Inspection) -> list[str]:
-    said = []
+def _obstacles(found: Inspection) -> Iterator[str]:
     m, sign = found.movement, found.sign
     assert m is not None
     assert found.facts is not None
@@ -56,33 +54,24 @@ def _obstacles(found: Inspection) -> list[str]:
     open_ = found.identifiability.open
     if found.facts.bias is None:
         if m.turn > LITTLE:
-            said.append(
-                "no mass is found beside a bias: is anything held, or does the controller subtract its payload?"
-            )
+            yield "no mass is found beside a bias: is anything held, or does the controller subtract its payload?"
         else:
-            said.append(
-                "record other orientations: a bias cannot be told from the object's weight in this one"
-            )
+            yield "record other orientations: a bias cannot be told from the object's weight in this one"
     if sign is not None and not sign.certain:
-        said.append(
-            "the wrench's sign is not certain: give `sign` on-object or on-sensor"
-        )
-    said.extend(found.identifiability.summary)
+        yield "the wrench's sign is not certain: give `sign` on-object or on-sensor"
+    yield from found.identifiability.summary
     if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):
-        said.append(
+        yield (
             f"gravity turned by {_degrees(m.turn)} at most in sensor axes: tilt the sensor by 60° or more, then about "
             "another axis"
         )
     if any(name.startswith("J") for name in open_):
         how = f"hefting identify {found.log} --shape MESH"
-        said.append(
-            f"give `shape`: it says of the inertia what the motion does not ({how})"
-        )
-    return said
+        yield f"give `shape`: it says of the inertia what the motion does not ({how})"
 
 
-def _improvements(found: Inspection) -> list[str]:
-    said = _of_wrench(found)
+def _improvements(found: Inspection) -> Iterator[str]:
+    yield from _of_wrench(found)
     hint, m = found.gravity_hint, found.movement
     assert m is not None
     known = (
@@ -93,58 +82,43 @@ def _improvements(found: Inspection) -> list[str]:
     # what puts the recording in doubt is said with the verdict
     no_doubt = found.verdict.level == "good"
     if hint is not None and hint.serious and known and no_doubt:
-        said.append(
+        yield (
             f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
             "give `gravity` estimate"
         )
     if m.above_limit and m.linear_speed is not None:
-        said.append(
-            f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218"
-        )
+        yield f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218"
     if m.dynamism is None:
-        said.append(
-            "record positions (px py pz) or an accelerometer: without, mass and COM are all there is"
-        )
+        yield "record positions (px py pz) or an accelerometer: without, mass and COM are all there is"
     if found.undetermined:
         if (
             found.static
             and found.streams["wrench"].samples < 10
             and {"m", "mcx", "mcy", "mcz"} & {*found.undetermined}
         ):
-            said.append("record ten static poses or more")
+            yield "record ten static poses or more"
         elif not found.static and found.duration < SHORT:
-            said.append(f"record ten seconds or more: {found.duration:.2g} s is short")
-    return said + _of_streams(found)
+            yield f"record ten seconds or more: {found.duration:.2g} s is short"
+    yield from _of_streams(found)
 
 
-def _of_wrench(found: Inspection) -> list[str]:
-    said = []
+def _of_wrench(found: Inspection) -> Iterator[str]:
     c = found.conditioned
     if c is not None:
         if abs(c.offset) > OFFSET:
             late = "late" if c.offset > 0.0 else "early"
-            said.append(
-                f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself"
-            )
+            yield f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself"
         if c.bias.kind != "constant":
-            said.append(
-                "the bias drifts: identify removes it; better, let the sensor warm up before recording"
-            )
+            yield "the bias drifts: identify removes it; better, let the sensor warm up before recording"
         if c.reasons.get("saturation"):
-            said.append(
-                "the sensor reached its limit: move slower, zero it first, or use one of a larger range"
-            )
+            yield "the sensor reached its limit: move slower, zero it first, or use one of a larger range"
         n = max(len(c.rejected), 1)
         if c.reasons.get("contact", 0) > SHARE * n:
             share = _percent(c.reasons["contact"] / n)
-            said.append(
-                f"{share} of the samples do not fit one free body: does the object touch something, or swing?"
-            )
+            yield f"{share} of the samples do not fit one free body: does the object touch something, or swing?"
         if c.reasons.get("spike", 0) > SHARE * n:
             share = _percent(c.reasons["spike"] / n)
-            said.append(
-                f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock"
-            )
+            yield f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock"
     assert found.facts is not None
     for name in ("force", "torque"):
         channels = found.facts.channels[name]
@@ -152,16 +126,12 @@ def _of_wrench(found: Inspection) -> list[str]:
             (channels.signal**2).sum() / max((channels.noise**2).sum(), 1e-300)
         )
         if ratio < WEAK:
-            said.append(
-                f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer"
-            )
-    return said
+            yield f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer"
 
 
-def _of_streams(found: Inspection) -> list[str]:
+def _of_streams(found: Inspection) -> Iterator[str]:
     if found.static:
-        return []
-    said = []
+        return
     m = found.movement
     for name in ("orientation", "wrench"):
         facts = found.streams[name]
@@ -171,12 +141,9 @@ def _of_streams(found: Inspection) -> list[str]:
             and m is not None
             and m.angular_speed[0] > BRISK
         ):
-            said.append(
-                f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
-            )
+            yield f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
         if facts.missing > SHARE:
-            said.append(_lost(what, facts))
-    return said
+            yield _lost(what, facts)
 
 
 def _lost(what: str, facts: StreamFacts) -> str:

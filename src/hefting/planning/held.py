@@ -47,10 +47,7 @@ class Held:
             known = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
             information = np.linalg.inv(known)
             where = "box" if shape is None else "shape"
-            what = (
-                f"planned for a body of {body.mass:g} kg that is evenly spread in the "
-                f"{where}"
-            )
+            what = f"planned for a body of {body.mass:g} kg that is evenly spread in the {where}"
             notes.append(note("plan-body-assumed", what, "estimate"))
         else:
             body, information = _known(estimate)
@@ -86,7 +83,7 @@ def _corners(low: Array, high: Array) -> Array:
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
     """Wide enough to hold the COM in the middle."""
-    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    low, high = np.array(UNKNOWN_BOX)
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
         low, high = np.minimum(low, c - half), np.maximum(high, c + half)
@@ -97,7 +94,7 @@ def _body(shape: Shape | None) -> InertialParameters:
     if shape is not None:
         own = shape.homogeneous
         return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)
-    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    low, high = np.array(UNKNOWN_BOX)
     squares = (high - low) ** 2
     J = UNKNOWN_MASS / 12.0 * np.diag(squares.sum() - squares)
     return InertialParameters.from_com(UNKNOWN_MASS, 0.5 * (low + high), J)
@@ -108,10 +105,8 @@ def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
     near the sensor."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
-        raise InputError(
-            "the estimate has no mass to plan for",
-            fix="identify again, or leave it out",
-        )
+        what = "the estimate has no mass to plan for"
+        raise InputError(what, fix="identify again, or leave it out")
     if C is None:
         what = f"the estimate by {estimate.method} has no covariance to plan from"
         raise InputError(what, fix="identify with Bayes")

@@ -56,9 +56,8 @@ class Limits:
         if self.position.shape != (n, 2) or np.isnan(self.position).any():
             raise InputError("position is not a low and a high end (n, 2)", "Limits")
         if (self.position[:, 0] >= self.position[:, 1]).any():
-            raise InputError(
-                "a joint's lowest position is not below its highest", "Limits"
-            )
+            what = "a joint's lowest position is not below its highest"
+            raise InputError(what, "Limits")
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
             shape = () if field.name in NUMBERS else (n,)
@@ -66,10 +65,9 @@ class Limits:
                 continue
             own = np.asarray(value, dtype=float)
             if own.shape != shape or not (own > 0.0).all():
-                what = "a positive number" + (
-                    f" of each of {n} joints" if shape else ""
-                )
-                raise InputError(f"{field.name} is not {what}", "Limits")
+                of = f" of each of {n} joints" if shape else ""
+                what = f"{field.name} is not a positive number{of}"
+                raise InputError(what, "Limits")
 
     @classmethod
     def from_urdf(
@@ -100,10 +98,9 @@ class Limits:
         for name in robot.joints:
             joint, where = tree.joints[name], f"{path}, joint '{name}'"
             if joint.kind == "prismatic":
+                what = "it slides, and plans are of joints that turn"
                 fix = "choose a tip that only turning joints move"
-                raise InputError(
-                    "it slides, and plans are of joints that turn", where, fix
-                )
+                raise InputError(what, where, fix)
             if joint.kind == "revolute" and joint.limits is None:
                 fix = (
                     'give <limit lower="..." upper="..." velocity="..."/> [rad, rad/s]'
@@ -187,12 +184,8 @@ class Constraints:
         middle = np.where(bounded, ends.sum(axis=1) / 2.0, 0.0)
         half = np.where(bounded, (ends[:, 1] - ends[:, 0]) / 2.0, np.inf)
         zero = np.zeros(len(ends))
-        return (
-            (np.nan_to_num(middle), half),
-            (zero, own.speed),
-            (zero, own.acceleration),
-            (zero, own.jerk),
-        )
+        others = ((zero, each) for each in (own.speed, own.acceleration, own.jerk))
+        return (np.nan_to_num(middle), half), *others
 
     @property
     def _ways(self) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -230,10 +229,18 @@ def plan(
             *held.notes,
             *sensor.notes,
             *_assumed(acceleration, jerk),
-            *_of(space, "note"),
+            *(own for own in space.messages if own.severity == "note"),
         ),
-        warnings=_of(space, "warning"),
-        settings=_settings(held, sensor, g, rate, effort, seed, best),
+        warnings=tuple(own for own in space.messages if own.severity == "warning"),
+        settings={
+            "noise": sensor.levels,
+            "gravity": g.tolist(),
+            "body": held.body.vector.tolist(),
+            "rate": rate,
+            "effort": effort,
+            "seed": seed,
+            "objective": best.value,
+        },
     )
 
 
@@ -250,37 +257,11 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
-    parts = []
-    if acceleration is None:
-        parts.append(f"{ACCELERATION:g} rad/s²")
-    if jerk is None:
-        parts.append(f"{JERK:g} rad/s³")
-    if not parts:
+    given = {"acceleration": acceleration, "jerk": jerk}
+    usual = {"acceleration": f"{ACCELERATION:g} rad/s²", "jerk": f"{JERK:g} rad/s³"}
+    open_ = [name for name, value in given.items() if value is None]
+    if not open_:
         return ()
-    what = f"no URDF limits it: every joint keeps {' and '.join(parts)}"
-    argument = "acceleration" if acceleration is None else "jerk"
-    return (note("plan-acceleration-assumed", what, argument),)
-
-
-def _of(space: Space, severity: str) -> tuple[Message, ...]:
-    return tuple(own for own in space.messages if own.severity == severity)
-
-
-def _settings(
-    held: Held,
-    sensor: Sensor,
-    gravity: Array,
-    rate: float,
-    effort: str,
-    seed: int,
-    best: Found,
-) -> dict[str, Any]:
-    return {
-        "noise": sensor.levels,
-        "gravity": gravity.tolist(),
-        "body": held.body.vector.tolist(),
-        "rate": rate,
-        "effort": effort,
-        "seed": seed,
-        "objective": best.value,
-    }
+    kept = " and ".join(usual[name] for name in open_)
+    what = f"no URDF limits it: every joint keeps {kept}"
+    return (note("plan-acceleration-assumed", what, open_[0]),)

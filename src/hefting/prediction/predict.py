@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -205,62 +206,53 @@ def _peak(
     return Peak(float(magnitude[k]), float(z.time[k]), std)
 
 
-def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
-    doubts = []
+def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error
-        doubts.append(say("estimate-doubtful", f"of the estimate: {first}"))
+        yield say("estimate-doubtful", f"of the estimate: {first}")
     if estimate.covariance is None:
         others = " and ".join(
             name for name, kind in reversed(METHODS.items()) if kind.gives_covariance
         )
         what = f"the estimate ({estimate.method}) has no covariance, so there is no band: {others} give one"
-        doubts.append(warning("no-band", what))
+        yield warning("no-band", what)
     if not estimate.physically_consistent:
-        doubts.append(
-            warning(
-                "not-physical",
-                f"no body has the estimate's parameters: {estimate.consistency}",
-            )
-        )
+        what = f"no body has the estimate's parameters: {estimate.consistency}"
+        yield warning("not-physical", what)
     tool = _numbers(estimate.provenance.get("tool"), 10, LARGEST_PARAMETER)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
-        doubts.append(warning("tool-subtracted", what))
+        yield warning("tool-subtracted", what)
     found = _numbers(estimate.provenance.get("gravity"), 3, LARGEST_GRAVITY)
-    if found is not None and np.linalg.norm(
-        found - gravity
-    ) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
+    far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
+    if found is not None and np.linalg.norm(found - gravity) > far:
         x, y, z = found
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
-        doubts.append(warning("another-gravity", what, "gravity"))
-    return doubts
+        yield warning("another-gravity", what, "gravity")
 
 
-def _of_reading(std: Array | None, accuracy: SensorAccuracy | None) -> list[Message]:
-    if std is None or accuracy is None:
-        return []
-    what = f"the band is that of the reading of a sensor of {accuracy}"
-    return [note("band-of-reading", what, "sensor_accuracy")]
+def _of_reading(
+    std: Array | None, accuracy: SensorAccuracy | None
+) -> Iterator[Message]:
+    if std is not None and accuracy is not None:
+        what = f"the band is that of the reading of a sensor of {accuracy}"
+        yield note("band-of-reading", what, "sensor_accuracy")
 
 
-def _open(spread: Spread | None, std: Array | None) -> list[Message]:
+def _open(spread: Spread | None, std: Array | None) -> Iterator[Message]:
     if spread is None or std is None or not spread.open.any():
-        return []
+        return
     infinite: Mask = np.isinf(std)
-    names = ", ".join(
-        name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_
-    )
+    names = ", ".join(np.array(PARAMETERS)[spread.open])
     if not infinite.any():
         what = f"the estimate leaves {names} open, which this motion does not need"
-        return [warning("open-not-needed", what)]
-    touched = ", ".join(
-        name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any()
-    )
+        yield warning("open-not-needed", what)
+        return
+    touched = ", ".join(np.array(WRENCH)[infinite.any(axis=0)])
     share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
     what = f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"
-    return [warning("band-open", what)]
+    yield warning("band-open", what)
 
 
 def _numbers(value: Any, count: int, largest: float) -> Array | None:

@@ -70,7 +70,7 @@ def agreement(
     """How well `estimate` explains the wrench of a recording, as ingested with a free
     bias, by a sensor of an `accuracy`."""
     z, sign = found.measurements, found.sign
-    warnings = []
+    warnings: list[Message] = []
     if not sign.certain:
         what = (
             "the sign of the measured wrench is uncertain "
@@ -92,42 +92,25 @@ def agreement(
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
         wide = Z95 * np.hypot(known, np.repeat(own, 3))
         within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
-    if own is not None:
-        warnings += _doubts(difference.mean(axis=0), rms, varying, own)
+    # a constant is most of a difference that noise does not explain
+    constant = varying**2 < MOSTLY * rms**2
+    if own is not None and ((rms > 2.0 * own) & constant).any():
+        mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
+        what = (
+            f"most of the difference is constant, ({', '.join(mean[:3])}) N, ({', '.join(mean[3:])}) N m: a bias "
+            "other than the estimate's? was the sensor zeroed in between?"
+        )
+        warnings.append(warning("constant-difference", what))
     wrench = z.wrench if bias is None else z.wrench - bias
-    notes = found.conditioned.findings
+    noted = found.conditioned.findings, tuple(warnings)
     return Agreement(
-        z.time,
-        wrench,
-        difference,
-        rms,
-        varying,
-        own,
-        within,
-        sign,
-        notes,
-        tuple(warnings),
+        z.time, wrench, difference, rms, varying, own, within, sign, *noted
     )
 
 
 def _rms(difference: Array) -> Array:
     """(2,) an axis of forces and torques (L, 6)."""
     return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
-
-
-def _doubts(mean: Array, rms: Array, varying: Array, own: Array) -> list[Message]:
-    """A message where a constant is most of a difference that noise does not
-    explain."""
-    if not ((rms > 2.0 * own) & (varying**2 < MOSTLY * rms**2)).any():
-        return []
-    force, torque = (
-        ", ".join(f"{x:.3g}" for x in part) for part in (mean[:3], mean[3:])
-    )
-    what = (
-        f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias other than the estimate's? was the "
-        "sensor zeroed in between?"
-    )
-    return [warning("constant-difference", what)]
 
 
 SCHEMA = "hefting.prediction/1"
@@ -281,7 +264,7 @@ class Prediction:
                     "varying": a.varying,
                     "own": a.own,
                     "within": a.within,
-                    "wrench": "on-object" if a.sign.on_object else "on-sensor",
+                    "wrench": a.sign.name,
                     "samples": len(a.time),
                     "notes": a.notes,
                 },

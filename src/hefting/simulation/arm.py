@@ -12,12 +12,8 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
 from hefting.robots import Robot
 from hefting.robots.joint_motion import (
-    JointMotion as JointMotion,
-)
-from hefting.robots.joint_motion import (
-    SensorMotion as SensorMotion,
-)
-from hefting.robots.joint_motion import (
+    JointMotion,
+    SensorMotion,
     angular_velocity,
     sensor_motion,
 )
@@ -79,21 +75,11 @@ class Arm:
             rotation = rotation @ Rotation.from_rotvec((twist, 0.0, 0.0)).as_matrix()
         joints = tuple(f"joint{i + 1}" for i in range(len(screws)))
         pairs = tuple((float(low), float(high)) for low, high in np.asarray(limits))
-        home = frozen(Rotation.from_matrix(rotation).as_quat())
-        robot = Robot(
-            name,
-            "base",
-            "flange",
-            joints,
-            joints,
-            pairs,
-            tuple(screws),
-            frozen(position),
-            home,
-        )
-        return cls(
-            robot, frozen(start), None if joint_speeds is None else frozen(joint_speeds)
-        )
+        home = frozen(position), frozen(Rotation.from_matrix(rotation).as_quat())
+        frames = name, "base", "flange"
+        robot = Robot(*frames, joints, joints, pairs, tuple(screws), *home)
+        speeds = None if joint_speeds is None else frozen(joint_speeds)
+        return cls(robot, frozen(start), speeds)
 
     @classmethod
     def from_urdf(
@@ -107,12 +93,8 @@ class Arm:
             raise InputError(
                 f"no joint moves '{sensor_frame}'", path, "choose a link further out"
             )
-        return cls(
-            robot,
-            frozen(
-                [_middle(pair) for pair in robot.limits] if start is None else start
-            ),
-        )
+        middle = [_middle(pair) for pair in robot.limits]
+        return cls(robot, frozen(middle if start is None else start))
 
     @property
     def n(self) -> int:
@@ -156,11 +138,8 @@ class Arm:
 
 
 def _middle(pair: tuple[float, float] | None) -> float:
-    return (
-        0.5 * (pair[0] + pair[1])
-        if pair is not None and np.isfinite(pair).all()
-        else 0.0
-    )
+    ends = (0.0, 0.0) if pair is None else pair
+    return 0.5 * sum(ends) if np.isfinite(ends).all() else 0.0
 
 
 UR5 = Arm.from_dh(

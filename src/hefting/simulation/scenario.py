@@ -1,7 +1,7 @@
 """A simulated recording from beginning to end: the log and the truth of it."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from math import lcm
 from pathlib import Path
@@ -76,35 +76,22 @@ class Scenario:
         rate = _common_rate(self.rates)
         if not self.duration * rate <= MOST_SAMPLES:
             what = f"{self.duration:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples"
-            raise InputError(
-                what,
-                fix="simulate less, or choose rates of which one is a multiple of the others",
-            )
+            fix = "simulate less, or choose rates of which one is a multiple of the others"
+            raise InputError(what, fix=fix)
         if 0.0 < self.duration * rate < 2.0:
-            raise InputError(
-                f"{self.duration:g} s at {rate:g} Hz are less than two samples",
-                fix="simulate longer",
-            )
+            what = f"{self.duration:g} s at {rate:g} Hz are less than two samples"
+            raise InputError(what, fix="simulate longer")
+        own = {"arm": self.arm, "speed_limit": self.speed_limit}
         if self.motion == "stop-and-go":
             if self.angular_speed is not None:
-                raise InputError(
-                    "stop-and-go has no speed to choose",
-                    fix="leave it out, or give a speed limit",
-                )
-            return stop_and_go(
-                self.duration,
-                rate,
-                seed=self.seed,
-                arm=self.arm,
-                speed_limit=self.speed_limit,
-            )
+                what = "stop-and-go has no speed to choose"
+                raise InputError(what, fix="leave it out, or give a speed limit")
+            return stop_and_go(self.duration, rate, seed=self.seed, **own)
         speed = 1.0 if self.angular_speed is None else self.angular_speed
         if self.motion == "sinusoids":
-            return sinusoids(self.duration, rate, speed, self.arm, self.speed_limit)
+            return sinusoids(self.duration, rate, speed, **own)
         if self.motion == "random":
-            return random_smooth(
-                self.duration, rate, speed, self.seed, self.arm, self.speed_limit
-            )
+            return random_smooth(self.duration, rate, speed, self.seed, **own)
         what = f"there is no motion '{self.motion}'{nearest(self.motion, MOTIONS)}"
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
@@ -142,17 +129,12 @@ def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
     sensor; `InputError` for another name, and as `Arm.from_urdf`."""
     if name.lower() in ARMS:
         if sensor_frame is not None:
-            raise InputError(
-                f"the {name} has its sensor at its flange",
-                fix="give a frame for a URDF only",
-            )
+            what = f"the {name} has its sensor at its flange"
+            raise InputError(what, fix="give a frame for a URDF only")
         return ARMS[name.lower()]
     if Path(name).suffix.lower() not in (".urdf", ".xml"):
-        known = ", ".join(ARMS)
-        raise InputError(
-            f"there is no arm '{name}'{nearest(name, ARMS)}",
-            fix=f"choose {known} or a .urdf file",
-        )
+        what = f"there is no arm '{name}'{nearest(name, ARMS)}"
+        raise InputError(what, fix=f"choose {', '.join(ARMS)} or a .urdf file")
     if sensor_frame is None:
         raise InputError(
             "which link holds the sensor?", name, "give `sensor_frame`=NAME"
@@ -183,13 +165,7 @@ def named_object(
         if lower == JOINER_HAMMER:
             return HeldObject.of(hammer(), HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
-        return (
-            held
-            if pose is None
-            else HeldObject(
-                held.name, held.in_object, held.surface, np.asarray(pose, float)
-            )
-        )
+        return held if pose is None else replace(held, pose=np.asarray(pose, float))
     paths = [part.strip() for part in name.split(",")]
     if any(Path(path).suffix.lower() not in MESH_SUFFIXES for path in paths):
         fix = f"choose one of {', '.join(OBJECTS)}, or give mesh files ({', '.join(MESH_SUFFIXES)})"

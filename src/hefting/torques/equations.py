@@ -157,11 +157,8 @@ def _averages(
     starts = edges[:-1] - edges[0]
     counts = np.diff(edges)
     values = columns(dynamics, chosen, loaded, arm_known, load)
-    each = values, chosen.time, chosen.velocity
-    sums = [np.add.reduceat(one, starts, axis=0) for one in each]
-    shape = (-1, 1, 1)
-    return (
-        sums[0] / counts.reshape(shape),
-        sums[1] / counts,
-        sums[2] / counts[:, None],
+    values, time, velocity = (
+        np.add.reduceat(each, starts, axis=0)
+        for each in (values, chosen.time, chosen.velocity)
     )
+    return values / counts[:, None, None], time / counts, velocity / counts[:, None]

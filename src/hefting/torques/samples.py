@@ -3,7 +3,7 @@ whose, currents by their gains, and what is refused."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
@@ -44,12 +44,10 @@ class TorqueSamples:
         Torques outside the positions' time, or in gaps, are left out. `InputError` for
         fewer than `FEWEST` samples.
         """
-        for what, many in (("positions", len(joint_time)), ("torques", len(time))):
+        for kind, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
-                raise InputError(
-                    f"{many} samples of joint {what} are too few",
-                    fix=f"record at least {FEWEST}, moving",
-                )
+                what = f"{many} samples of joint {kind} are too few"
+                raise InputError(what, fix=f"record at least {FEWEST}, moving")
         motion = np.empty((3, *torque.shape))
         for j in range(position.shape[1]):
             own = position[:, j : j + 1]
@@ -69,13 +67,7 @@ class TorqueSamples:
         return cls(time[kept], position, velocity, acceleration, torque[kept])
 
     def __getitem__(self, part: slice) -> TorqueSamples:
-        return TorqueSamples(
-            self.time[part],
-            self.position[part],
-            self.velocity[part],
-            self.acceleration[part],
-            self.torque[part],
-        )
+        return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
     def bins(self, rate: float) -> Indices:
         """First samples of each 1 / `rate` seconds; each, where they come no faster."""
@@ -163,9 +155,8 @@ def _torques(recording: Recording, gains: Array | None) -> str:
 def _checked(gains: Array, joints: int, source: str) -> Array:
     values = np.atleast_1d(np.asarray(gains, dtype=float))
     if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
-        raise InputError(
-            f"{len(values)} gains for {joints} joints", source, "give one for each"
-        )
+        what = f"{len(values)} gains for {joints} joints"
+        raise InputError(what, source, "give one for each")
     if not values.all():
         raise InputError("a gain is zero", source, "give N m/A of each joint")
     return values

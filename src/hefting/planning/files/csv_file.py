@@ -1,6 +1,6 @@
 """CSV: the columns ``time,q1..qn`` of the canonical log."""
 
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 

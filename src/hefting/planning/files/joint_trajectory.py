@@ -8,7 +8,7 @@ Source: https://docs.ros.org/en/rolling/p/trajectory_msgs/. It is what
 import json
 from typing import Any
 
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 JOINTS = 6
