@@ -44,13 +44,8 @@ class Demo:
     """Mean angular [rad/s] and linear [m/s] speed of the sensor."""
     truth: InertialParameters
     """In the sensor frame."""
-    homogeneous: InertialParameters
-    """The true mass spread evenly over the shape: what scale and drawing alone would
-    say."""
     estimate: Estimate
     errors: Errors
-    homogeneous_errors: Errors
-    """Of the evenly spread mass [%]."""
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -108,7 +103,6 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
             plot_wrench(found.measurements, estimate), folder / "wrench"
         )
         drawn += save_figure(plot_object(estimate, shape, body), folder / "object")
-    even = InertialParameters(body.mass * shape.homogeneous.vector)
     axes = np.asarray(POSE)[:3, :3]
     return Demo(
         log=log,
@@ -118,8 +112,6 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
         pictures=drawn,
         speeds=motion.mean_speeds,
         truth=body,
-        homogeneous=even,
         estimate=estimate,
         errors=errors_between(estimate.parameters, body, extents, axes),
-        homogeneous_errors=errors_between(even, body, extents, axes),
     )

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -259,16 +259,13 @@ def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
         if counts.shape != (n,) or not (counts >= 0.0).all():
             raise ValueError("counts")
         levels.append(TorqueMoments(factors, len(OWN), counts))
-    samples = int(data["samples"])
-    last = TorqueMoments(
-        levels[-1].factors,
-        len(OWN),
-        levels[-1].counts,
-        samples,
-        float(data["start"]),
-        float(data["end"]),
+    levels[-1] = replace(
+        levels[-1],
+        samples=int(data["samples"]),
+        start=float(data["start"]),
+        end=float(data["end"]),
     )
-    return EmptyRuns(TorqueScales((*levels[:-1], last)), Load(load, np.zeros(PAYLOAD)))
+    return EmptyRuns(TorqueScales(tuple(levels)), Load(load, np.zeros(PAYLOAD)))
 
 
 def _packed(factors: Array) -> list[list[float]]:
