@@ -64,10 +64,9 @@ class Usage:
         constraints: Constraints,
         joints: tuple[str, ...],
         space: Space | None,
-        rate: float = FINE,
     ) -> Self:
         """Of a motion of named joints."""
-        count = max(round(trajectory.duration * rate), 1)
+        count = max(round(trajectory.duration * FINE), 1)
         time = np.linspace(0.0, trajectory.duration, count + 1)
         motion = trajectory.at(time)
         states = JointStates(
@@ -97,7 +96,7 @@ class Usage:
                     add(name, wrench[:, part], ("x", "y", "z"))
         clearance, nearest = None, ""
         if space is not None:
-            q = trajectory.sampled(min(CLEARANCE_RATE, rate)).position
+            q = trajectory.sampled(CLEARANCE_RATE).position
             clearance, nearest = space.nearest(q)
         return cls(shares, places, clearance, nearest)
 
