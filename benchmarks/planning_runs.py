@@ -21,11 +21,10 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.planning import Plan, plan
 from hefting.planning.held import Held
 from hefting.planning.information import Information, noise_covariance
-from hefting.planning.kinematics import Chain
+from hefting.planning.kinematics import Chain, Trajectory
 from hefting.planning.limits import Constraints, Limits
 from hefting.planning.optimise import filled, fitted, largest_share, random_ways
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
-from hefting.planning.trajectory import Trajectory
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm

@@ -10,7 +10,7 @@ import numpy as np
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.planning.information import features
-from hefting.planning.kinematics import Chain
+from hefting.planning.kinematics import Chain, Trajectory
 from hefting.planning.limits import (
     CLEARANCE,
     CLEARANCE_SCALE,
@@ -18,7 +18,6 @@ from hefting.planning.limits import (
     JointStates,
 )
 from hefting.planning.space import Space
-from hefting.planning.trajectory import Trajectory
 
 FINE = 1000.0
 """[Hz] on which limits are kept."""

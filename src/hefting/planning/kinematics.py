@@ -1,5 +1,6 @@
-"""Motion of the sensor frame in its own axes, for all samples at once, and the gradient
-of any function of it by the joints' motion.
+"""Joint trajectories that start and end at rest, B-splines of degree five; the motion of
+the sensor frame in its own axes, for all samples at once, and the gradient of any
+function of it by the joints' motion.
 
 With links i = 1..n, screw axes s_i (unit vectors, in axes of link i), the twist
 V = (w, v) and its derivative A = (w', a) of a frame fixed to link i at a point of axis
@@ -23,9 +24,68 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline
 
 from hefting.core.spatial import Array, cross, frozen, rotation_matrices, skew
+from hefting.robots.joint_motion import JointMotion
 from hefting.robots.robot import Robot
+
+DEGREE = 5
+AT_REST = 3
+"""Equal control points at each end."""
+
+
+def knots_of(duration: float, pieces: int) -> Array:
+    """Of so many equal polynomial pieces over `duration` [s]."""
+    inner = np.linspace(0.0, duration, pieces + 1)
+    return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """q(t) = sum_i B_i(t) c_i, three times continuously differentiable and more."""
+
+    knots: Array
+    """(m + 6,) [s]"""
+    points: Array
+    """(m, n) control points [rad]; the first three are equal, and the last three"""
+
+    def __post_init__(self):
+        object.__setattr__(self, "knots", frozen(self.knots))
+        object.__setattr__(self, "points", frozen(self.points))
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.knots[-1])
+
+    @property
+    def start(self) -> Array:
+        """(n,) [rad]"""
+        return self.points[0]
+
+    @cached_property
+    def _derivatives(self) -> tuple[BSpline, ...]:
+        own = BSpline(self.knots, self.points, DEGREE)
+        return tuple(own.derivative(k) if k else own for k in range(4))
+
+    def at(self, time: ArrayLike) -> JointMotion:
+        """At instants (K,) [s]; at rest before the start and after the end."""
+        t = np.asarray(time, dtype=float)
+        inside = np.clip(t, 0.0, self.duration)
+        q, v, a = (each(inside) for each in self._derivatives[:3])
+        return JointMotion(t, q, v, a)
+
+    def jerk(self, time: ArrayLike) -> Array:
+        """(K, n) [rad/s³]"""
+        return self._derivatives[3](np.asarray(time, dtype=float))
+
+    def sampled(self, rate: float) -> JointMotion:
+        """At `rate` [Hz], start and end among the samples."""
+        count = max(round(self.duration * rate), 1)
+        return self.at(np.linspace(0.0, self.duration, count + 1))
+
 
 W, V, DW, A, P = range(5)
 """Vectors that are carried along the arm: angular and linear velocity, their

@@ -20,7 +20,16 @@ from hefting.planning.information import (
     feature_gradient,
     features,
 )
-from hefting.planning.kinematics import Chain, Passed, TipGradient, TipMotion
+from hefting.planning.kinematics import (
+    AT_REST,
+    DEGREE,
+    Chain,
+    Passed,
+    TipGradient,
+    TipMotion,
+    Trajectory,
+    knots_of,
+)
 from hefting.planning.limits import (
     CLEARANCE,
     CLEARANCE_SCALE,
@@ -28,7 +37,6 @@ from hefting.planning.limits import (
     JointStates,
 )
 from hefting.planning.space import Space
-from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory, knots_of
 
 NORM_QUANTILE = 1.75
 """95 % quantile of the length of a random vector over the root of its mean square:

@@ -18,8 +18,8 @@ from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes
 from hefting.planning.held import Held
+from hefting.planning.kinematics import Trajectory
 from hefting.planning.limits import Limits
-from hefting.planning.trajectory import Trajectory
 from hefting.robots.joint_motion import JointMotion, sensor_motion
 from hefting.robots.robot import Robot
 

@@ -12,11 +12,11 @@ from hefting.core.errors import InputError
 from hefting.core.progress import report
 from hefting.core.spatial import Array
 from hefting.planning.check import Usage
+from hefting.planning.kinematics import Trajectory
 from hefting.planning.limits import CLEARANCE
 from hefting.planning.optimise import Search, fill_share, random_motion
 from hefting.planning.problem import Problem
 from hefting.planning.space import Space
-from hefting.planning.trajectory import Trajectory
 
 MOST_REPAIRS = 5
 """Rounds for a motion beyond its limits on the fine grid."""

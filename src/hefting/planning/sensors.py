@@ -32,9 +32,8 @@ from hefting.planning.information import (
     features,
     noise_covariance,
 )
-from hefting.planning.kinematics import Chain
+from hefting.planning.kinematics import Chain, Trajectory
 from hefting.planning.result import Forecast, forecast_by
-from hefting.planning.trajectory import Trajectory
 from hefting.robots.robot import Robot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns

@@ -16,10 +16,10 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
 from hefting.planning.information import features
+from hefting.planning.kinematics import AT_REST, DEGREE, Trajectory
 from hefting.planning.limits import CLEARANCE
 from hefting.planning.problem import GRID, Problem
 from hefting.planning.search import Found, Searcher
-from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory
 
 COUNTS = (4, 5, 6)
 """Of poses. Mass, COM and a free bias need three at least."""

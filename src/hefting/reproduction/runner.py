@@ -1,5 +1,5 @@
-"""Running experiments, each result kept so that a stopped run goes on, and the page of
-their reports.
+"""Every experiment of the paper, one file each; running them, each result kept so that a
+stopped run goes on; and the page of their reports.
 
 A result is a file named after its job and the version of this library's source: a job
 is done again when the source has changed, and never otherwise. Results do not depend on
@@ -12,6 +12,7 @@ import json
 import platform
 import sys
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -32,6 +33,29 @@ from hefting.reproduction.experiment import (
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
+
+FILES = (
+    "objects",
+    "gravity",
+    "condition",
+    "density",
+    "c1",
+    "noise",
+    "observations",
+    "stop_and_go",
+    "robot",
+    "prediction",
+)
+"""In the order of the page; each ends with its `EXPERIMENT`."""
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    each.name: each
+    for each in (
+        import_module(f"hefting.reproduction.{file}").EXPERIMENT for file in FILES
+    )
+}
+"""By name, in the order of the page."""
 
 
 class Bars:
@@ -134,9 +158,7 @@ def make_folder(path: Path) -> None:
 
 
 def do(task: tuple[str, Job]) -> Result:
-    """In whichever process."""
-    from hefting.reproduction.experiments import EXPERIMENTS
-
+    """Do one job, in whichever process."""
     name, job = task
     # the same as when read back from a file
     return json.loads(json.dumps(EXPERIMENTS[name].run(job)))

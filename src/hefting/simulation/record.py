@@ -69,12 +69,15 @@ def record(
     rates: Rates = Rates(),  # noqa: B008 (immutable)
     seed: int = 0,
 ) -> Recording:
-    """The wrench is, in this order: exact, less what contacts exert on the object;
-    turned to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned
-    by losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``,
-    and, at rates that are not 0, ``joint_positions``, ``gyroscope`` and
-    ``accelerometer`` (of an IMU at the sensor's origin). Raises `InputError` for rates
-    that do not divide that of the motion."""
+    """The log of a wielding, the same for the same `seed`.
+
+    The wrench is, in this order: exact, less what contacts exert on the object; turned
+    to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned by
+    losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``, and,
+    at rates that are not 0, ``joint_positions``, ``gyroscope`` and ``accelerometer``
+    (of an IMU at the sensor's origin). Raises `InputError` for rates that do not divide
+    that of the motion.
+    """
     time = wielding.motion.time
     own = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
     # one generator for each purpose: what one fault draws does not change the others

@@ -16,7 +16,7 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
+from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 from hefting.sources.zenoh_router import ros_type
@@ -40,7 +40,7 @@ def type_for(name: str) -> Any:
 
 
 class RawMessage:
-    """Its bytes, with their encapsulation."""
+    """Bytes of a message, with their encapsulation."""
 
     sample_info: Any = None
 

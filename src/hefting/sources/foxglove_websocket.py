@@ -15,8 +15,7 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.limits import UNREADABLE
-from hefting.sources.registry import address_of
+from hefting.sources.registry import UNREADABLE, address_of
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from hefting.core.recording import COLUMNS
 from hefting.online.samples import Samples
-from hefting.sources.limits import MAX_JOINTS, MAX_MESSAGE, TOO_LARGE
+from hefting.sources.registry import MAX_JOINTS, MAX_MESSAGE, TOO_LARGE
 
 NO_JSON = "not a JSON object"
 """Why a line was skipped."""

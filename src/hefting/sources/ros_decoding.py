@@ -16,8 +16,7 @@ from hefting.logs.ros.series import FAR_BACK, Series
 from hefting.logs.ros.source import Topic
 from hefting.logs.ros.streams import Streams
 from hefting.online.samples import Samples
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE, UNREADABLE
-from hefting.sources.registry import Request
+from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
 """Topic, when it was sent or came [ns], bytes."""

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources.limits import Pace
-from hefting.sources.registry import Request
+from hefting.sources.registry import Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
@@ -36,8 +35,8 @@ class Transport(ABC):
 
     @abstractmethod
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """And from then on subscribe to the topics that are wanted; `InputError` where
-        that fails."""
+        """Connect, and from then on subscribe to the topics that are wanted;
+        `InputError` where that fails."""
 
     @abstractmethod
     def receive(self, timeout: float) -> list[RosMessage]:
@@ -55,7 +54,7 @@ def source_by(transport: Callable[[str], Transport]) -> Callable[..., "RosSource
 
 
 class RosSource:
-    """See `hefting.online.samples.Source`."""
+    """Decodes what a transport brings; see `hefting.online.samples.Source`."""
 
     def __init__(self, name: str, request: Request, transport: Transport):
         self.name = name
@@ -68,8 +67,8 @@ class RosSource:
         self._pace = Pace()
 
     def open(self) -> None:
-        """Choose topics, unless that was done before the connection was lost;
-        `InputError` where there are none to choose, or too many."""
+        """Connect, and choose topics unless that was done before the connection was
+        lost; `InputError` where there are none to choose, or too many."""
         decoder = self._decoder or RosDecoder(self.name, self._request, self.skipped)
         self._transport.connect(decoder.wants)
         if decoder is self._decoder:

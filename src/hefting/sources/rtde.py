@@ -18,8 +18,7 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.logs.ur_csv import FORCE, RAW, find_motion_and_wrench
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.limits import UNREADABLE, Pace
-from hefting.sources.registry import Request, address_of
+from hefting.sources.registry import UNREADABLE, Pace, Request, address_of
 from hefting.sources.tcp import connected, received
 
 HEAD = struct.Struct(">HB")
@@ -40,7 +39,7 @@ class RtdeError(Exception):
 
 
 class Packages:
-    """In what comes in pieces of any size."""
+    """Packages in what comes in pieces of any size."""
 
     def __init__(self):
         self._rest = b""
@@ -72,13 +71,13 @@ class Recipe:
         self.fields = tuple(fields)
 
     def blank(self) -> dict[str, Array]:
-        """Of one package that is all zero."""
+        """Fields of one package that is all zero."""
         data = bytes((self.number,)).ljust(self._format.size, b"\0")
         return self.read([data])[0]
 
     def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
-        """Of n data packages, each field (n, its width), and how many packages were not
-        of this recipe."""
+        """Fields of n data packages, each (n, its width), and how many packages were
+        not of this recipe."""
         good = [
             content
             for content in contents

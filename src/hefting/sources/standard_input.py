@@ -18,7 +18,7 @@ PIECES = 64
 
 
 class StandardInput:
-    """It ends where the pipe does.
+    """Lines of JSON from a pipe; it ends where the pipe does.
 
     A thread reads, as not every system can wait for a pipe for a limited time.
     """

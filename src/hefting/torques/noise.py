@@ -30,7 +30,7 @@ from hefting.core.torque_moments import (
 )
 from hefting.estimators.quadratic import ScaledSVD
 from hefting.estimators.whitened_state import WhitenedState
-from hefting.torques.scales import TorqueScales
+from hefting.torques.equations import TorqueScales
 
 PASSES = 3
 """Weights depend on the noise."""

@@ -26,10 +26,9 @@ from hefting.core.spatial import Array
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments
 from hefting.torques import equations
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, Load, Rows
+from hefting.torques.equations import LEVELS, OWN, Load, Rows, TorqueScales
 from hefting.torques.noise import TorqueFit, fit
 from hefting.torques.samples import TorqueSamples
-from hefting.torques.scales import LEVELS, TorqueScales
 
 OFFSET_CHANGE = 0.2
 """Standard deviation between two runs, over that of the joint's noise: 0.02 N m of a
@@ -179,7 +178,7 @@ SAME_ARM = 1e-6
 
 
 def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None:
-    """Whole or not at all."""
+    """Write an arm's calibration, whole or not at all."""
     scales = runs.scales
     last = scales.levels[-1]
     data = {
@@ -200,8 +199,9 @@ def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None
 
 
 def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
-    """Of the same arm. `InputError` for a file that is none, and for that of another
-    robot, of other joints or another order of them, or of another frame."""
+    """The calibration in a file, of the same arm. `InputError` for a file that is none,
+    and for that of another robot, of other joints or another order of them, or of
+    another frame."""
     data = read_json(path)
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise InputError(
