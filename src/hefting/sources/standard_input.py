@@ -8,8 +8,8 @@ from collections import Counter
 
 from hefting.core.messages import Message, note
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources.json_lines import JsonLines
 from hefting.sources.registry import Request
+from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16
 
