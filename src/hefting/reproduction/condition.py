@@ -12,6 +12,7 @@ from hefting.reproduction.setting import (
     SPEEDS,
     legend_above,
     mark_limit,
+    marked,
     wielded,
 )
 
@@ -194,12 +195,7 @@ def _figure(results: list[tuple[Job, Result]]):
             (BLUE, "o", _exact, f"exact motion, {EXACT} m"),
             (VERMILION, "s", _averaged, f"mean of noise levels, {AVERAGED} m"),
         ):
-            line = {
-                "color": colour,
-                "marker": marker,
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
+            line = marked(colour, marker)
             axes.plot(
                 speeds, [what(result) for _, result in simulated], label=label, **line
             )

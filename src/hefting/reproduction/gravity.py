@@ -11,6 +11,7 @@ from hefting.reproduction.setting import (
     SPEEDS,
     legend_above,
     mark_limit,
+    marked,
     thing,
     wielded,
 )
@@ -227,12 +228,7 @@ def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
             shares.items(), (BLUE, VERMILION), "os", strict=True
         ):
             values = 100.0 * np.array([found[s] for s in speeds])
-            line = {
-                "color": colour,
-                "marker": marker,
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
+            line = marked(colour, marker)
             axes.plot(
                 speeds, values.mean(axis=1), label=f"{part}: mean and range", **line
             )

@@ -23,7 +23,6 @@ from hefting.simulation.modular import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PRINT, STEEL, AIR = "#CFCFCF", "#303030", "#FFFFFF"
 """ABS weights are blue."""
@@ -80,7 +79,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     )
 
 
-def _figure(objects: list[tuple[str, Result]]) -> "Figure":
+def _figure(objects: list[tuple[str, Result]]):
     from matplotlib.lines import Line2D
 
     with style():

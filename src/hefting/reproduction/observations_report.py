@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,9 +28,6 @@ from hefting.reproduction.setting import (
     over_limit,
     printed,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "OLS": ((1.36, 2.88, 3.22), (34.4, 44.0, 36.1), (MOSTLY_WRONG,) * 3),
@@ -249,7 +245,7 @@ def _everything(scores: Scores) -> Table:
     )
 
 
-def figure(scores: Scores, speeds: list[float]) -> "Figure":
+def figure(scores: Scores, speeds: list[float]):
     """A panel an error, a group a method, in it a line a kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -159,6 +159,11 @@ def mark_limit(axes: "Axes") -> None:
 def over_limit(speed: float) -> bool:
     """Whether the linear speed that the paper pairs with it is above ISO 10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
+
+
+def marked(colour: str, marker: str) -> dict[str, Any]:
+    """How a line with a mark at each value is drawn."""
+    return {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
 
 
 def group(axes: "Axes", methods: Sequence[str], top: float) -> None:
