@@ -137,11 +137,9 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """[s] during which values (K,) at `time` (K,) [s] exceed a limit.
-
-    Each step counts by half for either of its two samples; one longer than `GAP` times
-    the median as long as the median.
-    """
+    """[s] during which values (K,) at `time` (K,) [s] exceed a limit. Each step counts
+    by half for either of its samples, one longer than `GAP` times the median as long as
+    that."""
     above = values > limit
     if len(time) < 2:
         return 0.0

@@ -33,8 +33,8 @@ class Contacts:
     def nearest(
         self, position: Array, rotation: Array, below: Array
     ) -> tuple[Array, Indices]:
-        """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
-        pair it is; not beyond `below` (K,) [m], of which the pair is -1.
+        """Smallest distance (K,) [m] of any pair, and which pair it is; not beyond
+        `below` (K,) [m], of which the pair is -1.
 
         Solids' links have `position` (K, S, 3) and `rotation` (K, S, 3, 3).
         """

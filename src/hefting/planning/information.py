@@ -79,8 +79,8 @@ def expected_wrench(x: Array, vector: Array) -> Array:
 
 def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: float):
     """(6, 6) that one sample at `rate` [Hz] counts with: of the wrench's noise, and of
-    the errors of the accelerations by a body of ten parameters, as often as they last
-    for (`hefting.motion.weighting`)."""
+    the accelerations' errors, as often as they last for
+    (`hefting.motion.weighting`)."""
     E = np.einsum("aip,p->ia", EFFECTS[:6], vector)
     squares = np.repeat((motion.linear**2, motion.angular**2), 3)
     lasting = max(motion.memory * rate, 1.0)

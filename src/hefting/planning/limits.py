@@ -1,5 +1,4 @@
-"""Limits that a planned motion keeps at every instant, and how far it is from them, as
-shares."""
+"""Limits that a planned motion keeps, and how far it is from them, as shares."""
 
 from __future__ import annotations
 
@@ -83,15 +82,10 @@ class Limits:
         """Positions and speeds of a URDF's `<limit>` elements, for the joints of
         `robot`.
 
-        Parameters
-        ----------
-        path : the URDF that `robot` was made from.
-        acceleration, jerk : of all joints, or (n,) of each [rad/s²], [rad/s³]; by
-            default `ACCELERATION` and `JERK`, as no URDF has them.
-        corner_speed, force, torque : as in `Limits`.
-
-        Raises `InputError` for a joint without limits, naming it, for a joint that
-        slides, and for one that others mimic.
+        `acceleration` and `jerk` are of all joints, or (n,) of each [rad/s²], [rad/s³];
+        by default `ACCELERATION` and `JERK`, as no URDF has them. Raises `InputError`
+        for a joint without limits, naming it, for a joint that slides, and for one that
+        others mimic.
         """
         tree = read_urdf(path)
         positions, speeds = [], []

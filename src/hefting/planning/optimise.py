@@ -30,8 +30,8 @@ def random_ways(
     rng: np.random.Generator, time: Array, joints: int, terms: int, decay: float
 ) -> Array:
     """(K, n) ways of the joints from the start, of no unit: sum_k a_k (cos k w t - 1) +
-    b_k sin k w t, with w one turn over the whole time, velocity and acceleration zero
-    at both ends, and amplitudes falling with k to the power of `decay`."""
+    b_k sin k w t, w one turn over the whole time, at rest at both ends; amplitudes fall
+    with k to the power of `decay`."""
     k = np.arange(1, terms + 1)
     a, b = rng.normal(size=(2, terms, joints)) * (k**-decay)[:, None]
     a -= np.outer(k**2, k**2 @ a) / float(k**2 @ k**2)

@@ -184,9 +184,9 @@ def forecast_by(
     duration: float,
     instants: int,
 ) -> Forecast:
-    """Before a motion of `duration` [s], and at so many instants of it. `after` gives
-    the covariance (10, 10) after so long a part of it [s], from that before it; None
-    stands for next to nothing."""
+    """Before a motion of `duration` [s], and at so many instants. `after` gives the
+    covariance (10, 10) after so long a part of it [s], from that before it; None stands
+    for next to nothing."""
     times = np.linspace(min(SHORTEST, 0.5 * duration), duration, instants)
     if instants <= 2:
         times = times[-1:]

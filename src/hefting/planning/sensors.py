@@ -1,10 +1,6 @@
 """What will be measured along the motion, the wrench at the tip or the torques of the
-joints, and how sure one will be by it.
-
-The forecast is the estimator's own: of a recording as it is expected, the noise drawn.
-Of joint torques (`hefting.torques`) that is one run without the object and one with it,
-by the arm's published inertias.
-"""
+joints, and how sure one will be by it: what the estimator says of a recording as it is
+expected, the noise drawn."""
 
 from __future__ import annotations
 
@@ -40,9 +36,9 @@ from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples
 
 MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
-"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
-0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
-bandwidth is some 36 rad/s. Those of slower motions are smaller."""
+"""Of the accelerations, by smoothing poses with 0.1 mm and 0.02° of noise at 100 Hz: as
+found on plans of 10 s for three arms, whose bandwidth is some 36 rad/s. Those of slower
+motions are smaller."""
 MOST_NOISE = 1e3
 """[N], [N m] from which on that of an estimate's recording is not believed."""
 POSE_NOISE = (1e-4, 3.5e-4)
@@ -245,7 +241,8 @@ class JointTorques:
         held: Held,
         seed: int,
     ) -> Forecast:
-        """By `hefting.identification.by_torques`, of both runs of the motion."""
+        """By `hefting.identification.by_torques`, of a run without the object and one
+        with it, by the arm's published inertias."""
         empty, loaded = self._runs(trajectory, held, seed)
 
         def after(duration: float, before: Array | None) -> Array | None:

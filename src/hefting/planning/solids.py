@@ -195,18 +195,14 @@ def _directions(count: int) -> Array:
 
 DIRECTIONS = _directions(100)
 """In which the farthest points of a large surface stand for all: volumes are a few
-hundredths too small, of the whole as of the parts, and take a fifth of the time."""
+hundredths too small, and take a fifth of the time."""
 
 
 def convex_parts(
     vertices: Array, faces: Indices, deepest: int = DEEPEST
 ) -> list[Array]:
-    """Points (N, 3) of parts of a surface of vertices (V, 3) and triangles (F, 3),
-    whose hulls cover it.
-
-    It is cut across the axis, and at the place, where the hulls of both parts are
-    smallest together, while that pays.
-    """
+    """Points (N, 3) of parts of a surface of vertices (V, 3) and triangles (F, 3), cut
+    where the hulls of both parts are smallest together, while that pays."""
     if not deepest or len(faces) > MOST_TRIANGLES:
         return [vertices]
     edges = np.unique(

@@ -1,5 +1,5 @@
-"""The space that a motion keeps to: half-spaces, as a table below the arm or a wall
-beside it, and no contact of the links and the object with each other."""
+"""The space that a motion keeps to: half-spaces, and no contact of the links and the
+object with each other."""
 
 import re
 from collections.abc import Sequence
@@ -51,8 +51,8 @@ class HalfSpace:
     @classmethod
     def parse(cls, text: str) -> Self:
         """From an inequality: ``z>=0.05``, ``x<=0.6``, or with the factors of x, y and
-        z, ``0.7,0.7,0>=-0.3``. Raises `InputError` for another text, factors that are
-        all zero, and a plane more than `LARGEST` metres from the origin."""
+        z, ``0.7,0.7,0>=-0.3``. `InputError` for another text, and for a plane more than
+        `LARGEST` from the origin."""
         match = re.fullmatch(r"\s*([^<>=]+?)\s*(>=|<=)\s*([^<>=]+?)\s*", text)
         words = [*AXES.get(match[1], match[1]).split(","), match[3]] if match else []
         try:
@@ -80,13 +80,12 @@ class HalfSpace:
 SAMPLES = 200
 """Random configurations in which it is seen what touches always."""
 MOSTLY = 0.95
-"""Share of these; solids that touch in more are taken to be drawn too large, and are
-not checked, as by MoveIt's setup assistant."""
+"""Share of these; solids that touch in more are drawn too large, and are not checked,
+as by MoveIt's setup assistant."""
 SAME = 1e-9
 """[m] Distances that differ by less are the same."""
 FAR = 0.1
-"""[m] No clearance is told beyond: what is farther away need not be looked at, which
-takes most of the time."""
+"""[m] beyond which no clearance is told, as looking takes most of the time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,13 +113,11 @@ class Space:
         srdf: str | Path | None = None,
     ) -> Self:
         """Of a robot whose link `tip` holds an object with a box of `corners` (8, 3)
-        [m] in its frame; arguments as of `plan`.
+        [m]; arguments and errors as of `plan`.
 
-        Links that no joint moves are not held to half-spaces. Solids are the convex
-        hulls of the collision geometry. Links that one joint connects are not checked
-        against each other, nor is the object against the link that holds it. Raises
-        `InputError` as `read_urdf`, `Robot.from_tree`, `read_geometries`,
-        `HalfSpace.parse` and `read_disabled_pairs` do.
+        Solids are the convex hulls of the collision geometry. Links that one joint
+        connects are not checked against each other, nor is the object against the link
+        that holds it.
         """
         tree = read_urdf(urdf)
         robot = Robot.from_tree(tree, tip)

@@ -1,8 +1,7 @@
-"""Stop and go: rests in a few poses, for mass and COM alone, all limits kept.
+"""Stop and go: rests in a few poses, for mass and COM alone.
 
 At rest only gravity's direction in the sensor's axes tells anything (Atkeson et al.
 1986): the more it changes from pose to pose, and the longer the arm rests, the better.
-Both cost time.
 """
 
 from __future__ import annotations

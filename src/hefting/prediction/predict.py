@@ -189,11 +189,9 @@ def _peak(
     reading: Array,
     part: slice,
 ) -> Peak:
-    """The largest force or torque of a predicted wrench (K, 6), and to first order its
-    standard deviation: that of the component along the predicted direction.
-
-    `reading` (K, 6) are standard deviations of a sensor's reading [N, N m].
-    """
+    """The largest force or torque of a predicted wrench (K, 6); to first order its
+    standard deviation is that of the component along it. `reading` (K, 6) are those of
+    a sensor's reading."""
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
     std = None

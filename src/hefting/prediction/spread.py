@@ -1,9 +1,6 @@
-"""How far a predicted wrench may be off: by an estimate's covariance, by the motion's
-errors, and by the sensor that reads it.
-
-The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi
-belongs A C A'.
-"""
+"""How far a predicted wrench A phi, A (6, 10) known from the motion, may be off: by an
+estimate's covariance C, which makes A C A', by the motion's errors, and by the sensor
+that reads it."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -80,8 +77,7 @@ def regressor(measurements: Measurements) -> Array:
 
 def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
     """(2,) What the errors of a smoothed motion add, by its own account: root mean
-    square an axis of force and torque; None where the log gave the motion, or does not
-    tell."""
+    square an axis of force and torque."""
     if motion is None:
         return None
     spread = np.sqrt(

@@ -1,11 +1,12 @@
 """A simulated recording of joint torques: the arm with an object, and the same arm
 without one; with the URDF that says of the arm what its maker does.
 
-tau = M(q) ddq + ... (MuJoCo's inverse dynamics, with the payload) + rotor ddq +
-(coulomb (1 - softening h) + load abs(tau of the rigid bodies)) sign(dq) + viscous dq +
-offset + drift h + noise,
+    tau = M(q) ddq + ... (MuJoCo's inverse dynamics, with the payload)
+        + rotor ddq
+        + (coulomb (1 - softening h) + load |tau of the rigid bodies|) sign(dq)
+        + viscous dq + offset + drift h + noise
 
-where h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
+h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@ and rmw_cyclonedds.
 
 ROS calls topic ``/wrench`` ``rt/wrench`` and type pkg/msg/Name
 ``pkg::msg::dds_::Name_`` there. Without multicast, environment variable CYCLONEDDS_URI
-names peers. cyclonedds needs a type made from the definition to match a publisher's;
-what comes is left as bytes.
+names peers.
 """
 
 import time
@@ -24,10 +23,9 @@ from hefting.sources.zenoh_router import ros_type
 
 @lru_cache
 def type_for(name: str) -> Any:
-    """A class that `cyclonedds` takes as the type ``pkg/msg/Name`` of a topic, and
-    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond
-    for each. Publishers of ROS tell nothing of their type but its name, which is
-    therefore the same."""
+    """A class that `cyclonedds` takes as the type ``pkg/msg/Name`` of a topic, which
+    publishers of ROS tell by its name alone. Its `deserialize` gives a `RawMessage`, as
+    decoding takes cyclonedds a millisecond for each."""
     made = _struct(name)
 
     def deserialize(

@@ -36,19 +36,10 @@ State = Literal["opening", "open", "lost", "ended", "failed"]
 class Pump:
     """Reads a source in a thread of its own until the source ends or `close`.
 
-    Parameters
-    ----------
-    source : is opened, read and closed by the thread alone.
-    deliver : is given samples that were checked; must not wait for long.
-    tell : is given messages on the connection, and what was chosen, as they come.
-    patience : how long nothing may come at first before that is an error [s]; infinite
-        for a source that may begin whenever it likes.
-
-    Attributes
-    ----------
-    state : of the connection.
-    error : what ended it; None while nothing has, and where the source just ended.
-    counts : samples delivered, and connections lost.
+    `deliver` is given samples that were checked, and must not wait for long; `tell`
+    messages on the connection, and what was chosen. `patience` is how long nothing may
+    come at first [s]. `state` is of the connection, `error` what ended it, `counts` are
+    samples delivered, and connections lost.
     """
 
     def __init__(

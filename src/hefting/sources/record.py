@@ -1,8 +1,6 @@
-"""What came in, written to an MCAP file as it comes.
-
-The file holds the messages of `hefting.write_log`, with the stamps of the source. They
-are not in chunks, so that a file that was cut off can be read as far as it goes.
-"""
+"""What came in, written to an MCAP file as it comes: the messages of
+`hefting.write_log`, with the stamps of the source. They are not in chunks, so that a
+file that was cut off can be read as far as it goes."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -35,9 +33,8 @@ class Recorder:
     """Writes samples to an .mcap file, which is replaced; a thread at a time.
 
     `paths` are the files so far: another is begun where the source's clock is set back.
-    `left_out` counts samples that no message holds, by stream; `count` all that came.
-
-    Raises `InputError` where it cannot be written, `MissingDependencyError` without
+    `left_out` counts samples that no message holds, by stream; `count` all.
+    `InputError` where it cannot be written, `MissingDependencyError` without
     foxglove-sdk or rosbags.
     """
 

@@ -1,7 +1,6 @@
-"""What a source is called, what is asked of it, those there are, and what is believed of
-what they bring.
+"""What a source is called, what is asked of it, and what is believed of what it brings.
 
-A new transport is one module that ends in its ``SOURCE``, a class of a name and a
+A new transport is one module that ends in its ``SOURCE``, called with a name and a
 `Request`, and its line in `SCHEMES`.
 """
 
@@ -119,8 +118,7 @@ QUEUE_FULL = "not read in time"
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:
     """The samples that can be: finite, of a width and size that the stream has, with
-    unit quaternions; None where none is left. Others are counted in `skipped`, by the
-    reason."""
+    unit quaternions. Others are counted in `skipped`, by the reason."""
     time = np.asarray(samples.time, dtype=float)
     values = np.asarray(samples.values, dtype=float)
     if not _has_shape(samples.stream, time, values):
@@ -161,7 +159,7 @@ GATHERING = 0.01
 
 
 class Pace:
-    """Keeps looks at what came apart, as decoding together costs half as much as one by
+    """Keeps looks at what came apart: decoding together costs half as much as one by
     one (samples of RTDE at 500 Hz)."""
 
     def __init__(self):

@@ -1,10 +1,10 @@
 """Noise of joint torques, found in the residuals of least squares, and what it does to
 the payload.
 
-Each joint weighs by the standard deviation sigma_j of its residuals. Their colour is
-not used for weights, which would follow the model's errors, but for the covariance: with
-v_jl the variance of the residuals of joint j at time scale l, and Z_jl the regressors of
-the arm and the payload at that scale, each joint's nuisances taken out,
+Each joint weighs by the standard deviation sigma_j of its residuals. Their colour,
+which would follow the model's errors, is used for the covariance alone: with v_jl the
+variance of the residuals of joint j at time scale l, and Z_jl the regressors of arm and
+payload at that scale, each joint's nuisances taken out,
 
     cov = G^+ (sum_jl v_jl / sigma_j⁴ Z_jl' Z_jl) G^+,   G = sum_jl Z_jl' Z_jl / sigma_j²
 

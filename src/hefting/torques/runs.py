@@ -1,13 +1,14 @@
-"""Runs of a robot, loaded and empty: from samples to the payload's equations.
+"""Runs of a robot, loaded and empty: from samples to the payload's equations; and an
+arm's calibration in a JSON file.
 
 Offsets and frictions that a run without the payload shares with one that has it tell
-the small mass from the large offset. They change slowly as the gears warm up: how much
-of them may have changed between the runs is said by the standard deviations of two
-nuisances that the loaded samples alone have.
+the small mass from the large offset. They change slowly as the gears warm up: by how
+much between the runs is said by the standard deviations of two nuisances that the
+loaded samples alone have.
 
 How friction grows with the load depends on the torques of the rigid bodies, which are
-what is sought. So the samples are folded twice: first with the published arm's, then
-with those that were found.
+sought. So the samples are folded twice: first with the published arm's, then with those
+that were found.
 """
 
 from __future__ import annotations

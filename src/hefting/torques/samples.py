@@ -1,5 +1,4 @@
-"""Samples of joint torques with the joints' motion, from a recording: which columns are
-whose, currents by their gains, and what is refused."""
+"""Samples of joint torques with the joints' motion, from a recording."""
 
 from __future__ import annotations
 
@@ -39,11 +38,8 @@ class TorqueSamples:
         cls, joint_time: Array, position: Array, time: Array, torque: Array
     ) -> Self:
         """From joint positions (L, n) at `joint_time` (L,) and torques (K, n) at `time`
-        (K,) [s], by a spline for each joint.
-
-        Torques outside the positions' time, or in gaps, are left out. `InputError` for
-        fewer than `FEWEST` samples.
-        """
+        (K,) [s], by a spline for each joint; torques outside their time, or in gaps,
+        are left out. `InputError` for fewer than `FEWEST` samples."""
         for kind, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
                 what = f"{many} samples of joint {kind} are too few"

@@ -1,8 +1,8 @@
 """JSON of a ``trajectory_msgs/msg/JointTrajectory``, field by field as ROS 2 names
 them.
 
-Source: https://docs.ros.org/en/rolling/p/trajectory_msgs/. It is what
-``ros2 topic pub`` and rosbridge take, and what the joint trajectory controller plays.
+Source: https://docs.ros.org/en/rolling/p/trajectory_msgs/. ``ros2 topic pub``,
+rosbridge and the joint trajectory controller take it.
 """
 
 import json
