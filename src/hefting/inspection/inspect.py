@@ -171,7 +171,7 @@ def _quick_mass(recording: Recording, gravity: Array) -> float | None:
 
 
 def _reason(error: InputError) -> str:
-    """And what to do about it, without the file's name."""
+    """What is wrong, and what to do about it, without the file's name."""
     return f"{error.what}; {error.fix}" if error.fix else error.what
 
 

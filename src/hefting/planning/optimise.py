@@ -143,7 +143,7 @@ class Search:
         return own
 
     def freer(self, more: dict[str, float]) -> Search:
-        """With more of some limits left free."""
+        """A search with more of some limits left free."""
         raised = {name: self.aims.get(name, AIM) + own for name, own in more.items()}
         return replace(self, aims=self.aims | raised)
 

@@ -253,7 +253,8 @@ def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
 
 
 def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> InputError:
-    """Which says how long it would take, by what a `longer` motion would reach.
+    """The error, which says how long it would take, by what a `longer` motion would
+    reach.
 
     Variances are taken to fall as n / T + f: f is what the estimator is not sure of
     however long the recording, as the sensor's own accuracy.

@@ -128,8 +128,8 @@ class Searcher:
         return sorted(found, key=touches)  # those that touch nothing first
 
     def _repaired(self, search: Search) -> Found | None:
-        """Optimised on until it keeps all limits on the fine grid; smaller where that
-        does not do."""
+        """The motion, optimised on until it keeps all limits on the fine grid; smaller
+        where that does not do."""
         for _ in range(MOST_REPAIRS):
             found = self.found(search.problem, search.x)
             if found.usage.largest <= 1.0:
@@ -140,7 +140,7 @@ class Searcher:
         return found if found.usage.largest <= 1.0 else self._shrunk(search)
 
     def _shrunk(self, search: Search) -> Found | None:
-        """With its ways made smaller until it keeps all limits."""
+        """The motion with its ways made smaller until it keeps all limits."""
 
         def scaled(share: float) -> Found:
             return self.found(search.problem, share * search.x)
@@ -154,7 +154,7 @@ class Searcher:
         return self.measured(problem, trajectory, problem.look(x).after)
 
     def measured(self, problem: Problem, trajectory: Trajectory, after: Array) -> Found:
-        """With what it uses; it leaves information (10, 10)."""
+        """A motion with what it uses; it leaves information (10, 10)."""
         usage = Usage.of(
             trajectory, problem.chain, problem.constraints, self.joints, self.solid
         )

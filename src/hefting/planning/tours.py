@@ -190,7 +190,7 @@ def _is_free(searcher: Searcher, q: Array) -> bool:
 
 
 def _slower(tour: Tour, factor: float) -> Tour | None:
-    """With moves so many times as long; None where no time is left to rest."""
+    """A tour with moves so many times as long; None where no time is left to rest."""
     moves = factor * tour.moves
     rest = tour.rest - float((moves - tour.moves).sum()) / len(tour.poses)
     return Tour(tour.poses, moves, rest) if rest >= SHORTEST_REST else None

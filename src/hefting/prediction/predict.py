@@ -146,8 +146,8 @@ PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
 def _wrenchless(recording: Recording, motion: Source) -> Recording:
-    """With a wrench of zeros wherever its motion is known, so that `measure` reads it
-    there."""
+    """The recording with a wrench of zeros wherever its motion is known, so that
+    `measure` reads it there."""
     poses = recording["orientation"]
     if motion in ("auto", "columns") and recording.has(*TWIST) and not recording.static:
         first = max(recording[name].time[0] for name in TWIST)

@@ -78,7 +78,7 @@ def run(job: Job) -> Result:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """After 1.5 and 10 s, the best c1 of each speed, and over time."""
+    """Errors after 1.5 and 10 s, the best c1 of each speed, and errors over time."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     found = {  # (values, times) by quantity and speed, averaged over objects
         name: {

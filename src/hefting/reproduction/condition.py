@@ -49,7 +49,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """By noise level and size, averaged over the seeds; and over windows."""
+    """Condition numbers by noise level and size, averaged over the seeds; and over
+    windows."""
     exact = wielded("hammer", job["speed"], job["arm"], job["duration"]).measurements
     levels = {}
     for level, noise in NOISE_LEVELS.items():

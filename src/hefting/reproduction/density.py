@@ -171,7 +171,7 @@ def _seconds(work: Callable[[], object]) -> float:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """By density, the claim about the two densities, and the compute times."""
+    """Errors by density, the claim about the two densities, and the compute times."""
     done = [(job, result) for job, result in results if job["kind"] == "accuracy"]
     timed = [(job, result) for job, result in results if job["kind"] == "time"]
     densities, seeds = done[0][0]["densities"], done[0][0]["seeds"]

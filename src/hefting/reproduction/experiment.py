@@ -31,7 +31,7 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
 
     def csv(self) -> str:
-        """With one header row."""
+        """Comma-separated values with one header row."""
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows((self.columns, *self.rows))
         return text.getvalue()
@@ -47,7 +47,7 @@ class Table:
         )
 
     def markdown(self) -> str:
-        """Numbers with three digits."""
+        """A table with numbers of three digits."""
         lines = [
             " | ".join(map(str, self.columns)),
             " | ".join("---" for _ in self.columns),
@@ -57,7 +57,7 @@ class Table:
 
 
 def shown(cell: Cell) -> str:
-    """Three significant digits, nothing for what is not known."""
+    """A cell with three significant digits, nothing for what is not known."""
     if cell is None:
         return ""
     if not isinstance(cell, float):

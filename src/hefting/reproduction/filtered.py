@@ -97,7 +97,8 @@ def windows(duration: float) -> list[slice]:
 
 
 def causal_filter(observed: Observed) -> PoseFilter:
-    """With the noise and bandwidth most likely for the whole motion."""
+    """The paper's filter, with the noise and bandwidth most likely for the whole
+    motion."""
     return PoseFilter.tuned(
         observed.time,
         observed.position,
@@ -125,7 +126,7 @@ def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
 
 
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
-    """By a filter that begins with it."""
+    """Measurements by a filter that begins with them."""
     begun = replace(live, cold_start=True)
     _, motion = begun.update(
         begun.start(), observed.time, observed.position, observed.orientation

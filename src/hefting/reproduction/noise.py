@@ -46,7 +46,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Of every method at every noise level and time; they see the same noise."""
+    """Errors of every method at every noise level and time; they see the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
@@ -87,7 +87,7 @@ def _over_time(estimator, z, subject) -> dict[str, list]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """After 10 s, over time, and the paper's two figures."""
+    """Errors after 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     by_speed = grouped(results, "speed")
     at = TIMES.index(SHOWN)

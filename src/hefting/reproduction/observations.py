@@ -154,7 +154,8 @@ def _motions(
 def _first(
     exact: Wielding, seed: tuple[int, ...], count: int, share: float
 ) -> Iterator[tuple[slice, Measurements]]:
-    """With a filter that begins with them, `count` times with other noise."""
+    """The first observations with a filter that begins with them, `count` times with
+    other noise."""
     window, live = slice(0, OBSERVATIONS), None
     for k in range(count):
         noise = share * POSE_NOISE[0], share * POSE_NOISE[1]
@@ -164,7 +165,7 @@ def _first(
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """What they say."""
+    """Tables, figure, and what they say."""
     scores = pooled(results)
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     figures = {"observations": figure(scores, speeds)}

@@ -23,7 +23,7 @@ from hefting.simulation.wield import POSE_NOISE
 def notes(
     results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
 ) -> tuple[str, ...]:
-    """What it may mean is in ``docs/reproduction.md``."""
+    """What the tables say; what it may mean is in ``docs/reproduction.md``."""
     return (
         _against_the_published(scores, speeds),
         _consistency(scores, speeds),

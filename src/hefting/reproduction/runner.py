@@ -55,11 +55,11 @@ EXPERIMENTS: dict[str, Experiment] = {
         import_module(f"hefting.reproduction.{file}").EXPERIMENT for file in FILES
     )
 }
-"""By name, in the order of the page."""
+"""In the order of the page."""
 
 
 class Bars:
-    """By name; nothing unless `shown` and standard error is a terminal."""
+    """Progress by name; nothing unless `shown` and standard error is a terminal."""
 
     def __init__(self, shown: bool):
         from rich.console import Console

@@ -132,8 +132,8 @@ def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
 def grouped(
     results: Iterable[tuple[Mapping, Mapping]], *keys: str
 ) -> dict[tuple, list[Mapping]]:
-    """By the values of some of their jobs' parameters, in the order in which those
-    first come."""
+    """Results by the values of some of their jobs' parameters, in the order in which
+    those first come."""
     groups: dict[tuple, list[Mapping]] = {}
     for job, result in results:
         groups.setdefault(tuple(job[key] for key in keys), []).append(result)

@@ -41,7 +41,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """By setting: [mass, COM, inertia] of each seed."""
+    """Errors by setting: [mass, COM, inertia] of each seed."""
     subject = thing(job["object"])
     exact = rests(job["object"], job["motion_seed"])
     errors = {}
@@ -83,7 +83,7 @@ def _poses(z: Measurements) -> int:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Each object in each setting, beside the published bound."""
+    """Errors of each object in each setting, beside the published bound."""
     found = {
         setting: np.array(
             [np.mean(result["errors"][setting], axis=0) for _, result in results]

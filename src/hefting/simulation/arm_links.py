@@ -72,7 +72,8 @@ class MassiveArm:
 
 
 def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
-    """With links in base axes at rest about a point of each joint's axis."""
+    """The URDF of an arm with links in base axes at rest, about a point of each joint's
+    axis."""
     robot = arm.robot
     lines = ['<robot name="arm">', '<link name="base"/>']
     place, parent = np.zeros(3), "base"

@@ -117,7 +117,8 @@ def grasp(slot: int = GRASPED) -> Array:
 
 
 def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
-    """With the mesh one would scan: bolt holes show, pockets do not."""
+    """A configuration, held, with the mesh one would scan: bolt holes show, pockets do
+    not."""
     return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
 
 

@@ -96,7 +96,7 @@ class Scenario:
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
     def run(self) -> Simulated:
-        """In MuJoCo, else `MissingDependencyError`; `InputError` as `joints`."""
+        """Wield in MuJoCo, else `MissingDependencyError`; `InputError` as `joints`."""
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
         recording = record(wielding, self.faults, self.rates, self.seed)

@@ -259,7 +259,7 @@ def _samples(played: PlayedLog) -> Iterator[Samples]:
 
 
 def _with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
-    """And the bad messages that the source left out."""
+    """An estimate with the bad messages that the source left out."""
     skipped = now.counts.get("skipped", {}) + source.skipped
     return replace(now, counts={**now.counts, "skipped": skipped})
 

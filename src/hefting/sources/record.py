@@ -51,7 +51,7 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def add(self, samples: Samples) -> None:
-        """In the order in which they came."""
+        """Take samples in the order in which they came."""
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
             self._begin_again()
@@ -140,7 +140,7 @@ class _File:
         self._channels: dict[str, Callable[..., None]] = {}
 
     def write(self, groups: list[Messages]) -> None:
-        """In the order of their stamps; nothing after an error."""
+        """Write messages in the order of their stamps; nothing after an error."""
         lines: list[tuple[int, Callable[..., None], bytes]] = []
         for group in groups:
             send = self._channel(group)

@@ -151,7 +151,8 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """By topic, with values that are finite; what is left out is `counted`."""
+        """What the messages hold, by topic, with values that are finite; what is left
+        out is `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
@@ -173,7 +174,7 @@ class RosDecoder:
         return gathered
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
-        """Or of no joints."""
+        """Whether a series is of the joints that were chosen, or of none."""
         what, *names = key
         if not self._joints or what not in JOINT_STREAMS:
             return True

@@ -112,7 +112,7 @@ class Dialogue:
         return recipe
 
     def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
-        """And the fields that the controller does not have."""
+        """The recipe, and the fields that the controller does not have."""
         names = ",".join(fields).encode()
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")

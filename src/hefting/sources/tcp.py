@@ -98,7 +98,7 @@ def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
 
 
 def _is_number(value: Any) -> bool:
-    """Whose square is one too."""
+    """Whether it is a number whose square is one too."""
     return type(value) in (int, float) and abs(value) < 1e150
 
 

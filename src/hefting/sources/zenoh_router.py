@@ -48,7 +48,7 @@ class Inbox:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:
-        """After waiting at most `timeout` [s] for the first."""
+        """Messages, after waiting at most `timeout` [s] for the first."""
         found: list[RosMessage] = []
         try:
             found.append(self._queue.get(timeout=max(timeout, 1e-3)))
@@ -158,7 +158,7 @@ class ZenohTransport(Transport):
                 self._subscribers[key] = self._listen(topic, key)
 
     def _listen(self, topic: Topic, key: str) -> Any:
-        """It also asks for what was sent before it was there."""
+        """A subscriber, which also asks for what was sent before it was there."""
         from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
         def take(sample: Any) -> None:

@@ -193,7 +193,8 @@ class TorqueScales:
         return cls((none,) * (LEVELS + 1))
 
     def fold(self, rows: Rows) -> Self:
-        """With rows that follow one another in time, none before or after them."""
+        """Moments with rows that follow one another in time, none before or after
+        them."""
         values = rows.values * rows.used[:, :, None]
         left, share = _padded(values), _padded(rows.used.astype(float))
         levels = list(self.levels)

@@ -174,8 +174,8 @@ class TorqueFit:
 
 
 def fit(scales: TorqueScales, prior: Callable[[Array], Array]) -> TorqueFit:
-    """With each joint's noise found from its residuals. `prior` gives the standard
-    deviations (own, n) of the nuisances for those of the noise (n,)."""
+    """Least squares with each joint's noise found from its residuals. `prior` gives the
+    standard deviations (own, n) of the nuisances for those of the noise (n,)."""
     whole = scales.whole
     counts = np.maximum(whole.counts, 1.0)
     size = np.sqrt((whole.factors[:, :, -1] ** 2).sum(axis=1) / counts)

@@ -65,13 +65,13 @@ class EmptyRuns:
 
     @property
     def fit(self) -> TorqueFit:
-        """By these runs alone."""
+        """Arm, frictions and noise by these runs alone."""
         return fit(self.scales, drifting)
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedRuns:
-    """With the payload, beside what is known of the arm."""
+    """Runs with the payload, beside what is known of the arm."""
 
     dynamics: JointDynamics
     loaded: tuple[TorqueSamples, ...]
