@@ -2,8 +2,8 @@
 Kalman filter or a smoother.
 
 The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the
-orientation by its quaternion. *Warm*, it has run and settled before the first
-observation; *cold*, it starts there, at rest and with its settled gains.
+orientation by its quaternion. *Warm*, it has settled before the first observation;
+*cold*, it starts there, at rest and with its settled gains.
 """
 
 from collections.abc import Iterator

@@ -1,9 +1,9 @@
-"""Every experiment of the paper, one file each; running them, each result kept so that a
-stopped run goes on; and the page of their reports.
+"""Every experiment of the paper, one file each; running them; and the page of their
+reports.
 
 A result is a file named after its job and the version of this library's source: a job
-is done again when the source has changed, and never otherwise. Results do not depend on
-who does the job, or in which order.
+is done again when the source has changed, and never otherwise, so that a stopped run
+goes on. Results do not depend on who does the job, or in which order.
 """
 
 import hashlib
@@ -107,16 +107,11 @@ def run_experiments(
     scheduler: str | None = None,
     progress: Progress = lambda name, done, total: None,
 ) -> dict[str, list[tuple[Job, Result]]]:
-    """All results, each with its job, in the order of `jobs`.
-
-    Those found in ``results`` below `folder` are not computed again. `workers` are
-    local processes, by default one a core; `scheduler` is the address of a Dask
-    scheduler to use instead (extra ``batch``).
-
-    Raises `InputError` when `folder` cannot be written or the scheduler cannot be
-    reached, `HeftingError` when it is lost or its workers have another source, or when
-    all else is done but a job by which its worker dies, and whatever a job raises.
-    """
+    """All results, each with its job, in the order of `jobs`; those in ``results``
+    below `folder` are not computed again. Arguments and errors as of
+    `hefting.reproduction.reproduce`; `HeftingError` when the scheduler is lost or its
+    workers have another source, or when all else is done but a job by which its worker
+    dies, and whatever a job raises."""
     make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
     found = {

@@ -1,5 +1,4 @@
-"""Arms with masses, for simulated joint torques: links of about the size of the maker's,
-the true ones and what a URDF says of them.
+"""Arms with masses, for simulated joint torques.
 
 The inertias that robots are published with predict their torques poorly. So the true
 links differ from those in the URDF that is written beside a simulated log.

@@ -55,12 +55,11 @@ class Demo:
 
 def run(folder: str | Path, pictures: bool = True) -> Demo:
     """Simulate, write the log, identify from the files as a user would, and write
-    results to `folder`.
+    results to `folder`; the same every time.
 
-    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the
-    paper's moderate noise, the poses 0.1 mm and 0.02°. The same every time. Raises
-    `InputError` when the folder cannot be written and `MissingDependencyError` when
-    pictures are wanted without matplotlib.
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`), with its moderate
+    noise of the wrench. Raises `InputError` when the folder cannot be written and
+    `MissingDependencyError` when pictures are wanted without matplotlib.
     """
     folder = Path(folder)
     try:

@@ -1,9 +1,8 @@
-"""Joint motions to wield an object with.
+"""Joint motions to wield an object with, the same for the same `seed`.
 
 Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
 nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
-tells of joint speeds that the real arm does not have. All are the same for the same
-`seed`.
+tells of joint speeds that the real arm does not have.
 """
 
 from collections.abc import Callable
@@ -122,12 +121,8 @@ def stop_and_go(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
-    near the start, and so on.
-
-    Each pose turns the last three joints by up to 60° and the others by up to 10°. With
-    a `speed_limit` [m/s] of the sensor's origin all moves take longer, as much as the
-    fastest needs.
-    """
+    near the start (`_reach`), and so on. With a `speed_limit` [m/s] of the sensor's
+    origin all moves take longer, as much as the fastest needs."""
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
         raise InputError(f"the dwell must not be negative, but is {dwell} s")
@@ -266,9 +261,9 @@ def trapezoids(
     """Moves of a teach pendant between random poses near the start, with a rest of
     `dwell` [s] before each.
 
-    All joints of a move start and stop together. The one with the longest way
-    accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are
-    those of a UR's programs. The acceleration jumps up to four times a move.
+    Joints of a move start and stop together, the one with the longest way at
+    `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are those of a UR's
+    programs. The acceleration jumps up to four times a move.
     """
     for name, value in (
         ("duration", duration),

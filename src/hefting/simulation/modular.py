@@ -129,8 +129,7 @@ def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -
     The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x
     25 mm are 0.04 points/cm³ to the digit. Of all centred grids of nearly cubic cells
     with the wanted number of centres in the H, the one whose equal point masses have
-    the second moments nearest to the H's; else that of `Shape.from_mesh`. Raises
-    `InputError` unless there is to be one point at least.
+    the second moments nearest to the H's; else that of `Shape.from_mesh`.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)

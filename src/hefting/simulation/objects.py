@@ -139,8 +139,8 @@ def hammer() -> Assembly:
     """A joiner's hammer: handle of ash wood along z from its lower end at the origin,
     steel head along x.
 
-    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a
-    homogeneous body of the same shape would have it at 0.175 m.
+    Its centre of mass is 0.25 m up; a homogeneous body of the same shape would have it
+    at 0.175 m.
     """
     along_x = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     return Assembly(

@@ -157,8 +157,7 @@ def mjcf(
     reads.
 
     Bodies stand in base axes where the arm's screws are at rest, about a point of the
-    screw's axis: so do the `links`, one a screw, where they are known. The last is the
-    held body, in the sensor frame.
+    screw's axis: so do the `links`, one a screw. The held body is in the sensor frame.
     """
     robot = arm.robot
     inertial = "" if body is None else _inertial(body)

@@ -79,11 +79,7 @@ class TorqueRobot:
     ) -> Recording:
         """Positions and torques along a motion that begins at `start` [s] after the
         robot was switched on, with `body` (in the sensor frame) or nothing at its end;
-        the noise follows from both seeds.
-
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` as
-        `inverse_dynamics`.
-        """
+        the noise follows from both seeds. Errors as of `inverse_dynamics`."""
         rng = np.random.default_rng([self.seed, seed, 43])
         links = self.massive.true_links(self.seed)
         rigid = inverse_dynamics(self.massive.arm, joints, links, body, gravity)
